@@ -293,6 +293,7 @@ class BranchesPage(ModelPresentation[Branch]):
         return Table(head, rows, frozenset({4, 5}), "Ranges of one stability", note)
 
     def _event_table(self) -> Table:
+        # a row a family of neighbouring events, or a single event
         shown, rows = measure(self.result), list[tuple[str, ...]]()
         events = self.result.events
         is_whole = self._deviations is not None
@@ -305,8 +306,10 @@ class BranchesPage(ModelPresentation[Branch]):
             low, high = family.low * shown.factor, family.high * shown.factor
             span = " to ".join(dict.fromkeys(numeral(end, 8) for end in (low, high)))
             rows.append((_rows_words(family.rows), branches, family.words, span, "", ""))
+        # with standard deviations every event has its own row
         if is_whole:
             rows = [self._event_row(row) for row in range(len(events))]
+        # columns and the note on families
         head: tuple[str, ...] = ("row", "branch", "event", shown.title, "at clearance", "at the corner")
         words, note = frozenset({2, 4, 5}), ""
         if len(rows) < len(events):
@@ -314,6 +317,7 @@ class BranchesPage(ModelPresentation[Branch]):
                 f"Events nearer to each other than {self.result.narrow:g} of the range stand in one line; summary.json "
                 "has each of them."
             )
+        # the column of standard deviations under the tolerances
         if self._deviations is not None:
             unit = f" [{shown.unit}]" if shown.unit else ""
             head = (*head, f"standard deviation{unit}")
@@ -353,6 +357,7 @@ def _swept(branch: Branch) -> dict[str, Any]:
     """The sweeps for machines [SI]."""
     sweeps, names = branch.sweeps, assemble(branch.model).layout.clearance_names
     assert sweeps is not None
+    # the stable motions of both sweeps, by value
     motions = [
         {
             "going": "up" if upward else "down",
@@ -366,6 +371,7 @@ def _swept(branch: Branch) -> dict[str, Any]:
         for upward, runs in ((True, sweeps.up), (False, sweeps.down))
         for run in runs
     ]
+    # jumps with the rms deflection before and after
     jumps = [
         {
             "going": "up" if jump.upward else "down",
@@ -377,6 +383,7 @@ def _swept(branch: Branch) -> dict[str, Any]:
         }
         for jump in sweeps.jumps
     ]
+    # ranges of two coexisting motions
     coexistence = [list(one) for one in sweeps.coexistence]
     return {"complete": sweeps.is_complete, "two_motions": coexistence, "jumps": jumps, "motions": motions}
 

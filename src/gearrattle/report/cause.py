@@ -76,6 +76,7 @@ class CausePage(ModelPresentation[Cause]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
+        # cosine and sine parts of the acceleration, and the mode behind every contribution
         cause = self.result
         si = cause.model.units == "SI"
         items = cause.contributions
@@ -90,6 +91,7 @@ class CausePage(ModelPresentation[Cause]):
             "mode_damping_ratio": ([mode.damping_ratio if mode else nothing for mode in modes], "1"),
             "mode_share": ([mode.share if mode else nothing for mode in modes], "1"),
         }
+        # variables over contributions, with units of SI models
         variables: dict[str, Any] = {
             name: ("contribution", np.array(values), {"units": unit if si else "1"})
             for name, (values, unit) in columns.items()
@@ -97,6 +99,7 @@ class CausePage(ModelPresentation[Cause]):
         variables["order"] = ("contribution", np.array([item.order for item in items]), {"units": "1"})
         variables["source"] = ("contribution", np.array([item.source for item in items], np.str_))
         variables["mode"] = ("contribution", np.array([_mode(item) for item in items], np.str_))
+        # linear stiffness and damping of the elements
         for name, values_of in (("stiffness", cause.slopes), ("damping", cause.dampings)):
             variables[name] = ("element", np.array(list(values_of.values())))
         elements = np.array(list(cause.slopes), np.str_)

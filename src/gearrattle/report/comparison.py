@@ -228,6 +228,7 @@ def on_statistics(comparison: Comparison, *, differ: bool) -> str:
 
 
 def _detail(comparison: Comparison) -> list[Section]:
+    # statistics that differ, and growth of modes in fixed steps
     different = tuple(statistics_tables(comparison))
     stability = stability_table(comparison)
     words_on_steps = (
@@ -235,6 +236,7 @@ def _detail(comparison: Comparison) -> list[Section]:
     )
     return [
         *([Section("stability", "Stability", words=(words_on_steps,), tables=(stability,))] if stability.rows else []),
+        # statistics, accuracy by distance from the driving point, agreement with the exact motion
         Section(
             "statistics",
             "Statistics",

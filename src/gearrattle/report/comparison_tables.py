@@ -59,12 +59,14 @@ def cost_table(comparison: Comparison) -> Table:
         "time, s",
         "outcome",
     )
+    # a row an algorithm; the last row is the motion begun nearby
     rows = []
     for row in comparison.rows[:-1]:
         cost = row.cost
         if cost is None:
             rows.append((row.label, *["–"] * 8, row.status))
             continue
+        # step sizes, counts, and growth of an unstable mode
         steps = (cost.average_step, cost.average_trial_step, cost.smallest_step)
         counts = (cost.steps, cost.rejected_steps, cost.function_calls, cost.jacobian_calls)
         unstable = row.growth is not None and row.growth > 1.0 + 1e-9
@@ -78,6 +80,7 @@ def cost_table(comparison: Comparison) -> Table:
                 outcome,
             )
         )
+    # what is counted and how
     note = (
         "Trial steps are those tried, accepted or not. Function calls are those the algorithm asked for; samples and "
         "located crossings are not counted. Times are of one process, warm."

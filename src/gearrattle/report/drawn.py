@@ -78,12 +78,15 @@ def _opened(path: Path) -> Presentation[Any]:
 
     from gearrattle.measured.readers import format_of
 
+    # refuse what is no file of results
     if not path.exists():
         raise ModelError(Problem(str(path), "", "does not exist"))
     if path.suffix.lower() != ".nc":
         raise ModelError(Problem(str(path), path.suffix or "no ending", _RULE))
+    # a saved motion
     if format_of(path) == "run":
         return presentation_of(open_run(path))
+    # a saved Dataset
     try:
         opened_hdf5(path).close()
         with xr.open_dataset(path, engine="h5netcdf") as opened:
@@ -95,6 +98,7 @@ def _opened(path: Path) -> Presentation[Any]:
     except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, _RULE)) from None
+    # the kind of result, and whether its Dataset is all of it
     check_format(data.attrs.pop("format", ""), path, "result")
     kind = str(data.attrs.get(KIND, ""))
     if kind not in PRESENTATIONS:

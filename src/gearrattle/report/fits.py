@@ -83,11 +83,13 @@ class FitPage(ModelPresentation[Fit]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
+        # profile intervals, minima, and exponents of undetermined combinations
         fit, paths = self.result, texts(p.path for p in self.result.parameters)
         ends = [(math.nan, math.nan) if p.interval is None else p.interval for p in fit.parameters]
         values = [[minimum.values[p.path] for p in fit.parameters] for minimum in fit.minima]
         exponents = [[c.exponents.get(p.path, 0.0) for p in fit.parameters] for c in fit.undetermined]
         shape = (len(fit.undetermined), len(fit.parameters))
+        # records of parameters, data and combinations, with the arrays above
         return xr.merge(
             [
                 records_dataset(fit.parameters, "parameter", prefix="parameter_"),

@@ -75,6 +75,7 @@ def _dampings(element: Element, unit: str) -> str:
 
 
 def _excitation(findings: Findings) -> Table:
+    # reference speed and its sweep
     model = findings.model
     unit = _unit(model)
     omega = model.excitation.omega
@@ -85,6 +86,7 @@ def _excitation(findings: Findings) -> Table:
     if (sweep := model.excitation.sweep) is not None:
         end = f"{quantity(sweep.end, unit('rad/s'))} over {engineering(sweep.over, unit('s'))}"
         rows.append(("its sweep", f"from there to {end}", ""))
+    # torques: mean, harmonics, ramps, records
     for index, torque in enumerate(model.torques):
         mean = f"mean {quantity(own_mean(model, index), unit('N m'))}"
         rows.append((f"torque on {torque.on}", mean + ", the balance of its train" * (torque.mean == BALANCE), ""))
@@ -97,6 +99,7 @@ def _excitation(findings: Findings) -> Table:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
             points = f"{counted(signal.time.size, 'point')}, {signal.interpolation}"
             rows.append(("", f"a record of {points}, over {length}", signal.source))
+    # prescribed motions: records, harmonics
     for motion in model.motions:
         if motion.signal is not None:
             kind = "speed" if motion.angle is None else "angle"
@@ -110,6 +113,7 @@ def _excitation(findings: Findings) -> Table:
             )
             for term in motion.harmonics
         ]
+    # transmission errors
     for element in model.elements:
         length = unit("m" if element.along_line else "rad")
         rows += [

@@ -155,6 +155,7 @@ class CampbellPage(Presentation[Campbell]):
         return self.result.to_dict()
 
     def numbers(self) -> Arrays:
+        # crossings of orders and natural frequencies, a variable a field
         diagram, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
         columns = {
             "speed": unit,
@@ -169,8 +170,10 @@ class CampbellPage(Presentation[Campbell]):
             f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in diagram.crossings], {"units": of})
             for name, of in columns.items()
         }
+        # contact ratios that define the states
         names = sorted({name for state in diagram.states for name in state})
         ratios = np.array([[state.get(name, math.nan) for name in names] for state in diagram.states])
+        # natural frequencies by state, with the crossings
         return Arrays(
             {
                 "frequency": (("state", "mode"), diagram.frequencies, {"units": unit}),

@@ -40,6 +40,7 @@ def listed(shares: Mapping[str, float]) -> str:
 
 def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
     """One row a mode: how fast, how damped, and what works, moves and shakes."""
+    # frequency, damping ratio and largest energy shares of every mode
     head = ("mode", "frequency" + (", Hz" if si else ""), "order", "damping", "works in", "moves", "excited by")
     rows = []
     for mode, frequency in enumerate(modes.frequencies.tolist()):
@@ -54,12 +55,14 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
                 *(listed(shares).replace(" %", "\u00a0%") for shares in lists),
             )
         )
+    # definition of the shares
     note = (
         "Order: at the model's speed. Works in: shares of the strain energy from 5 % on. Moves: shares of the kinetic "
         "energy from 5 % on. Excited by: the share of the energy of a unit impulse on that inertia, or of a sudden "
         "step of "
         "that transmission error, that goes into the mode, from 0.1 % on."
     )
+    # repeated frequencies: only sums of shares have a meaning
     groups = [" and ".join(str(mode + 1) for mode in group) for group in modes.repeated()]
     if groups:
         note += (

@@ -98,6 +98,7 @@ class MotionMapPage(ModelPresentation[MotionMap]):
         return Table(("point", across.title, up.title), rows, title="Special points")
 
     def content(self) -> dict[str, Any]:
+        # the grid of cells and their codes
         motions = self.result
         return {
             "model": motions.model.name,
@@ -111,6 +112,7 @@ class MotionMapPage(ModelPresentation[MotionMap]):
             "code": motions.data["code"].values.tolist(),
             "meanings": list(WORDS.values()),
             "counts": {words: self._counts[code] for code, words in WORDS.items()},
+            # borders and special points
             "borders": [
                 {
                     "event": border.event,

@@ -219,16 +219,20 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
+        # Floquet multipliers (motion, mode), filled up with NaN
         orbits, model = self.result.orbits, self.result.model
         modes = max((len(orbit.multipliers) for orbit in orbits), default=0)
         multipliers = np.full((len(orbits), modes), np.nan, dtype=np.complex128)
         for row, orbit in zip(multipliers, orbits, strict=True):
             row[: len(orbit.multipliers)] = orbit.multipliers
+        # states at the start of a period
         bodies = [inertia.name for inertia in model.inertias]
         shape = (len(orbits), len(bodies))
         states = {key: np.array([o.state[key] for o in orbits]).reshape(shape) for key in ("angle", "velocity")}
+        # peak-to-peak deflections of the clearances
         clearances = orbits[0].run.trajectory.layout.clearance_names if orbits else ()
         swings = [np.ptp(orbit.run.trajectory.deflection, axis=0) for orbit in orbits]
+        # variables over motions, with units of SI models
         is_si = model.units == "SI"
         variables = {
             "cycles": ("motion", np.array([orbit.cycles for orbit in orbits], dtype=np.int64)),

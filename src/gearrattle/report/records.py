@@ -37,13 +37,8 @@ def record_columns(
 ) -> dict[str, Any]:
     """Return the fields of records that are numbers or text, each as a variable over one dimension, for ``Arrays``.
 
-    Parameters
-    ----------
-    records
-        dataclasses of one kind, or mappings with the same keys; None among numbers becomes NaN, fields of
-        another type are left out.
-    names
-        fields to take; empty: all.
+    Records are dataclasses of one kind, or mappings with the same keys. None among numbers becomes NaN; fields of
+    another type are left out. ``names`` are the fields to take, by default all.
     """
     columns = {}
     rows = [

@@ -106,6 +106,7 @@ def tracks_table(run_up: RunUp) -> Table:
         "simulated at",
         "speeds outside",
     )
+    # a row an order of a channel: levels, sigma, peaks, share of speeds outside the interval
     rows = []
     for track in run_up.tracks:
         first, second = (f"{numeral(turning * at, 4)}{unit}: {numeral(size)}" for at, size in track.peaks)
@@ -124,6 +125,7 @@ def tracks_table(run_up: RunUp) -> Table:
                 outside,
             )
         )
+    # definitions
     note = (
         "Measured, simulated: root mean square of the amplitude over the speeds in common. Speeds outside: where the "
         "simulation lies beyond the 95 % interval of repeated run-ups; a dash: there was one run-up, and nothing tells "

@@ -72,10 +72,7 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
 def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequence[Path] = ()) -> None:
     """Refuse a path that a result cannot be saved as, before anything is computed.
 
-    Parameters
-    ----------
-    option
-        what the path was given as, for the message.
+    ``option`` is what the path was given as, for the message.
 
     Raises
     ------

@@ -64,10 +64,12 @@ class ScreeningPage(Presentation["xr.Dataset"]):
 
     def content(self) -> dict[str, Any]:
         """Return everything for machines: speeds in rad/s; infinite ratios become None."""
+        # gears with speed and load of their largest margin
         data, gears = self.result, []
         for gear in gears_of(data):
             position = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
             gears.append({**asdict(gear), **position})
+        # arrays over speed, load and gear, as far as the screening has them
         wanted = (
             "separation_ratio",
             "margin",

@@ -49,7 +49,7 @@ class Screened:
     gear, loose, driver
         its mesh and the two bodies.
     quiet, undecided, lifts
-        in how many of them it is quiet, undecided, and lifts off.
+        in how many cases it is quiet, undecided, and lifts off.
     margin
         the largest [dB]; infinite where it rests within its gap.
     least
@@ -88,12 +88,15 @@ class Screened:
 
 def gears_of(data: xr.Dataset) -> list[Screened]:
     """Return every gear, the one with the largest margin first."""
+    # margins and forecasts of all cases
     low, high = margins(data)
     forecast = forecasts(data)
     gears = []
     for k, gear in enumerate(data["gear"].values.tolist()):
+        # the case of the largest margin
         own = high[:, :, k]
         at = np.unravel_index(int(np.argmax(np.nan_to_num(own, nan=-np.inf))), own.shape)
+        # number of cases by forecast
         quiet, undecided, lifts = (int((forecast[:, :, k] == code).sum()) for code in range(len(FORECASTS)))
         screened = Screened(
             gear=str(gear),
@@ -109,6 +112,7 @@ def gears_of(data: xr.Dataset) -> list[Screened]:
             load=int(at[1]),
             classical=float(np.nanmax(data["margin"].values[:, :, k])),
         )
+        # agreement of forecast and simulation
         if "regime" in data:
             rattles, judged = (some[:, :, k] for some in rattles_in(data))
             done = checked(forecast[:, :, k], rattles, judged)
@@ -171,6 +175,7 @@ def decibels(margin: float, least: float | None = None) -> str:
 
 def summary_of(data: xr.Dataset) -> str:
     """What came out, in a few sentences."""
+    # a sentence a gear, the first by margin
     gears = gears_of(data)
     sentences = []
     for gear in gears[:_MOST_NAMED]:
@@ -189,6 +194,7 @@ def summary_of(data: xr.Dataset) -> str:
             sentences.append(f"{gear.gear} lifts off in {_all_of(gear.lifts, gear.cases)}, most at {where} ({margin}).")
     if len(gears) > _MOST_NAMED:
         sentences.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
+    # cases in which the linear motion is exact
     exact = int(inside(data).sum())
     sentences.append(
         f"In {exact} of {counted(inside(data).size, 'case')} no clearance crosses a corner, and nothing rubs: there "
@@ -200,6 +206,7 @@ def summary_of(data: xr.Dataset) -> str:
             "undecided that some do (friction stuck or let go, staged springs in the stages they reach, other gears "
             "on or off their flanks)."
         )
+    # cases that were simulated
     if "regime" in data:
         sentences.append(_simulated(gears))
     return " ".join(sentences)

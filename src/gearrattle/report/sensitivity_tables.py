@@ -31,12 +31,9 @@ def sensitivity_tables(data: xr.Dataset) -> list[Table]:
 
 
 def output_tables(dataset: xr.Dataset, measured: xr.Dataset) -> list[Table]:
-    """What one output follows, a table or two a subject that varies.
+    """Return the sensitivities of one output, a table or two a subject that varies.
 
-    Parameters
-    ----------
-    measured
-        holds the values that scatter, with their words and units.
+    ``measured`` holds the values that scatter, with their words and units.
     """
     subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     tables = []

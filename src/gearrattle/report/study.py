@@ -63,16 +63,10 @@ class StudyReport(Presentation["xr.Dataset"]):
         facts: Mapping[str, Any] | None = None,
         remarks: Sequence[str] = (),
     ) -> None:
-        """Present a study.
+        """Present the Dataset of a study, whose ``attrs["kind"]`` is the kind of study.
 
-        Parameters
-        ----------
-        result
-            the Dataset; ``attrs["kind"]`` is the kind of study.
-        messages
-            why cases failed, by their place in the grid; default: ``attrs["failures"]``.
-        facts
-            what machines get besides.
+        ``messages`` say why cases failed, by their place in the grid; by default ``attrs["failures"]`` does. The page's
+        title is by default the name of the model. Machines get ``facts`` besides.
         """
         lists = {name: np.atleast_1d(result.attrs[name]).tolist() for name in _LISTS if name in result.attrs}
         super().__init__(result.assign_attrs(lists))

@@ -88,6 +88,7 @@ def probability_table(data: xr.Dataset) -> Table:
 
 def probabilities_table(dataset: xr.Dataset) -> Table:
     """Probability of rattle by part and position on the axes, from ``rattle_probability``."""
+    # axes and subjects
     subject, dims = str(dataset.attrs["subject"]), [str(name) for name in dataset["probability"].dims]
     axes = [name for name in dims if name != subject]
     labels = {axis: labels_of(dataset, axis) if axis in dataset.coords else _numbers(dataset, axis) for axis in axes}
@@ -100,9 +101,11 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
         "probability",
         _level(dataset),
     )
+    # counts and probabilities, the subject last
     columns = [
         dataset[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
     ]
+    # a row a point of the grid and subject
     rows = []
     for at in np.ndindex(columns[0].shape):
         k, n, p, low, high = (float(column[at]) for column in columns)
@@ -111,6 +114,7 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
         rows.append((names[at[-1] if subject else 0], *position, f"{int(k)}", f"{int(n)}", _percent(p), interval))
     if not rows:
         return Table(head, ())
+    # the number of samples for half the widest interval
     widest = float(np.nanmax(columns[4] - columns[3], initial=0.0))
     half_width = max(0.001, float(f"{widest / 4.0:.1g}")) if widest else 0.05
     note = (
@@ -141,12 +145,8 @@ def boundary_table(data: xr.Dataset) -> Table:
 def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
     """Return a table of where an output of codes changes, one row per change.
 
-    Parameters
-    ----------
-    measured
-        has the axes and ``places`` as variables, with names and units.
-    subject
-        the variable that names the part; empty if there is none.
+    ``measured`` has the axes and ``places``, the names of positions, as variables with names and units. ``subject`` is
+    the variable that names the part; empty if there is none.
     """
     count = dataset.sizes.get(CROSSING, 0)
     names = [*([subject] if subject else []), "along", *places, "from", "to"]

@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
 def findings_content(findings: Findings) -> dict[str, Any]:
     """Return the findings in JSON types."""
+    # verdict and cause
     trajectory = findings.motion.trajectory
     rest = findings.equilibrium
     return {
         "model": {"name": findings.model.name, "units": findings.model.units},
         **findings.verdict.to_dict(),
         "cause": None if findings.cause is None else cause_content(findings.cause),
+        # settings and cost of the run
         "simulation": {
             "period": trajectory.layout.period,
             "cycles": trajectory.cycles,
@@ -42,6 +44,7 @@ def findings_content(findings: Findings) -> dict[str, Any]:
         },
         "energy": json_value(energy_dict(findings)),
         "cost": json_value(trajectory.cost),
+        # results of the linear driveline
         "equilibrium": json_value(
             {
                 "angle": dict(zip(trajectory.layout.inertia_names, rest.angle.tolist(), strict=True)),
@@ -52,6 +55,7 @@ def findings_content(findings: Findings) -> dict[str, Any]:
         ),
         "modes": modes_dict(findings.modes),
         "modes_contact": modes_dict(findings.modes_contact),
+        # forecasts and metrics
         "advice": None if findings.advice is None else findings.advice.to_dict(),
         "scores": scores_dict(findings.scores),
         "metrics": json_value(findings.metrics),

@@ -14,7 +14,7 @@ class Table:
     Attributes
     ----------
     rows
-        cells, one tuple a row, as long as ``head``. Text is escaped by the page, ``Markup`` is not.
+        cells, as many in a row as in ``head``. Text is escaped by the page, ``Markup`` is not.
     words
         indices of the columns of words, aligned left; all others are numbers, aligned right.
     """

@@ -16,10 +16,7 @@ _MOST_ROWS = 60
 def plain_text(presentation: Presentation[Any], width: int | None = None) -> str:
     """Return the sentence and the tables of the answer; of a long table the first sixty rows.
 
-    Parameters
-    ----------
-    width
-        of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
+    ``width`` is of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
     """
     parts = [presentation.sentence, *presentation.further]
     for table in presentation.answer():

@@ -197,6 +197,7 @@ class ThresholdPage(Presentation[Threshold]):
 
     def _chart(self) -> Chart | None:
         """The hardest impact over the value, a line a start, and the threshold."""
+        # energies of the hardest impacts over the variable, in its shown unit
         result = self.result
         scan = result.scan
         variable = result.variable
@@ -206,6 +207,7 @@ class ThresholdPage(Presentation[Threshold]):
         gaps = np.isin([str(name) for name in scan["part"].values], result.target.severity.gaps)
         lines = []
         legend = []
+        # a curve for every start of the motion
         for j, start in enumerate(_WORDS):
             tried = np.asarray(scan["holds"].values[:, j]) >= 0
             hardest = np.nan_to_num(energies[:, j][:, gaps], nan=0.0).max(axis=-1, initial=0.0)
@@ -218,6 +220,7 @@ class ThresholdPage(Presentation[Threshold]):
                 legend.append(Key(_WORDS[start], _COLOURS[start]))
         if not lines:
             return None
+        # bands where the target holds and where quiet is proven; rules at the threshold and the model's own value
         seen = [float(y) for line in lines for y in line.y if np.isfinite(y)]
         bands = []
         rules = []
@@ -237,6 +240,7 @@ class ThresholdPage(Presentation[Threshold]):
             f"Shaded: every motion that was tried {holds}."
             f"{' Lightly shaded: a quiet motion is proven to exist and to be stable.' if result.proven else ''}"
         )
+        # logarithmic axis of energies
         words = variable.words
         panel = Panel(
             "Hardest impact",

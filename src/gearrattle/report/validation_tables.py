@@ -156,6 +156,7 @@ def _together(explanation: Explained) -> Table:
 
 def orders_table(pair: Pair) -> Table:
     """Orders of one channel."""
+    # orders measured and simulated, the difference in amplitude and in phase
     head = (
         "order",
         "Hz",
@@ -168,6 +169,7 @@ def orders_table(pair: Pair) -> Table:
         "phase, deg",
         "95 % interval",
     )
+    # standard errors beside amplitudes, intervals of 95 % beside differences
     rows = tuple(
         (
             numeral(o.order, 6),

@@ -28,18 +28,15 @@ _MOST_PANELS, _MOST_POINTS = 6, 12_000
 
 
 def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart:
-    """Draw the sweeps of one combination of further axes.
+    """Draw the sweeps of one combination of further axes, whose values ``held`` says in words.
 
-    Parameters
-    ----------
-    data
-        over direction and the swept value alone.
-    held
-        the values of further axes, in words.
+    ``data`` is over direction and the swept value alone.
     """
+    # the swept value, and bands where both directions end in different motions
     axis = swept(data)
     x, log, ticks = positions(data, axis)
     bands = _bands(data, x, log)
+    # points of the section, a panel a quantity
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])][:_MOST_PANELS]
     frame = Panel("", x_title=title_of(data, axis), x_range=_ends(x, log), x_log=log, x_ticks=ticks)
     frame = replace(frame, bands=bands)
@@ -48,14 +45,17 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
         replace(frame, title=measure.words, unit=measure.unit, lines=_points(data, name, x, measure.factor))
         for name, measure in zip(names, measures, strict=True)
     ]
+    # the largest Lyapunov exponent
     lines = tuple(
         Line(x, data[EXPONENT].isel(direction=i).values, WAYS[str(way)].name, WAYS[str(way)].colour, width=1.4)
         for i, way in enumerate(data["direction"].values)
     )
     rule, units = Rule(0.0, "y", CENTRE), str(data[EXPONENT].attrs.get("units", "")).removesuffix("1")
     panels.append(replace(frame, title="Largest Lyapunov exponent", unit=units, lines=lines, rules=(rule,)))
+    # regimes, a strip a direction
     strip, words = _strip(data, frame, x, log)
     panels += strip
+    # legend and caption
     there = [str(way) for way in data["direction"].values]
     legend = (*(WAYS[way] for way in there), *([TWO] if bands else []), *(Key(word, STATES[word]) for word in words))
     over = f"{words_of_axis(data, axis)}{f'; {held}' if held else ''}"

@@ -25,10 +25,7 @@ _MOST_PANELS = 12
 def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> Chart | None:
     """Draw every change in the colour of the higher code; None for more than two axes, or no change.
 
-    Parameters
-    ----------
-    subject
-        the variable that says of which part; empty for one answer a case.
+    ``subject`` is the variable that names the part; it is empty for one answer a case.
     """
     count = crossings.sizes.get(CROSSING, 0)
     if len(axes) not in (1, 2) or not count or any(crossings[axis].dtype.kind not in "iuf" for axis in axes):

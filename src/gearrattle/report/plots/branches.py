@@ -199,10 +199,7 @@ def _swings_scale(branch: Branch, k: int, others: Sequence[Line]) -> Scale:
 def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
     """Draw the peak-to-peak deflection of a clearance over the parameter.
 
-    Parameters
-    ----------
-    others
-        lines drawn under it, in the units of the Dataset.
+    ``others`` are drawn under it, in the units of the Dataset.
     """
     drawing, layout, levels = _Drawing(branch), assemble(branch.model).layout, branch.event_levels
     values, at_events = branch.data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
@@ -246,13 +243,16 @@ def _touched(branch: Branch, levels: Array, k: int) -> Array:
 
 def modulus_chart(branch: Branch) -> Chart:
     """Draw the largest modulus of a multiplier over the parameter."""
+    # largest moduli at points and at located events
     drawing = _Drawing(branch)
     at_points = np.array([largest(point.multipliers, point.free) for point in branch.points])
     located = [event.point for events in branch.events_of_curves for event in events]
     at_events = np.array([largest(point.multipliers, point.free) for point in located])
     sizes = np.concatenate([at_points, at_events])
+    # curves, marks of events, and the rule at modulus 1
     lines = [*drawing.lines(at_points, at_events), *drawing.marks(at_events)]
     panel = drawing.frame("largest modulus", "", lines, [Rule(1.0, dashed=False)])
+    # a logarithmic axis where moduli are large
     if float(sizes.max(initial=0.0)) > _LOG_FROM:
         smallest = max(float(sizes.min()), 1e-3)
         top = 10.0 ** np.ceil(np.log10(float(sizes.max()) * 1.001))
@@ -282,6 +282,7 @@ def largest(multipliers: np.ndarray, free: int) -> float:
 
 def circle_chart(branch: Branch) -> Chart:
     """Draw the multipliers of all points in the complex plane, those of events in their shapes."""
+    # multipliers along every branch
     drawing = _Drawing(branch)
     marks = []
     for number, part in enumerate(slices_of(branch)):
@@ -296,6 +297,7 @@ def circle_chart(branch: Branch) -> Chart:
                 3.4,
             )
         )
+    # multipliers on the unit circle at events that change stability
     located = [(event.kind, event.point) for events in branch.events_of_curves for event in events]
     for kind in dict.fromkeys(kind for kind, _ in located):
         if kind not in CHANGES:
@@ -303,6 +305,7 @@ def circle_chart(branch: Branch) -> Chart:
         values = np.array([_crossing(point.multipliers, kind) for of, point in located if of == kind])
         key = EVENTS.get(kind, _OTHER)
         marks.append(Line(values.real.copy(), values.imag.copy(), kind, key.colour, "points", 9.0, shape=key.shape))
+    # caption and legend
     caption = (
         "Floquet multipliers along the branches. They leave the unit circle at 1 in a fold or a symmetry breaking, at "
         f"-1 in a period doubling, as a pair in a Neimark-Sacker bifurcation.{outside_words(marks)}"

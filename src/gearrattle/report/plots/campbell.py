@@ -24,13 +24,7 @@ _HEIGHT, _LABEL = 340, 12.0
 
 
 def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
-    """Draw the diagram.
-
-    Parameters
-    ----------
-    si
-        whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
-    """
+    """Draw the diagram; SI speeds [rad/s] are drawn in rpm and Hz, others as they are."""
     kinds = {
         "Torque orders": [line for line in diagram.orders if any(s.startswith("torque") for s in line.sources)],
         "Transmission error orders": [
@@ -60,6 +54,7 @@ def _colour(state: int) -> str:
 
 def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> Panel:
     """Draw one kind of orders up to what the highest of them reaches, or one mode above."""
+    # the highest frequency drawn: above all orders, and up to the next natural frequency
     speed, hertz = (30.0 / math.pi, 0.5 / math.pi) if si else (1.0, 1.0)
     low, high = diagram.speeds
     elastic = diagram.frequencies[diagram.frequencies > 0.0]
@@ -68,12 +63,14 @@ def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> 
     top = max(1.06 * reach, 1.06 * float(above.min()) if above.size and above.min() < 1.5 * reach else 0.0)
     if not orders or not top:
         top = 1.1 * float(elastic.max(initial=0.0)) or 1.0
+    # order lines, rising with speed
     rising = [
         Line(np.array([low, high]) * speed, line.order * np.array([low, high]) * hertz, f"order {line.order:g}", MUTED)
         for line in orders
     ]
     ends = [(line.order * high * hertz, high, f"order {line.order:g}") for line in orders]
     inside = low <= diagram.model_speed <= high
+    # natural frequencies, crossings and the model's own speed
     return Panel(
         title,
         "Hz" if si else "",

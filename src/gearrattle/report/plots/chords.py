@@ -20,14 +20,9 @@ _PASSES, _SLACK = 6, 0.05
 
 
 def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np.int64]:
-    """Return the indices of points whose chords stay within a distance of all others.
+    """Return the indices of points (N, 2) of a curve whose chords stay within a distance of all others.
 
-    Parameters
-    ----------
-    points
-        (N, 2) of a curve.
-    most
-        points; where more are needed, those that are farthest are kept.
+    Where more than ``most`` are needed, those that are farthest are kept.
     """
     straight = _without_straights(points, _SLACK * within)
     chosen, distance = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within, most)

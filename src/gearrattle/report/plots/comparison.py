@@ -28,6 +28,7 @@ def growth_of_errors(comparison: Comparison) -> Chart:
     Where the motion is not predictable to its end the axis ends soon after the last error is saturated
     (``shown_until``): from there on all are as wrong as they can be.
     """
+    # errors over cycles, the exact motion begun nearby in black
     *others, away = comparison.rows[1:]
     colour = {**colours([row.label for row in others]), away.label: INK}
     lines = tuple(
@@ -35,10 +36,12 @@ def growth_of_errors(comparison: Comparison) -> Chart:
         for row in comparison.rows[1:]
         if row.history is not None
     )
+    # window of the comparison and horizon of predictability
     end = shown_until(comparison)
     rules = [Rule(comparison.window / comparison.period, "x", MUTED, label="window")]
     if comparison.horizon < end * comparison.period:
         rules.append(Rule(comparison.horizon / comparison.period, "x", MUTED, label="horizon"))
+    # logarithmic axis from rounding to the largest error
     largest = max([1.0, *(float(np.max(line.y[np.isfinite(line.y)], initial=0.0)) for line in lines)])
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "")
     panel = Panel(
@@ -52,6 +55,7 @@ def growth_of_errors(comparison: Comparison) -> Chart:
         y_range=(1e-16, 10.0 * largest),
         y_log=True,
     )
+    # caption and legend
     caption = (
         "How far each motion is from the exact one; shaded: wrong by more than a tenth. The exact "
         "motion begun 1e-12 half-gaps away is one of them, which no algorithm can be expected to beat. Errors are "

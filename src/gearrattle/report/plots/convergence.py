@@ -31,15 +31,18 @@ _MOST_POINTS = 600
 
 def probability_convergence(data: xr.Dataset) -> Chart | None:
     """Draw the running share of samples that rattle, a panel a part that rattles in some; None without any."""
+    # codes of independent samples alone
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):
         return None
     codes = gaps_of(values_of(independent(data), output))
     panels = []
+    # running share and Wilson interval of every subject
     for name, subject_codes in subjects_of(codes, subject_of(data, output)):
         n, share, low, high = running(np.asarray(subject_codes.values), rattling_from(codes))
         if n.size < _FEWEST or not 0.0 < share[-1] < 1.0:
             continue
+        # samples equally apart on the logarithmic axis
         shown = np.unique(np.geomspace(1, n.size, _MOST_POINTS).round().astype(int)) - 1
         lines = (
             Line(n[shown], low[shown], "95 % interval", MUTED, width=0.9),
@@ -60,6 +63,7 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
         )
     if not panels:
         return None
+    # caption and grid of panels
     caption = (
         "Share of the first samples that rattle, over their number; thin: Wilson's 95 % interval. Where the curve "
         "still drifts out of the interval of fewer samples, more are needed."

@@ -58,7 +58,10 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
 
 
 def units(findings: Judged, clearance: int) -> dict[str, str]:
-    """Return the units of ``deflection``, ``rate``, ``force``, ``energy`` of a clearance; none if dimensionless."""
+    """Return the units of ``deflection``, ``rate``, ``force`` and ``energy`` of a clearance; none if dimensionless.
+
+    ``clearance`` is an index into ``layout.clearance``.
+    """
     return units_of(findings.model, findings.motion.trajectory.layout, clearance)
 
 

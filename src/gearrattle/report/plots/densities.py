@@ -29,12 +29,7 @@ _HEIGHT = 240
 def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float] = ()) -> list[Chart]:
     """Return every figure: the density; of two signals also that of the reference, and what they have in common.
 
-    Parameters
-    ----------
-    si
-        whether frequencies are hertz.
-    natural
-        natural frequencies to mark [rad/s].
+    Frequencies are hertz in SI; ``natural`` frequencies [rad/s] are marked.
     """
     rules = natural_rules(data, natural)
     made = [density_chart(data, si=si, rules=rules)]
@@ -50,16 +45,13 @@ def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float
 def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
     """Draw a density between its limits, on a logarithmic axis; the mean, at frequency zero, is left out.
 
-    Parameters
-    ----------
-    which
-        "channel" or "reference".
-    si
-        whether frequencies are hertz.
+    ``which`` is "channel" or "reference". Frequencies are hertz in SI.
     """
+    # the density and its limits, without frequency zero
     prefix = "" if which == "channel" else "reference_"
     values = {key: data[f"{prefix}psd{end}"].values[1:] for key, end in (("", ""), ("low", "_low"), ("high", "_high"))}
     frequency, words = data["frequency"].values[1:], _percent(data)
+    # limits thin, the density above them
     lines = [
         _line(frequency, np.where(values[key] > 0.0, values[key], np.nan), label, colour, width)
         for key, label, colour, width in (
@@ -74,6 +66,7 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
         f"{data.attrs['resolution']:.4g} Hz; thin lines enclose it with a probability of {words}, for noise flat "
         f"across a bin.{_marked(rules)}"
     )
+    # logarithmic axis over the decades of the density
     panel = Panel(
         name,
         raised(str(data[f"{prefix}psd"].attrs["units"])),
@@ -91,6 +84,7 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
 
 def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
     """Draw gain and phase of a transfer function between their limits."""
+    # gain between |H| - r and |H| + r; limits that are not positive are left out
     frequency, words = data["frequency"].values[1:], _percent(data)
     gain, radius = data["response_magnitude"].values[1:], data["response_radius"].values[1:]
     low, high = (np.where(bound > 0.0, bound, np.nan) for bound in (gain - radius, gain + radius))
@@ -102,6 +96,7 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
     )
     x, x_range = _axis(si), (0.0, float(frequency[-1]))
     unit = raised(str(data["response_magnitude"].attrs["units"]))
+    # gain above, phase below
     panels = (
         Panel(
             "gain",
@@ -115,6 +110,7 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
         ),
         _phase_panel(data, x, rules),
     )
+    # caption and legend
     caption = (
         f"Transfer function from {data.attrs['reference']} to {data.attrs['channel']}, {data.attrs['averages']:.3g} "
         f"averages; thin lines enclose it with a probability of {words}, and no phase is drawn where nothing is known "

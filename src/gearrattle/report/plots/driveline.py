@@ -88,12 +88,7 @@ def disc_heights(inertia: Array) -> Array:
 def body(scene: Scene, number: int, lines: Sequence[str], up: float = 0.0, down: float = 0.0) -> str:
     """Draw one disc, or one for every gear it carries, and write lines where they are free of meshes.
 
-    Parameters
-    ----------
-    lines
-        escaped text.
-    up, down
-        how far something else reaches above and below its middle [px].
+    Lines are escaped text. Something else reaches ``up`` and ``down`` from its middle [px].
     """
     x, y = scene.at(number, -1)
     half = float(scene.heights[number])

@@ -18,6 +18,7 @@ _POINTS = 1441
 
 def engine_charts(engine: GasTorque) -> list[Chart]:
     """Draw the torque over a cycle of four strokes from its harmonics, and their amplitudes."""
+    # gas and inertia torque over the crank angle of a cycle
     angle = np.linspace(0.0, _CYCLE, _POINTS)
     gas, masses = (_sum(waves, angle) for waves in (engine.gas, engine.masses))
     lines = [Line(angle, engine.mean + gas, "gas", ACCENT, width=1.2)]
@@ -26,6 +27,7 @@ def engine_charts(engine: GasTorque) -> list[Chart]:
     lines.append(Line(angle, engine.mean + gas + masses, "together", INK, width=1.8))
     ticks = tuple((float(value), str(value)) for value in range(0, 721, 90))
     rules = (Rule(0.0, dashed=False), Rule(engine.mean, label="mean"))
+    # the chart over the crank angle
     over_angle = Panel(
         "torque",
         "N m",
@@ -38,6 +40,7 @@ def engine_charts(engine: GasTorque) -> list[Chart]:
     legend = tuple(Key(line.name, line.colour) for line in lines)
     caption = "Torque on the crankshaft over one cycle of four strokes, from its mean and its harmonics."
     charts = [Chart("torque", "Torque over a cycle", caption, (over_angle,), panel_height=280, legend=legend)]
+    # amplitudes by order
     if engine.harmonics:
         order = np.array([wave.order for wave in engine.harmonics])
         half = 0.35 * float(np.diff(order).min()) if order.size > 1 else 0.2

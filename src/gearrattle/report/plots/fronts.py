@@ -22,6 +22,7 @@ _FEASIBLE, _OTHER = "#8fb8d6", CENTRE
 
 def front_chart(data: xr.Dataset) -> Chart | None:
     """Draw every pair of objectives: all designs, those that are feasible, and the front; None for one objective."""
+    # groups of designs: those that miss a limit, feasible ones, the front
     names = [str(name) for name in data["objective"].values]
     if len(names) < 2 or not data.sizes["design"]:
         return None
@@ -32,6 +33,7 @@ def front_chart(data: xr.Dataset) -> Chart | None:
         ("feasible", feasible, _FEASIBLE, 4.5),
         ("front", front, ACCENT, 7.0),
     )
+    # a panel for every pair of objectives
     panels = []
     for i, j in itertools.islice(itertools.combinations(range(len(names)), 2), _MOST_PAIRS):
         lines = [
@@ -40,6 +42,7 @@ def front_chart(data: xr.Dataset) -> Chart | None:
             if np.isfinite(values[which][:, [i, j]]).all(axis=1).any()
         ]
         lines += _marked(data, values[:, i], values[:, j])
+        # limits of the axes fit the feasible designs
         shown = values[feasible | front] if (feasible | front).any() else values
         panels.append(
             Panel(
@@ -51,6 +54,7 @@ def front_chart(data: xr.Dataset) -> Chart | None:
                 y_range=_room(shown[:, j]),
             )
         )
+    # caption and legend
     caption = "All designs by their objectives; on the front stands what no feasible design beats in everything."
     legend = (
         Key("front", ACCENT),
@@ -97,6 +101,7 @@ def growth_chart(data: xr.Dataset) -> Chart | None:
 
 def parallel_chart(data: xr.Dataset) -> Chart | None:
     """Draw the front's members across variables and objectives, every axis from its least to its largest value."""
+    # variables of the front's members, each between the limits of its range
     members = np.flatnonzero(data["front"].values == 1)
     if len(members) < 2:
         return None
@@ -107,9 +112,12 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         (m.factor * data[path].values[members], (m.factor * low[i], m.factor * high[i]))
         for i, (path, m) in enumerate(zip(paths, measures, strict=True))
     ]
+    # objectives, each between its extremes over the front
     front_values = data["value"].values[members]
     columns += [(column, (float(column.min()), float(column.max()))) for column in front_values.T]
+    # every column from 0 to 1
     shares = np.column_stack([(c - a) / (b - a) if b > a else np.full(len(c), 0.5) for c, (a, b) in columns])
+    # a line a member, in two colours by the first objective
     x = np.arange(shares.shape[1], dtype=np.float64)
     rank = np.argsort(np.argsort(front_values[:, 0]))
     lines = [
@@ -125,6 +133,7 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     ]
     best = int(data.attrs["best"])
     lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", INK, width=2.4))
+    # names and limits of the columns
     names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(front_values.shape[1]))]
     labels = [Label(float(at), 1.06, numeral(b, 3)) for at, (_, (_, b)) in zip(x, columns, strict=True)]
     labels += [Label(float(at), -0.09, numeral(a, 3)) for at, (_, (a, _)) in zip(x, columns, strict=True)]
@@ -139,6 +148,7 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         y_ticks=((-9.0, ""),),
         x_ticks=tuple(zip(x.tolist(), names, strict=True)),
     )
+    # caption and legend
     objectives = [str(name) for name in data["objective"].values]
     words = [*(m.title for m in measures), *(f"{name}{_unit(data, i)}" for i, name in enumerate(objectives))]
     description = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))

@@ -23,6 +23,7 @@ _BINS = 24
 
 def impacts(findings: Findings) -> Chart | None:
     """Draw the impact statistics of every clearance that has any; None if nothing impacts."""
+    # impacts of the steady part, for the chosen clearances
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     steady_impacts = find_impacts(trajectory).within(steady(trajectory))
@@ -35,6 +36,7 @@ def impacts(findings: Findings) -> Chart | None:
         mine = steady_impacts.of(k)
         if not len(mine):
             continue
+        # phase or instant, approach speed and impact energy of one clearance
         unit = units(findings, k)
         speed = scale(mine.velocity, unit["rate"])
         energy = scale(mine.energy, unit["energy"])

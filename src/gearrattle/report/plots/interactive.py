@@ -38,6 +38,7 @@ _GL_FROM = 20_000
 
 def plotly_figure(chart: Chart) -> dict[str, Any]:
     """Write a chart as a plotly figure, ``{"data": [...], "layout": {...}}`` of JSON types only."""
+    # layout common to all panels
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
     inner = chart.rows * chart.panel_height + (chart.rows - 1) * gap
     layout: dict[str, Any] = {
@@ -57,6 +58,7 @@ def plotly_figure(chart: Chart) -> dict[str, Any]:
         "annotations": [],
     }
     data: list[dict[str, Any]] = []
+    # axes, decorations and traces of every panel
     for index, panel in enumerate(chart.panels):
         _lay_out(layout, chart, index, inner, gap)
         _decorate(layout, panel, _axis("x", index), _axis("y", index))
@@ -73,11 +75,13 @@ def _axis(letter: str, index: int) -> str:
 
 def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: int) -> None:
     """Place the axes of one panel in the grid."""
+    # position of the panel on the grid, in shares of the figure
     panel = chart.panels[index]
     row, column = divmod(index, chart.columns)
     width = (1.0 - _COLUMN_GAP * (chart.columns - 1)) / chart.columns
     left = column * (width + _COLUMN_GAP)
     top = 1.0 - row * (chart.panel_height + gap) / inner
+    # the x axis
     style = {
         "gridcolor": FAINT,
         "gridwidth": 1,
@@ -103,6 +107,7 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
         x_axis["type"] = "log"
     if panel.x_range is not None:
         x_axis |= _decades(*panel.x_range) if panel.x_log else {"range": list(panel.x_range)}
+    # the y axis
     y_axis: dict[str, Any] = {
         **style,
         "domain": [max(0.0, top - chart.panel_height / inner), top],
@@ -119,6 +124,7 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
         y_axis["range"] = list(panel.y_range)
     if panel.equal_scales:
         y_axis |= {"scaleanchor": _axis("x", index), "scaleratio": 1}
+    # prescribed ticks
     for axis, ticks in ((x_axis, panel.x_ticks), (y_axis, panel.y_ticks)):
         if ticks:
             axis |= {"tickmode": "array", "tickvals": [v for v, _ in ticks], "ticktext": [word for _, word in ticks]}

@@ -33,21 +33,19 @@ class Loop:
 
 
 def phase_panel(loops: Sequence[Loop], clearance: int, title: str, limits: Sequence[Loop] = ()) -> Panel:
-    """Draw loops in the phase plane of one clearance.
+    """Draw loops of drivelines with the same corners in the phase plane of one clearance; there is at least one.
 
-    Parameters
-    ----------
-    loops
-        at least one, of drivelines with the same corners.
-    limits
-        loops that decide the limits and the units; by default those that are drawn.
+    ``clearance`` is an index into ``layout.clearance``. The loops in ``limits`` decide the limits and the units; by
+    default those that are drawn.
     """
+    # scales common to all loops
     run = loops[0].run
     layout, unit = run.trajectory.layout, units_of(run.model, run.trajectory.layout, clearance)
     curves = [_curve(loop.run, clearance) for loop in limits or loops]
     all_x, all_y = (np.concatenate([curve[i] for curve in curves]) for i in (0, 1))
     across = scale(np.concatenate([all_x, layout.corners[clearance]]), unit["deflection"])
     up = scale(all_y, unit["rate"])
+    # every loop, with a dot at the start of each period
     lines: list[Line] = []
     for loop in loops:
         x, y = _curve(loop.run, clearance)
@@ -65,6 +63,7 @@ def phase_panel(loops: Sequence[Loop], clearance: int, title: str, limits: Seque
                 shape="circle",
             )
         )
+    # shading, corners and limits
     bands, rules = shading(layout, clearance, across.factor)
     x_range = reach(all_x * across.factor, layout.corners[clearance] * across.factor)
     room = 0.08 * (float(np.ptp(all_y)) or 1.0) * up.factor

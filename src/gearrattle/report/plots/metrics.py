@@ -100,19 +100,23 @@ def rattle_metrics(findings: Findings) -> Chart | None:
 
 def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     """Draw rows of metrics; None where none has a value."""
+    # a colour a subject, apart from those of the two sides
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]
     colours = {subject: apart[i % len(apart)] for i, subject in enumerate(subjects)}
+    # a panel a kind of value, without repeated panels
     panels: list[Panel] = []
     for kind in _KINDS:
         panel = _panel(kind, rows, colours)
         if panel is not None and not any(_same(panel, other) for other in panels):
             panels.append(panel)
+    # shares of time in contact
     shares = _shares(rows)
     if shares is not None:
         panels.append(shares)
     if not panels:
         return None
+    # caption and legend
     over = "the event" if any(row.name == "event" for row in rows) else "the steady part"
     caption = (
         f"Rattle metrics over {over}; each is defined in the table of metrics. Accelerations "
@@ -142,6 +146,7 @@ def _same(panel: Panel, other: Panel) -> bool:
 
 def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel | None:
     """Draw the values of one kind as points, a group for every label; None where there are none."""
+    # labels of the x axis: orders, or the quantities of this kind
     mine = [row for row in rows if row.unit in (kind.unit, "1") and np.isfinite(row.value)]
     if kind.by_order:
         by_order = {row.quantity for row in mine if row.quantity.startswith(kind.by_order)}
@@ -149,10 +154,12 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
         labels = [(quantity, f"{order:g}") for order, quantity in orders]
     else:
         labels = [label for label in kind.labels if any(row.quantity == label[0] for row in mine)]
+    # rows with a label; a logarithmic axis takes positive values alone
     position = {quantity: float(i) for i, (quantity, _) in enumerate(labels)}
     mine = [row for row in mine if row.quantity in position and (row.value > 0.0 or not kind.log)]
     if not mine:
         return None
+    # points of every subject, side by side
     names = list(dict.fromkeys(row.subject for row in mine))
     lines = []
     for i, name in enumerate(names):
@@ -160,6 +167,7 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
         own = [row for row in mine if row.subject == name]
         x, y = (np.array(values) for values in ([position[r.quantity] + shift for r in own], [r.value for r in own]))
         lines.append(Line(x, y, name, colours[name], "points", 7.0))
+    # threshold and limits
     unit = {row.unit for row in mine} - {"1"}
     rules = (Rule(1.0, label=kind.threshold),) if kind.threshold else ()
     values = np.array([row.value for row in mine] + ([1.0] if kind.threshold else []))

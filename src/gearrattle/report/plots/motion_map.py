@@ -64,12 +64,14 @@ def special_keys(points: Sequence[SpecialPoint]) -> list[Key]:
 
 def map_chart(motions: MotionMap) -> Chart:
     """Draw the cells, and the curves over them."""
+    # cells by code
     across, up = measures_of(motions)
     x_range = _scaled(motions.range, across.factor)
     y_range = _scaled(motions.second_range, up.factor)
     codes = motions.data["code"].values.astype(np.int64)
     keys = tuple(Key(words, COLOURS_OF_CODES[code]) for code, words in WORDS.items())
     cells = tuple(_placed(part, codes.shape, x_range, y_range) for part in cells_of(codes, (*keys, NOTHING)))
+    # borders and special points
     lines = [
         Line(
             border.value * across.factor,
@@ -91,6 +93,7 @@ def map_chart(motions: MotionMap) -> Chart:
         x_range=x_range,
         y_range=y_range,
     )
+    # legend of the codes and curves that occur
     present = {part.name for part in cells}
     curves = [
         Key(kind, INK, dash=_DASHES.get(kind, "dashed")) for kind in dict.fromkeys(b.kind for b in motions.borders)

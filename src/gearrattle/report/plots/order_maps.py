@@ -67,16 +67,9 @@ def map_panel(
 ) -> Panel:
     """Draw one map: frequency or order over speed; over time where there is no speed, or it comes back.
 
-    Parameters
-    ----------
-    data
-        from ``waterfall``, or the amplitude of ``order_map``.
-    top
-        the highest level drawn [dB]; None: the largest in it.
-    si
-        whether speeds are rad/s, drawn in rpm, and frequencies Hz.
-    natural
-        natural frequencies drawn over it [rad/s].
+    ``data`` is from ``waterfall``, or the amplitude of ``order_map``. ``top`` is the highest level drawn [dB], by
+    default the largest. In SI speeds [rad/s] are drawn in rpm, and frequencies in Hz. ``orders`` of the excitation and
+    ``natural`` frequencies [rad/s] are drawn over it (``overlays``).
     """
     vertical = str(data.dims[1])
     places, x_title = _level_axis(data, si)

@@ -53,12 +53,8 @@ def overlay(
 ) -> tuple[tuple[Line, ...], tuple[Label, ...]]:
     """Return the lines over a map, each named once.
 
-    Parameters
-    ----------
-    x_range, y_range
-        of the map; on the y axis hertz, or orders.
-    natural
-        natural frequencies [rad/s].
+    The y axis is in hertz, or in orders if ``by_order``. ``orders`` are of the excitation, ``natural`` frequencies in
+    rad/s; without ``turning`` the speed is unknown.
     """
     lines: list[Line] = []
     labels: list[Label] = []

@@ -30,12 +30,14 @@ _POINTS = 6000
 
 def phase_plane(findings: Judged, cycles: int = CYCLES) -> Chart:
     """Draw the phase plane of every clearance over the last cycles."""
+    # curves of the chosen clearances over the last cycles
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     window = last_cycles(trajectory, min(cycles, max(1, _POINTS // trajectory.samples_per_cycle)))
     chosen, left_out = chosen_clearances(findings)
     curves, mark = phase_curves(findings, chosen, window)
     panels = []
+    # scales, shading and corners of one clearance
     for k, curve in zip(chosen, curves, strict=True):
         name = layout.clearance_names[k]
         unit = units(findings, k)
@@ -87,7 +89,7 @@ def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) ->
     """Return deflection and rate (N, 2) of each clearance over the last cycles, and how they are drawn.
 
     A motion that is known between its samples is drawn as it is, another one through its samples by polynomials
-    (``plots/smooth``), or as points where these are too far apart.
+    (``plots/smooth``), or as points where these are too far apart. Clearances are indices into ``layout.clearance``.
     """
     trajectory = findings.motion.trajectory
     if trajectory.exact is not None and clearances:
@@ -147,6 +149,6 @@ def _on_screen(points: Array, frame: Array, within: float) -> Array:
 
 
 def deflection_rate(findings: Judged, clearance: int) -> Array:
-    """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s]."""
+    """Return the deflection rate of ``layout.clearance[clearance]`` at every sample, (Nt,) [rad/s or m/s]."""
     trajectory = findings.motion.trajectory
     return rate_of(findings.model, trajectory, int(trajectory.layout.clearance[clearance]))

@@ -37,12 +37,14 @@ def regions(findings: Judged) -> Chart:
 
 def _panel(axis: TimeAxis, k: int, window: Window) -> Panel:
     """Draw one clearance: its regions as steps, contact filled, impacts as dots."""
+    # stays in the regions, from crossing to crossing
     trajectory = axis.trajectory
     layout = trajectory.layout
     time, region = _stretches(trajectory, k, window)
     begin, end = axis.at(time[:-1]), axis.at(time[1:])
     inner = centre(layout, k)
     cells = []
+    # contact on either side, filled from the edge of the centre
     for name, colour, side in (
         ("drive side", DRIVE, region > max(inner)),
         ("coast side", COAST, region < min(inner)),
@@ -52,13 +54,16 @@ def _panel(axis: TimeAxis, k: int, window: Window) -> Panel:
             level = region[side].astype(np.float64)
             low, high = np.minimum(floor, level), np.maximum(floor, level)
             cells.append(Cells(begin[side], end[side], low, high, name, colour))
+    # the region as a step curve
     steps = np.repeat(region, 2).astype(np.float64)
     lines = [Line(np.column_stack([begin, end]).ravel(), steps, "region", INK, width=1.0)]
+    # impacts at their times
     impacts = find_impacts(trajectory).of(k).within(window)
     is_drawn = impacts.time >= time[0]
     if is_drawn.any():
         level = impacts.region[is_drawn].astype(np.float64)
         lines.append(Line(axis.at(impacts.time[is_drawn]), level, "impact", INK, "points", 5.0))
+    # labels of the regions
     first = int(layout.region_of_first_piece[k])
     labels = range(first, first + layout.stiffness_of_piece[k].size)
     return Panel(

@@ -17,10 +17,12 @@ _POINTS = 201
 
 def rest_chart(rest: Equilibrium) -> Chart | None:
     """Draw torque or force over deflection with the point of rest; None where no element has a corner."""
+    # the first elements with corners
     driveline = assemble(rest.model)
     layout, si = driveline.layout, rest.model.units == "SI"
     panels = []
     for j, k in enumerate(layout.clearance[:_MOST_PANELS].tolist()):
+        # limits that show all corners and the rest
         name = layout.element_names[k]
         law = driveline.system.laws[k]
         is_mesh = bool(layout.is_mesh[k])
@@ -28,14 +30,17 @@ def rest_chart(rest: Equilibrium) -> Chart | None:
         low, high = reach(np.array([at]), law.corners)
         low, high = min(low, *law.corners), max(high, *law.corners)
         margin = 0.25 * (high - low)
+        # the elastic characteristic, with a sample at each corner
         deflection = np.union1d(np.linspace(low - margin, high + margin, _POINTS), [*law.corners, at])
         force = np.array([law.elastic(float(value)) for value in deflection])
+        # scales and shading
         across = scale(deflection, ("m" if is_mesh else "rad") if si else "")
         up = scale(force, ("N" if is_mesh else "N m") if si else "")
         bands = tuple(
             type(band)(band.low, band.high, band.colour, along="x") for band in shading(layout, j, across.factor)[0]
         )
         x = deflection * across.factor
+        # the characteristic and the rest on it
         lines = (
             Line(x, force * up.factor, name, MUTED, width=1.6),
             Line(np.array([at]) * across.factor, np.array([law.elastic(at)]) * up.factor, "rest", INK, "points", 9.0),

@@ -52,12 +52,7 @@ def row_chart(
 ) -> Chart | None:
     """Draw rows of points, the first 40 rows if there are more; None without a finite value.
 
-    Parameters
-    ----------
-    marks
-        where vertical rules stand; the axis reaches them.
-    log
-        whether the x axis is logarithmic; what is not positive is left out.
+    Vertical rules stand at ``marks``, which the axis reaches. On a logarithmic x axis what is not positive is left out.
     """
     if log:
         series = [replace(one, values=np.where(one.values > 0.0, one.values, np.nan)) for one in series]

@@ -27,10 +27,7 @@ def run_up_charts(run_up: RunUp) -> list[Chart]:
 def track_charts(tracks: Sequence[Track], partner: str, blocks: str, *, si: bool) -> list[Chart]:
     """Return a chart a channel, a panel an order, the largest first if there are more than a dozen.
 
-    Parameters
-    ----------
-    si
-        whether speeds are in rad/s; drawn in rpm.
+    SI speeds [rad/s] are drawn in rpm.
     """
     limits = any(np.isfinite(track.reach).all() for track in tracks)
     legend = (Key("measured", INK), Key(partner, DRIVE), *((Key("95 % limits", MUTED),) if limits else ()))

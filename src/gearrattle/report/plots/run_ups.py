@@ -21,6 +21,7 @@ _MOST = 8
 
 def run_up_spectra(findings: Findings) -> Chart | None:
     """Draw the spectra of a run-up; None at one speed, or from too few samples."""
+    # a waterfall of every body's acceleration; None without a sweep
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
@@ -29,7 +30,9 @@ def run_up_spectra(findings: Findings) -> Chart | None:
         maps = [waterfall(run, f"acceleration.{name}", overlap=0.75) for name in names]
     except ModelError:
         return None
+    # one scale of levels for all maps
     top = round_up(max(float(np.nanmax(levels(data.values, squared=False))) for data in maps))
+    # overlays: elastic natural frequencies and orders of the excitation
     natural = np.sort(findings.modes_contact.frequencies)
     elastic = natural[natural > _RIGID * natural.max(initial=0.0)].tolist()
     orders = run.trajectory.layout.orders.tolist()
@@ -37,6 +40,7 @@ def run_up_spectra(findings: Findings) -> Chart | None:
         map_panel(data, name, top=top, si=si, orders=orders, natural=elastic)
         for name, data in zip(names, maps, strict=True)
     )
+    # caption and scale
     caption = (
         f"Amplitudes of the angular accelerations over speed, bins of {maps[0].attrs['resolution']:.3g} Hz. Rising: "
         "orders of the excitation; level: natural frequencies with every clearance closed, f1 the lowest above zero."
@@ -60,11 +64,13 @@ def run_up_spectra(findings: Findings) -> Chart | None:
 
 def run_up_orders(findings: Findings) -> Chart | None:
     """Draw the excited orders of every body's acceleration over speed; None at one speed, or if no block fits."""
+    # positive orders of the excitation; None without a sweep
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
     layout = run.trajectory.layout
     orders = [order for order in layout.orders.tolist() if order > 0.0]
+    # as many order cuts as the sampling rate can show
     while orders:
         try:
             cuts = [
@@ -76,10 +82,12 @@ def run_up_orders(findings: Findings) -> Chart | None:
             orders = orders[:-1]  # the samples do not show the highest at the highest speed
     else:
         return None
+    # a panel a body
     shown = cuts[0].order.values.tolist()
     panels = tuple(
         cuts_panel(data.amplitude, name, si=si) for name, data in zip(layout.inertia_names, cuts, strict=True)
     )
+    # caption: orders that are not drawn
     left = [f"{order:g}" for order in layout.orders.tolist() if order not in shown and order > 0.0]
     turns = f"{cuts[0].attrs['turns']:g}"
     caption = f"Amplitudes of excited orders of the angular accelerations, fitted over blocks of {turns} turns."

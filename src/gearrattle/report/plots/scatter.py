@@ -114,10 +114,7 @@ def tornado(data: xr.Dataset) -> Chart | None:
 def tornado_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw rank regression coefficients of one output, a panel a subject that varies.
 
-    Parameters
-    ----------
-    measured
-        holds the values that scatter, with their words and units.
+    ``measured`` holds the values that scatter, with their words and units.
     """
     subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     panels = []

@@ -50,8 +50,10 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     measure
         by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
     """
+    # margins [dB], and cells that are undecided
     margin, low, undecided = _margins(data, measure)
     speeds, what = speeds_of(data)
+    # title and caption by the measure
     word = "lift-off" if measure == "lift_ratio" else "separation"
     title = f"Screening by {word}"
     said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
@@ -65,13 +67,16 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     if np.isinf(margin).any():
         caption += " A gear that rests within its gap is off its flank already: its margin is without bounds."
     key = "screening" if measure == "lift_ratio" else "screening_separation"
+    # over speed alone: curves
     if data.sizes["load"] == 1:
         return _curves(data, (low[:, 0, :], margin[:, 0, :]), speeds, what, (key, title, caption))
+    # shades of the margin nearest to 0 dB
     shaded = np.where(undecided, np.nan, np.where(low > 0.0, low, margin))
     bounds = bounds_of(shaded)
     edges = (-np.inf, *bounds, np.inf)
     legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
     unsure = (_UNSURE,) if undecided.any() else ()
+    # a map of every gear, with the boundary at 0 dB
     across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):

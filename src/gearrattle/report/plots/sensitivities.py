@@ -38,10 +38,7 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
 def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw the indices of one output, a panel a subject that varies.
 
-    Parameters
-    ----------
-    measured
-        holds the values that scatter, with their words and units.
+    ``measured`` holds the values that scatter, with their words and units.
     """
     parts = [(title, one) for title, _, one in _by_subject(dataset) if np.isfinite(one["total_order"].values).any()]
     return [_indices(title, one, measured) for title, one in parts]
@@ -133,9 +130,11 @@ def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
 
 
 def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
+    # values with the largest swing of the output, the largest on top
     swing, base = np.nan_to_num(dataset["swing"].values), float(dataset["base"])
     order = np.argsort(-swing, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
+    # bars from the base to the output at both ends of a value
     ends = {
         name: np.where(np.isfinite(values := dataset[name].values[order]), values, base) for name in ("low", "high")
     }
@@ -145,10 +144,12 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
         middle, half = np.where(same_side, rows + 0.32 * side, rows), np.where(same_side, 0.15, 0.32)
         left, right = np.minimum(ends[name], base), np.maximum(ends[name], base)
         cells.append(Cells(left, right, middle - half, middle + half, name, colour))
+    # room for names on the left
     low = min(base, *(float(values.min()) for values in ends.values()))
     high = max(base, *(float(values.max()) for values in ends.values()))
     width = high - low
     begin = low - (_NAMES + 0.03) * width
+    # names of the values and their ends
     extremes = [dataset[f"{name}_value"].values[order].tolist() for name in ("low", "high")]
     measures = [measure_of(data, str(name)) for name in dataset["value"].values[order]]
     bar_labels = [
@@ -157,6 +158,7 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
     names = [measure.words for measure in measures]
     labels = [Label(begin, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), bar_labels, strict=True)]
+    # axes: five ticks over the outputs
     steps = np.linspace(low, high, 5)
     return Panel(
         title,

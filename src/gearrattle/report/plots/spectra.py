@@ -21,6 +21,7 @@ _RIGID = 1e-6
 
 def spectra(findings: Findings) -> Chart | None:
     """Draw the spectrum of every body's acceleration; None where the samples are too few for one."""
+    # frequencies as orders of the reference speed; along a sweep in Hz
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     spectrum = findings.verdict.spectra
@@ -29,6 +30,7 @@ def spectra(findings: Findings) -> Chart | None:
     unit = layout.omega if layout.ramp is None else 2.0 * np.pi  # one of the axis, in rad/s
     along = spectrum.frequency * 2.0 * np.pi / unit
     highest = float(along[-1])
+    # rules at elastic natural frequencies
     natural = np.sort(findings.modes_contact.frequencies)
     elastic = natural[natural > _RIGID * natural.max(initial=0.0)] / unit
     rules = tuple(
@@ -36,6 +38,7 @@ def spectra(findings: Findings) -> Chart | None:
         for position, value in enumerate(elastic, start=1)
         if value < highest
     )
+    # density of every chosen body, without the mean
     si = findings.model.units == "SI"
     chosen, left_out = chosen_bodies(findings)
     panels = tuple(

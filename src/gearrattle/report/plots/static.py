@@ -92,10 +92,12 @@ def _swatch(key: Key, x: float, y: float) -> str:
 
 def _panel(panel: Panel, left: float, top: float, width: float, height: float, *, labelled: bool) -> str:
     """Draw one panel with its axes, everything in it clipped."""
+    # limits, scales and ticks
     x_limits, y_limits = widened(panel, width / height) if panel.equal_scales else limits(panel)
     x, y = Axis(*x_limits, 0.0, width, panel.x_log), Axis(*y_limits, height, 0.0, panel.y_log)
     x_ticks = panel.x_ticks or tuple((v, numeral(v, 6)) for v in x.ticks())
     y_ticks = panel.y_ticks or tuple((v, numeral(v)) for v in y.ticks())
+    # the marks within the axes, from the heat up to the labels
     inside = [raster(panel.heat, x, y)] if panel.heat else []
     inside += [_band(band, x, y) for band in panel.bands]
     if not panel.heat:
@@ -109,6 +111,7 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float, *
         inside.append(
             f'<text x="{width / 2:.1f}" y="{height / 2:.1f}" text-anchor="middle">{escape(panel.note)}</text>'
         )
+    # title, tick labels and axis titles around them
     unit = f' <tspan fill="{MUTED}" font-weight="400" dx="4">{escape(panel.unit)}</tspan>' if panel.unit else ""
     around = [
         f'<path d="M0 {height + 0.5}h{width:.1f}" stroke="{FAINT}" fill="none"/>',

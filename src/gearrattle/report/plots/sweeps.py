@@ -36,12 +36,14 @@ _ROOM = 0.06
 
 def output_sweep(data: xr.Dataset) -> Chart | None:
     """Draw every output of numbers over the one axis; None for more axes or none."""
+    # outputs that are numbers, over one axis
     names = [name for name in outputs_in(data) if not words_of(data[name])][:_MOST_PANELS]
     if len(axes_in(data)) != 1 or not names:
         return None
     (axis,) = axes_in(data)
     panels: list[Panel] = []
     legend: dict[str, Key] = {}
+    # curves of every subject, in a panel for every unit
     for name in names:
         by_unit: dict[str, list[Line]] = {}
         units = units_of(data, name)
@@ -52,6 +54,7 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
                 for curve, width in _curves(subject_values, axis)
             )
         panels += [_panel(data, axis, (name, unit), lines) for unit, lines in by_unit.items()]
+    # caption and legend
     over = " Thick: the median over the samples; thin: 5 and 95 %." if SAMPLE in data.dims else ""
     caption = f"Outputs over {words_of_axis(data, axis)}.{over}"
     return Chart(
@@ -113,16 +116,19 @@ def _quantile(row: Array, share: float) -> float:
 
 def _panel(data: xr.Dataset, axis: str, title: tuple[str, str], curves: list[Line]) -> Panel:
     """Curves at the axis' positions, with their points where there are few."""
+    # lines between numbers; values that are words have points
     x, log, ticks = positions(data, axis)
     joined = np.asarray(data[axis].values).dtype.kind in "iuf"  # nothing lies between two words
     lines = [
         Line(x, c.y, c.name, c.colour, "line" if joined else "points", c.width if joined else 3.0 * c.width)
         for c in curves
     ]
+    # points on thick lines of few values
     if x.size <= 40:
         lines += [
             Line(x, line.y, line.name, line.colour, "points", 5.0) for line in lines if joined and line.width > 1.0
         ]
+    # limits
     finite = np.concatenate([line.y[np.isfinite(line.y)] for line in lines] or [np.zeros(0)])
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     room = _ROOM * (high - low) or 0.5 * (abs(high) or 1.0)

@@ -26,6 +26,7 @@ _MOST_PANELS = 8
 
 def swept_chart(branch: Branch, sweeps: Sweeps) -> Chart:
     """Draw the rms deflection of every clearance, the first few."""
+    # ranges of two coexisting motions, and jumps
     shown, layout = measure(branch), assemble(branch.model).layout
     low, high = (value * shown.factor for value in sweeps.ends)
     room = 0.02 * (high - low)
@@ -35,6 +36,7 @@ def swept_chart(branch: Branch, sweeps: Sweeps) -> Chart:
     )
     rules = tuple(Rule(jump.value * shown.factor, "x", INK) for jump in sweeps.jumps)
 
+    # both sweeps of one clearance
     def panel(k: int) -> Panel:
         every = np.array([run.rms[k] for run in (*sweeps.up, *sweeps.down)])
         in_unit = scale(every, units_of(branch.model, layout, k)["deflection"])
@@ -52,6 +54,7 @@ def swept_chart(branch: Branch, sweeps: Sweeps) -> Chart:
             x_range=(low - room, high + room),
         )
 
+    # caption and legend
     count = len(layout.clearance_names)
     more = f" {counted(count - _MOST_PANELS, 'clearance')} more are in results.nc." if count > _MOST_PANELS else ""
     return Chart(

@@ -53,12 +53,9 @@ def _along(symbol: Symbol, left: float, right: float, y: float) -> str:
 
 
 def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:
-    """Draw an element that runs beside another one, or between bodies far apart.
+    """Draw an element that runs beside another one, or between bodies far apart, and return its outermost point.
 
-    Returns
-    -------
-    tuple[str, Point]
-        The drawing, and its outermost point: ``depth`` below the middle, or beside it where one end is above the other.
+    The point is ``depth`` [px] below the middle, or beside it where one end is above the other.
     """
     aside = a[0] == b[0]
     x, y = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])

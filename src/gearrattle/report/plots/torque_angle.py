@@ -22,12 +22,14 @@ _POINTS = 8000
 
 def torque_angles(findings: Findings) -> Chart | None:
     """Draw every coupling with friction; None where there is none."""
+    # couplings whose friction sliders let go
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     if trajectory.auxiliaries is None:
         return None
     names = [element.name for element in findings.model.elements if not element.along_line]
     rubbing = [n for n in names if any(c.startswith(f"{n}.") and "let go" in w for c, w in _sliders(findings))]
+    # the last cycles, thinned
     window = last_cycles(trajectory, CYCLES)
     part = slice(window.first, window.last + 1, max(1, (window.last - window.first) // _POINTS))
     panels = []
@@ -36,10 +38,12 @@ def torque_angles(findings: Findings) -> Chart | None:
         delta, torque = deflection(findings.model, trajectory, k)[part], trajectory.element_torque[part, k]
         if not np.ptp(delta) > 0.0:
             continue
+        # the static loop between the motion's extremes
         loop = torque_angle(findings.model, name, float(delta.min()), float(delta.max()))
         si = findings.model.units == "SI"
         degrees, across = (180.0 / np.pi, "°") if si else (1.0, "")
         torque_scale = scale(loop.torque, "N m" if si else "")
+        # loop and motion
         lines = (
             Line(loop.deflection * degrees, loop.elastic * torque_scale.factor, "without friction", CENTRE, width=1.0),
             Line(
@@ -52,6 +56,7 @@ def torque_angles(findings: Findings) -> Chart | None:
             ),
             Line(delta * degrees, torque * torque_scale.factor, "this run", ACCENT, width=1.0, opacity=0.8),
         )
+        # corners and limits
         corners = layout.corners[layout.clearance.tolist().index(k)] * degrees if k in layout.clearance else np.zeros(0)
         rules = tuple(Rule(float(c), "x") for c in corners)
         margin = 0.06 * float(np.ptp(delta)) * degrees

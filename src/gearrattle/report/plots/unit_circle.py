@@ -14,13 +14,7 @@ _MOST_SHOWN = 2.0
 
 
 def unit_circle(marks: Sequence[Line], title: str) -> Panel:
-    """Draw multipliers.
-
-    Parameters
-    ----------
-    marks
-        points: x the real, y the imaginary parts.
-    """
+    """Draw multipliers: x the real, y the imaginary parts."""
     turn = np.linspace(0.0, 2.0 * np.pi, 241)
     circle = Line(np.cos(turn), np.sin(turn), "unit circle", MUTED, width=1.0, dash="solid")
     sizes = np.concatenate([np.zeros(1), *(np.hypot(mark.x, mark.y) for mark in marks)])

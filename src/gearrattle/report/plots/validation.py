@@ -33,17 +33,21 @@ def validation_charts(validation: Validation) -> list[Chart]:
 
 def sigma_chart(validation: Validation) -> Chart:
     """Draw sigma of every channel and level with its interval; behind it, what the error budget allows."""
+    # sigma of every channel and measure with its interval and error budget
     rows = [(f"{pair.name}, {level.measure}", level) for pair in validation.pairs for level in pair.levels][::-1]
     at = np.arange(len(rows), dtype=np.float64)
     sigma, low, high = (np.array([getattr(level, key) for _, level in rows]) for key in ("sigma", "low", "high"))
     expanded = np.nan_to_num(np.array([level.expanded for _, level in rows]))
+    # limits: wide budgets are cut at the edge
     widest = float(np.nanmax(np.abs([*low, *high]), initial=1e-9))
     most = 1.15 * max(widest, min(2.0 * widest, float(expanded.max(initial=0.0))))
     grey = np.minimum(expanded, most)
+    # intervals and points, coloured by whether sigma is within chance
     off = np.array([not level.by_chance for _, level in rows])
     lines = [interval_lines(low, high, at, "95 % interval")]
     for colour, chosen, name in ((DRIVE, ~off, "within chance"), (COAST, off, "more than chance")):
         lines.append(Line(sigma[chosen], at[chosen], name, colour, mark="points", width=8.0))
+    # the error budget as bars behind them
     panel = Panel(
         "sigma",
         "%",
@@ -56,6 +60,7 @@ def sigma_chart(validation: Validation) -> Chart:
         y_ticks=tuple((float(k), "") for k in at),
     )
     panel = with_names(panel, [name for name, _ in rows])
+    # caption and legend
     caption = (
         "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
         "from the scatter of the cycles; bands: what the error budget allows, cut at the edge."
@@ -191,6 +196,7 @@ def _cycle(_found: Validation, pair: Pair) -> Panel:
 
 
 def _orders(_found: Validation, pair: Pair) -> Panel:
+    # scale, spacing and floor of the logarithmic axis
     if not pair.orders:
         return Panel(pair.name)
     order = np.array([entry.order for entry in pair.orders])
@@ -198,6 +204,7 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
     factor, unit = prefixed(largest, pair.unit)
     away = 0.012 * max(float(order[-1]), 1.0)
     floor = 1e-4 * largest
+    # amplitudes with intervals of 1.96 standard errors, measured and simulated side by side
     lines = []
     for name, colour, side in (("measured", MEASURED, 0.0), ("simulated", SIMULATED, 1.0)):
         size = np.array([getattr(entry, name) for entry in pair.orders])
@@ -206,6 +213,7 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
         low, high = (factor * np.maximum(size + s * far, floor) for s in (-1.0, 1.0))
         lines.append(_vertical(low, high, at, colour))
         lines.append(Line(at, factor * np.maximum(size, floor), name, colour, mark="points", width=6.5))
+    # whole decades
     every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
     bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
     return Panel(

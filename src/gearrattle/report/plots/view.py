@@ -41,12 +41,7 @@ class Scale:
 def scale(values: Array, unit: str) -> Scale:
     """Choose an SI prefix for values of the given unit; values without a unit keep theirs.
 
-    Parameters
-    ----------
-    values
-        any shape; those that are not finite are passed over.
-    unit
-        e.g. ``"rad"``, ``"N m"``; empty for dimensionless quantities.
+    Values that are not finite are passed over. The unit is e.g. ``"rad"``, and empty for dimensionless quantities.
     """
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -114,19 +109,8 @@ class TimeAxis:
         return begin, end
 
     def history(self, values: Array, window: Window | None) -> tuple[Array, Array]:
-        """Return one curve: of a window in detail, or of the whole run thinned.
-
-        Parameters
-        ----------
-        values
-            (Nt,) one column of the trajectory.
-        window
-            the part to show; None for all.
-
-        Returns
-        -------
-        tuple[Array, Array]
-            (M,) places on the axis, (M,) the chosen values.
+        """Return places on the axis and values (M,) of one curve (Nt,): of a window in detail, or of the whole run
+        thinned.
         """
         if window is None:
             index = thin(values, OVERVIEW_POINTS)

@@ -19,6 +19,7 @@ _DECADES = 8.0
 
 def sound_charts(sound: Sound) -> list[Chart]:
     """Draw the first eight designs that are longer than a segment of samples; empty for silence."""
+    # designs that can be heard, the first few
     designs = [
         (name, pressure) for name, pressure in zip(sound.names, sound.pressure, strict=True) if pressure.size > 1
     ][:_MOST_DESIGNS]
@@ -26,6 +27,7 @@ def sound_charts(sound: Sound) -> list[Chart]:
         return []
     colours = [INK, *COLOURS]
     waves, spectra = [], []
+    # pressure over time, thinned, and power spectral density by Welch's method
     for i, (name, pressure) in enumerate(designs):
         index, colour = thin(pressure, DETAIL_POINTS), colours[i % len(colours)]
         time = Line(index / sound.rate, pressure[index], name, colour, width=0.8)
@@ -35,6 +37,7 @@ def sound_charts(sound: Sound) -> list[Chart]:
         frequency, density = power_density(pressure, sound.rate, segments)
         there = (frequency >= _LOWEST) & (density > 0.0)
         spectra.append(Line(frequency[there], density[there], name, colour, width=1.0))
+    # the chart of pressures
     largest = max(float(line.y.max(initial=0.0)) for line in spectra)
     legend = tuple(Key(line.name, line.colour) for line in spectra)
     charts = [
@@ -47,6 +50,7 @@ def sound_charts(sound: Sound) -> list[Chart]:
             share_x=False,
         ),
     ]
+    # the chart of densities, at most some decades below the largest
     if largest > 0.0:
         top = 10.0 ** np.ceil(np.log10(largest))
         least = min(float(line.y.min()) for line in spectra if line.y.size)

@@ -25,12 +25,8 @@ class SoundPage(Presentation[Sound]):
     def __init__(self, result: Sound, bits: int = 32, *, with_quality: bool = False) -> None:
         """Present sounds.
 
-        Parameters
-        ----------
-        bits
-            of the WAV files: 24 (integers), 32 or 64 (floating point).
-        with_quality
-            whether loudness, sharpness and roughness are computed too; needs the extra ``sound``.
+        WAV files have 24 bits (integers), or 32 or 64 (floating point). With quality loudness, sharpness and roughness
+        are computed too; this needs the extra ``sound``.
         """
         super().__init__(result)
         self.bits = bits

@@ -100,6 +100,7 @@ def counts_of(data: xr.Dataset) -> Table:
 
 def attractor_table(data: xr.Dataset) -> Table:
     """The attractors: share, interval, largest multiplier, and a point of each."""
+    # a row a motion: cases, share with Wilson's interval, largest multiplier, points of the section
     section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     measures, rows = [measure_of(data, name) for name in section], []
     for n in range(1, min(data.sizes[ATTRACTOR], _MOST_ROWS) + 1):
@@ -114,6 +115,7 @@ def attractor_table(data: xr.Dataset) -> Table:
         rows.append(
             (name_of(data, n), f"{int(one['cases'])}", _percent(float(one["share"])), interval, modulus, *points)
         )
+    # notes on the samples and on motions that are not verified
     note = (
         "Wilson's interval (1927), for independent samples; Latin hypercube and Sobol samples scatter less."
         if SAMPLE in data["basin"].dims

@@ -30,9 +30,13 @@ _LONGEST = 14  # letters of a prescribed word of an x axis in one line
 
 
 def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
-    """Set limits, scales, labels and ticks of the axes of a panel; return their title."""
+    """Set limits, scales, labels and ticks of the axes of a panel; return their title.
+
+    The figure is ``inches`` wide.
+    """
     from matplotlib import rcParams
 
+    # limits and scales
     chosen: Any = rcParams
     panel = rows.panel
     x_limits, y_limits = limits(panel)
@@ -43,11 +47,13 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
     axes.set_autoscale_on(False)
     if panel.equal_scales:
         axes.set_aspect("equal", adjustable="box")
+    # title and labels with units
     unit = label_of(panel.unit)
     title = axes.set_title(f"{panel.title} [{unit}]" if unit and rows.wordy else panel.title, parse_math=False)
     axes.set_ylabel("" if rows.wordy else unit, parse_math=False)
     if labelled:
         axes.set_xlabel(label_of(panel.x_title), parse_math=False)
+    # ticks: positions, words, sizes and colours
     family = chosen["font.family"]
     for axis, ticks, most in ((axes.xaxis, panel.x_ticks, MOST_ACROSS), (axes.yaxis, panel.y_ticks, MOST_UP)):
         longest = _LONGEST if axis is axes.xaxis else round(11.5 + 3.2 * inches)
@@ -66,6 +72,7 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
                 labelcolor=chosen[f"{name}tick.labelcolor"],
                 labelfontfamily=family,
             )
+    # parts that are not drawn
     axes.tick_params(axis="x", labelbottom=labelled)
     if rows.wordy:
         axes.tick_params(axis="y", length=0.0)

@@ -36,6 +36,7 @@ class Rows:
 
 def rows_of(panel: Panel) -> Rows:
     """Take the names of rows out of a panel; another one stays as it is."""
+    # panels without names of rows at the left limit stay as they are
     if panel.x_range is None or panel.y_range is None:
         return Rows(panel, wordy=_words(panel))
     low, high = panel.x_range
@@ -43,9 +44,11 @@ def rows_of(panel: Panel) -> Rows:
     names = [label for label in panel.labels if label.x == low]
     if not panel.y_ticks or not below or not names:
         return Rows(panel, wordy=_words(panel))
+    # words at the right end, beyond all bars
     others = [label for label in panel.labels if label.x != low]
     edge = max((float(np.nanmax(c.right, initial=-np.inf)) for c in panel.cells), default=-np.inf)
     right = [label for label in others if label.x > edge]
+    # limits of the x axis: from where bars, lines, rules and ticks begin to the words at the right end
     ends = [float(np.nanmin(values, initial=np.inf)) for c in panel.cells for values in (c.left, c.right)]
     ends += [float(np.nanmin(line.x, initial=np.inf)) for line in panel.lines]
     ends += [rule.at for rule in panel.rules if rule.along == "x"] + [at for at, _ in panel.x_ticks]
@@ -55,6 +58,7 @@ def rows_of(panel: Panel) -> Rows:
     else:
         first = min([last - _ROOM * (last - low), *ends])
         first -= _ROOM * (last - first)
+    # names become words of the y axis
     trimmed = replace(
         panel,
         x_range=(first, last),

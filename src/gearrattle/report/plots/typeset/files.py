@@ -91,14 +91,10 @@ def checked_dpi(dpi: float) -> float:
 
 
 def saved(figure: Figure, kind: str, *, dpi: float = DPI, title: str = "", subject: str = "") -> bytes:
-    """Return a figure as a file's bytes.
+    """Return a figure as the bytes of a file, of a kind in ``FORMATS``.
 
-    Parameters
-    ----------
-    dpi
-        points an inch of PNG and TIFF, and of pictures inside the others.
-    title
-        kept in the file, as far as its format can.
+    PNG, TIFF and pictures inside other formats have ``dpi`` points an inch. Title and subject are kept as far as the
+    format can.
     """
     from matplotlib import rc_context, rcParams
 

@@ -34,7 +34,7 @@ _BEYOND = 10.0
 def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[Annotation]:
     """Draw all that a panel holds, from the heat up, and return the words in it, the most important first.
 
-    Limits and scales must have been set.
+    Limits and scales must have been set. The figure is ``inches`` wide.
     """
     panel = rows.panel
     if panel.heat is not None:
@@ -98,6 +98,7 @@ def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
     """Fill rectangles; a hairline of their own colour closes the seams that viewers leave between them."""
     from matplotlib.collections import PolyCollection
 
+    # (N, 4, 2) corners of the rectangles
     corners = np.stack(
         [
             np.stack([x, y], -1)
@@ -110,6 +111,7 @@ def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
         ],
         axis=1,
     )
+    # hatched cells have edges of paper, empty ones no filling
     hatch, is_empty = looks.hatches.get(cells.colour, ""), cells.colour == NO_VALUE
     axes.add_collection(
         PolyCollection(

@@ -84,6 +84,7 @@ class Style:
         """matplotlib's settings for it, all that differ from matplotlib's own."""
         small = 0.875 * self.size
         return {
+            # letters
             "font.family": list(_FONTS.get(self.font, (self.font, "DejaVu Sans"))),
             "font.size": self.size,
             "axes.titlesize": self.size,
@@ -91,6 +92,7 @@ class Style:
             "xtick.labelsize": small,
             "ytick.labelsize": small,
             "legend.fontsize": small,
+            # axes
             "axes.titlelocation": "left",
             "axes.titlepad": 3.0,
             "axes.labelpad": 2.5,
@@ -102,6 +104,7 @@ class Style:
             "axes.spines.top": False,
             "axes.spines.right": False,
             "axes.axisbelow": True,
+            # grid and ticks
             "grid.color": FAINT,
             "grid.linewidth": 0.4,
             "xtick.color": MUTED,
@@ -125,6 +128,7 @@ class Style:
             "legend.labelspacing": 0.3,
             "legend.borderpad": 0.0,
             "legend.borderaxespad": 0.5,
+            # strokes and paper
             "hatch.linewidth": 0.5,
             "lines.scale_dashes": False,
             "figure.facecolor": PAPER,
