@@ -16,6 +16,7 @@ from gearrattle.report.tables import Table
 
 def energy_table(findings: Findings) -> Table | None:
     """Return where the energy of the whole run went; None without an audit."""
+    # work of torques, errors and prescribed motions
     energy, layout = findings.motion.trajectory.energy, findings.motion.trajectory.layout
     if energy is None:
         return None
@@ -30,6 +31,7 @@ def energy_table(findings: Findings) -> Table | None:
         for cause, work in zip(_causes(findings.model), energy.error_work.tolist(), strict=True)
         if work
     ]
+    # losses: drag, then every element with its share of friction
     if energy.drag_loss.any():
         rows.append(("taken by drag", engineering(float(energy.drag_loss.sum()), unit), ""))
     for name, loss, friction in zip(
@@ -38,6 +40,7 @@ def energy_table(findings: Findings) -> Table | None:
         if loss:
             share = f"{numeral(100.0 * friction / loss, 3)} % of it friction" if friction else ""
             rows.append((f"taken by {name}", engineering(loss, unit), share))
+    # stored energy
     rows.append(("more stored at the end", engineering(energy.stored[1] - energy.stored[0], unit), ""))
     return Table(("energy", "", ""), tuple(rows), frozenset({0, 2}), "Energy")
 

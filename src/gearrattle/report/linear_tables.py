@@ -64,6 +64,7 @@ def modes_tables(findings: Findings) -> list[Table]:
 
 
 def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Table:
+    # modes by ascending frequency; rigid ones store no energy
     si = findings.model.units == "SI"
     layout = findings.motion.trajectory.layout
     highest = float(np.max(modes.frequencies, initial=0.0))
@@ -83,6 +84,7 @@ def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Tab
                 _shape(shape, modes.inertia_names),
             )
         )
+    # heads with units
     bodies = ", ".join(modes.inertia_names) if len(modes.inertia_names) <= _MOST_NAMED else "bodies in file order"
     head = ("frequency [Hz]" if si else "frequency", "order", "damping", f"shape: {bodies}")
     return Table(head, tuple(rows), frozenset({3}), title, note)

@@ -75,6 +75,7 @@ def chosen_points(branch: Branch) -> list[int]:
 
 def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
     """Return what the script takes: words, stability and multipliers of every point, levels, curves."""
+    # motions at the points, and the levels of the curves that they lie on
     orbits = [branch.orbit(i) for i in points]
     stable = branch.data["stable"].values[points]
     value = branch.data["value"].values[points] * measure(branch).factor
@@ -82,6 +83,7 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
         key: [[_rounded(line[points]) for line in panel] for panel in panels]
         for key, panels in shown_levels(branch).items()
     }
+    # largest multipliers, and the radius in which they are drawn
     moduli = [largest(branch.points[i].multipliers, branch.points[i].free) for i in points]
     names = assemble(branch.model).layout.clearance_names[:_MOST_CLEARANCES]
     sizes = [max(1.0, min(modulus, _RADIUS)) for modulus in moduli]
@@ -127,18 +129,21 @@ def _pattern_words(orbit: Orbit) -> str:
 
 def _clearances(branch: Branch, orbits: list[Orbit], count: int) -> list[dict[str, Any]]:
     """Return the frame of every clearance, and the curves of all motions in it."""
+    # frames common to all motions, and pixels by unit
     frames = [_frame(branch, orbits, k) for k in range(count)]
     spans = np.array([[np.ptp(frame["x_range"]), np.ptp(frame["y_range"])] for frame in frames])
     factors = np.array([frame.pop("factors") for frame in frames])
     drawn: list[list[NDArray[np.int16]]] = [[] for _ in frames]
     starts: list[list[list[int]]] = [[] for _ in frames]
     scales = np.array(SCREEN) / spans
+    # curves with as few points as a screen needs, the start of every period among them
     for orbit in orbits:
         begins = orbit.period / orbit.cycles * np.arange(orbit.cycles)
         for k, (time, points) in enumerate(fine_curves(orbit, count, factors * scales)):
             shown = points * factors[k]
             ends = np.searchsorted(time, begins * (1.0 - 1e-12))
             kept = np.union1d(thinned(shown * scales[k], WITHIN), ends)
+            # whole numbers of 16 bits over the frame
             ranges = (frames[k]["x_range"], frames[k]["y_range"])
             drawn[k].append(np.stack([_whole(shown[kept, i], ranges[i]) for i in range(2)], axis=-1))
             starts[k].append(np.searchsorted(kept, ends).tolist())

@@ -109,6 +109,7 @@ class MotionMapPage(ModelPresentation[MotionMap]):
             "cycles": motions.cycles,
             "value": motions.value.tolist(),
             "seconds": motions.seconds.tolist(),
+            # codes row by row, with their meanings and counts
             "code": motions.data["code"].values.tolist(),
             "meanings": list(WORDS.values()),
             "counts": {words: self._counts[code] for code, words in WORDS.items()},

@@ -288,6 +288,7 @@ def checks_table(data: xr.Dataset) -> Table:
     head = ("at", "gear", "forecast", "margin", "simulated", "")
     if "regime" not in data:
         return Table(head, ())
+    # forecasts and simulations of all cases
     low, high = margins(data)
     forecast = forecasts(data)
     regime = np.asarray(data["regime"].values)
@@ -296,12 +297,14 @@ def checks_table(data: xr.Dataset) -> Table:
     names = [str(name) for name in data["gear"].values]
     rows = []
     for i, j, k in np.argwhere(judged).tolist():
+        # forecast and simulation of one case, and whether they agree
         said = int(forecast[i, j, k])
         words = REGIMES[regime[i, j, k]]
         ran = words if severity is None or words == "quiet" else f"{SEVERITIES[severity[i, j, k]]}, {words}"
         is_right = _is_right(said, rattles=bool(rattles[i, j, k]), separates=words != "quiet")
         margin = decibels(float(high[i, j, k]), float(low[i, j, k]))
         rows.append((place(data, i, j), names[k], FORECASTS[said], margin, ran, is_right))
+    # wrong forecasts first
     rows.sort(key=lambda row: row[-1] != "wrong")
     note = (
         "Wrong forecasts come first. An undecided one is neither right nor wrong, and so is lift-off of a gear that "

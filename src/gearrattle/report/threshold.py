@@ -172,6 +172,7 @@ class ThresholdPage(Presentation[Threshold]):
 
     def _rows(self) -> list[_Row]:
         """What every value showed."""
+        # energies of parts with a gap
         scan = self.result.scan
         output = self.result.target.severity
         energies = np.nan_to_num(np.asarray(scan[ENERGY].values), nan=0.0)
@@ -179,15 +180,18 @@ class ThresholdPage(Presentation[Threshold]):
         gaps = np.isin(parts, output.gaps)
         rows = []
         for i, value in enumerate(scan["value"].values.tolist()):
+            # severity by start of the motion
             tried = np.asarray(scan["holds"].values[i]) >= 0
             codes = np.asarray(scan[output.name].values[i])[:, gaps].max(axis=-1, initial=-1)
             words = tuple(
                 output.words[int(code)].replace("_", " ") if was_tried else _NOT_TRIED
                 for code, was_tried in zip(codes, tried, strict=True)
             )
+            # the hardest impact of all starts
             of_parts = np.where(gaps, energies[i][tried].max(axis=0, initial=0.0), 0.0)
             worst = int(np.argmax(of_parts)) if of_parts.size else 0
             energy = float(of_parts[worst]) if of_parts.size else 0.0
+            # whether the target holds of all motions, or of some
             reached = np.asarray(scan["holds"].values[i])[tried] == 1
             holds = bool(reached.size and reached.all())
             coexist = bool(reached.any() and not reached.all())

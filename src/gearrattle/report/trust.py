@@ -34,12 +34,15 @@ _SENSITIVE = (
 
 def trust(findings: Findings) -> list[str]:
     """Return what can be said about the reliability of the verdict, one sentence or two an item."""
+    # the method
     trajectory = findings.motion.trajectory
     window = steady(trajectory)
     algorithm = trajectory.cost.algorithm
     sentences = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
+    # the part that is judged
     judged = f"{window.cycles} of {counted(trajectory.cycles, 'cycle')} {'is' if window.cycles == 1 else 'are'} judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
+    # the start-up: impacts in both halves of this part
     impacts = find_impacts(trajectory).within(window)
     event = findings.verdict.event
     is_steady = event is None and findings.model.excitation.sweep is None
@@ -53,6 +56,7 @@ def trust(findings: Findings) -> list[str]:
             "far apart, they would mean that the start-up is not over."
         )
     sentences.append(judged)
+    # energy audit and predictability
     if (residual := trajectory.cost.energy_residual) is not None:
         sentences.append(_ENERGY.format(residual=residual))
     sentences.append(_predictable(findings.motion.predictability_horizon, trajectory.layout.period, trajectory.end))

@@ -24,6 +24,7 @@ def tiles(findings: Findings) -> list[Tile]:
     """Return the numbers an engineer asks for first, about the worst part; of a transient about the event."""
     if findings.verdict.event is not None:
         return event_tiles(findings.verdict.event)
+    # impact rate of the worst part
     parts = findings.verdict.parts
     made: list[Tile] = []
     if parts:
@@ -36,6 +37,7 @@ def tiles(findings: Findings) -> list[Tile]:
             if si
             else Tile("Impacts", numeral(worst.impacts_per_cycle, 3), f"{worst.name} · per cycle")
         )
+        # the hardest impact of all parts
         hardest = max(parts, key=lambda part: (RANKS[part.severity], part.max_impact_energy or 0.0))
         if hardest.max_impact_energy is not None and hardest.max_approach_speed is not None:
             energy = engineering(hardest.max_impact_energy, hardest.energy_unit)

@@ -78,9 +78,11 @@ def _reaching(limits: tuple[float, float] | None, values: list[Array]) -> tuple[
 
 def _cells(data: xr.Dataset, keys: dict[int, Key]) -> tuple[Panel, list[str], str]:
     """A map over the first two initial values, or a strip over the only one; their names, and how to read it."""
+    # the first two axes; the others at their middle
     names = [str(name) for name in data["basin"].dims]
     others = {name: data.sizes[name] // 2 for name in names[2:]}
     codes = data["basin"].isel(others).transpose(*names[:2]).values
+    # cells along x and y, ascending
     across = measure_of(data, names[0])
     x = across.factor * np.asarray(data[names[0]].values, dtype=np.float64)
     order = np.argsort(x)
@@ -91,6 +93,7 @@ def _cells(data: xr.Dataset, keys: dict[int, Key]) -> tuple[Panel, list[str], st
         y_edges, codes = edges_of(y[rising], False), codes[:, rising]
     else:
         y_edges, codes = np.array([0.0, 1.0]), codes[:, None]
+    # rectangles by code, and the values of the other axes in words
     cells = tuple(_boxes(codes == code, x_edges, y_edges, key) for code, key in keys.items() if np.any(codes == code))
     measures = {name: measure_of(data, name) for name in others}
     held = ", ".join(

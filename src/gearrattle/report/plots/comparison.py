@@ -115,12 +115,14 @@ def work_precision_chart(work_precision: WorkPrecision, labels: list[str]) -> Ch
 def _panel(
     work_precision: WorkPrecision, curves: list[Curve], colour: dict[str, str], quantity: str, title: str
 ) -> Panel:
+    # error over work of every algorithm
     lines = []
     for curve in curves:
         x = np.array([getattr(point, quantity) for point in curve.points], dtype=float)
         y = np.maximum([point.error for point in curve.points], _FLOOR)
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm]))
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm], mark="points", width=5.0))
+    # the bound of the exact solution: one point
     exact = (
         np.array([float(getattr(work_precision.exact, quantity))]),
         np.array([max(work_precision.exact.error, _FLOOR)]),

@@ -108,6 +108,7 @@ def body(scene: Scene, number: int, lines: Sequence[str], up: float = 0.0, down:
 
 def element(scene: Scene, number: int, colour: str, label: Sequence[str]) -> str:
     """Draw one coupling or mesh between its two bodies, or between a body and ground, with escaped lines of text."""
+    # a mesh straight below its upper body
     layout = scene.layout
     placement = scene.placement
     words = list(label)
@@ -120,14 +121,17 @@ def element(scene: Scene, number: int, colour: str, label: Sequence[str]) -> str
         top, bottom = y + float(scene.heights[upper]), y + scene.frame.pitch_y - float(scene.heights[lower])
         drawn = symbols.mesh(x, top, bottom, colour, gap=gap)
         return drawn + symbols.text(x + 26, 0.5 * (top + bottom) - 2, words, "start")
+    # ends on the shafts of both bodies
     left, right = sorted(ends, key=lambda end: scene.at(end, number))
     (x_a, y_a), (x_b, y_b) = scene.at(left, number), scene.at(right, number)
     if left >= 0 and not layout.is_mesh[number]:
         x_a = scene.pixel((placement.shafts[left], 0))[0]
+    # a spring between neighbours, where no earlier element joins them
     earlier = sum(set(ends) == set(pair) for pair in layout.between[:number].tolist())
     if not earlier and y_a == y_b and x_b - x_a == scene.frame.pitch_x:
         drawn = symbols.spring(x_a + HALF_WIDTH, x_b - HALF_WIDTH, y_a, colour, gap=gap)
         return drawn + symbols.text(0.5 * (x_a + x_b), y_a + 30, words, "middle")
+    # a bow around what lies between
     drawn, (x, y) = symbols.bow((x_a, y_a), (x_b, y_b), 34.0 + 36.0 * earlier, colour)
     return drawn + (symbols.text(x + 6, y, words, "start") if x_a == x_b else symbols.text(x, y + 16, words, "middle"))
 

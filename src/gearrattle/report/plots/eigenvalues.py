@@ -16,6 +16,7 @@ _MOST_LINES = 8
 
 def eigenvalue_chart(stiffness: Stiffness) -> Chart | None:
     """Draw the magnitudes of the eigenvalues, ascending; None without an elastic mode."""
+    # magnitudes above zero, ascending
     size = np.sort(np.abs(stiffness.eigenvalues))
     size = size[size > 0.0]
     if not size.size:

@@ -119,6 +119,7 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
     """Draw an output of numbers over two axes: a chart a scale, a panel a subject that varies by a hundredth."""
     if len(axes_in(data)) < 2:
         return []
+    # numbers over two axes, the median over samples
     x, y = two_axes(data)
     units, subject = units_of(data, output), subject_of(data, output)
     values = numbers_of(values_of(data, output))
@@ -126,8 +127,10 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
         values = values.median(SAMPLE)
     over = _MEDIAN if SAMPLE in data.dims else ""
     charts: list[Chart] = []
+    # maps by unit, as values of different units share no scale
     for unit in dict.fromkeys(units.values()):
         drawn = [name for name, one in units.items() if one == unit and _varies_over(_of(values, subject, name).values)]
+        # subjects share a scale unless one spans less than a shade of it
         scales = _scales({name: _of(values, subject, name).values for name in drawn})
         for names in scales:
             some = values.sel({subject: names}) if subject else values

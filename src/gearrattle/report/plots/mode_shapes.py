@@ -34,11 +34,13 @@ _STYLE = (
 
 def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     """Draw one mode of a driveline under a title, as an SVG file."""
+    # size, with room for the names of meshes and the title
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size
     meshes = [len(name) for name, mesh in zip(layout.element_names, layout.is_mesh, strict=True) if mesh]
     width += max(0.0, 32.0 + 8.0 * max(meshes, default=0) - _FRAME.right)
     width = max(width, _FRAME.left + 8.5 * len(title))
+    # elements by ascending strain energy
     shares, works = np.nan_to_num(modes.strain_energy[:, mode]), modes.works_in(mode)
     angles, names = _angles(layout, modes, mode), layout.inertia_names
     drawn = [f'<text class="title" x="12" y="24">{escape(title)}</text>']
@@ -47,11 +49,13 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
         words = [f'<tspan class="name">{escape(name)}</tspan>', f'<tspan class="share">{_percent(share)}</tspan>']
         line = driveline.element(scene, element, _mixed(share), words if name in works else [])
         drawn.append(f'<g stroke-width="{1.6 + 3.0 * share:.2f}">{line}</g>')
+    # bodies with their angles, and the shape along each shaft line
     drawn += [f'<g stroke-width="1.6">{ground}</g>' for ground in driveline.frames(scene)]
     drawn += [
         _body(scene, body, angles, is_held=names[body] not in modes.inertia_names) for body in scene.placement.bodies
     ]
     drawn += [_shape(scene, angles)]
+    # the SVG with its description
     words_of_shape = ", ".join(f"{n} {numeral(v, 2)}" for n, v in zip(names, angles.tolist(), strict=True))
     document = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '

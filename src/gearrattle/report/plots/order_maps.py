@@ -150,6 +150,7 @@ def cuts_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
 
 def coherence_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
     """Draw a coherence between its limits, and what chance alone stays below."""
+    # coherence and its limits, thinned
     frequency, words = data.frequency.values, f"{100.0 * data.attrs['level']:g} %"
     lines = []
     for name, colour, width in (("low", MUTED, 0.7), ("high", MUTED, 0.7), ("coherence", ACCENT, 1.4)):
@@ -157,6 +158,7 @@ def coherence_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
         kept = thin(np.nan_to_num(y), _POINTS)
         label = "coherence" if name == "coherence" else f"{words} limit"
         lines.append(Line(frequency[kept], y[kept], label, colour, width=width))
+    # the level below which independent signals stay
     chance = float(data.attrs["threshold"])
     lines.append(Line(frequency[[0, -1]], np.full(2, chance), f"chance stays below, {words}", "#d55e00", width=1.0))
     caption = (

@@ -58,6 +58,7 @@ def overlay(
     """
     lines: list[Line] = []
     labels: list[Label] = []
+    # orders: ticks where orders are on the y axis, otherwise f = o Omega / (2 pi)
     for order in orders:
         if by_order and 0.0 < order < y_range[1]:
             end = x_range[0] + _TICK * (x_range[1] - x_range[0])
@@ -67,6 +68,7 @@ def overlay(
             y = order * turning.speed / (2.0 * np.pi)
             curve = _follow(turning.places, y, y_range, (f"order {order:g}", f"order {order:g}", PAPER))
             lines, labels = [*lines, *curve[0]], [*labels, *curve[1]]
+    # natural frequencies: o = omega_r / Omega where orders are on the y axis, otherwise level
     for mode, frequency in enumerate(natural, start=1):
         words = f"natural frequency {mode}", f"f{mode}", SHADES[-1]
         if by_order and turning is not None and frequency > 0.0:

@@ -54,6 +54,7 @@ def row_chart(
 
     Vertical rules stand at ``marks``, which the axis reaches. On a logarithmic x axis what is not positive is left out.
     """
+    # finite values of the rows that are drawn
     if log:
         series = [replace(one, values=np.where(one.values > 0.0, one.values, np.nan)) for one in series]
     shown = names[:MOST_ROWS]
@@ -61,6 +62,7 @@ def row_chart(
     finite = np.concatenate([values[np.isfinite(values)] for values in ends]) if ends else np.zeros(0)
     if not finite.size:
         return None
+    # intervals and points
     at = np.arange(len(shown), dtype=np.float64)[::-1]
     lines: list[Line] = []
     for one in series:
@@ -69,6 +71,7 @@ def row_chart(
         values = one.values[:MOST_ROWS]
         there = np.isfinite(values)
         lines.append(Line(values[there], at[there], one.name or level, one.colour, mark="points", width=8.0))
+    # axis, rules and names
     reach = _reach(np.concatenate([finite, marks]), log=log)
     rules = tuple(Rule(value, "x") for value in marks)
     panel = Panel("", "", level, tuple(lines), rules=rules, x_range=reach, y_range=(-0.6, len(shown) - 0.4), x_log=log)

@@ -29,10 +29,12 @@ def track_charts(tracks: Sequence[Track], partner: str, blocks: str, *, si: bool
 
     SI speeds [rad/s] are drawn in rpm.
     """
+    # 95 % limits where run-ups were repeated
     limits = any(np.isfinite(track.reach).all() for track in tracks)
     legend = (Key("measured", INK), Key(partner, DRIVE), *((Key("95 % limits", MUTED),) if limits else ()))
     charts = []
     for number, channel in enumerate(dict.fromkeys(track.channel for track in tracks), start=1):
+        # the largest orders of one channel, ascending
         of_channel = [track for track in tracks if track.channel == channel]
         largest = sorted(of_channel, key=lambda track: -max(track.levels))
         drawn = sorted(largest[:MOST], key=lambda track: track.order)

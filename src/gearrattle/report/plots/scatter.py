@@ -150,18 +150,22 @@ def tornado_chart(panels: list[Panel], values: int) -> Chart | None:
 
 def _tornado(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     """Bars of one output, the strongest on top, named on the left."""
+    # values with the largest rank regression coefficients, the largest on top
     coefficients = dataset["rank_regression"].values
     order = np.argsort(-np.abs(np.nan_to_num(coefficients)), kind="stable")[:_MOST_VALUES]
     strengths, shares = np.nan_to_num(coefficients[order]), dataset["first_order"].values[order]
     names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
+    # bars by sign
     cells = []
     for side, colour, name in ((strengths > 0.0, DRIVE, "grows"), (strengths < 0.0, COAST, "falls")):
         ends = np.minimum(strengths[side], 0.0), np.maximum(strengths[side], 0.0)
         cells.append(Cells(*ends, rows[side] - 0.32, rows[side] + 0.32, name, colour))
+    # names on the left, first-order shares on the right
     labels = [Label(-1.0 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     bar_labels = (f"S {numeral(max(0.0, float(share)), 2)}" if np.isfinite(share) else "" for share in shares)
     labels += [Label(1.06, row, word) for row, word in zip(rows.tolist(), bar_labels, strict=True)]
+    # rules where chance alone may reach
     chance = float(dataset["chance_correlation"])
     rules = [Rule(at, "x", CENTRE, dashed=at != 0.0) for at in (-chance, 0.0, chance)]
     return Panel(

@@ -137,16 +137,19 @@ def _curves(
     lines = []
     legend = []
     low, margin = margins
+    # whether the margin is a range over linear drivelines
     is_range = bool(np.any(low < margin))
     for k, gear in enumerate(data["gear"].values.tolist()):
         key = Key(str(gear), COLOURS[k % len(COLOURS)])
         legend.append(key)
+        # the largest margin of a gear, and the least
         y = np.where(np.isfinite(margin[:, k]), margin[:, k], np.nan)
         lines.append(Line(speeds, y, key.name, key.colour, width=1.6))
         lines.append(Line(speeds, y, key.name, key.colour, "points", 5.0))
         if is_range:
             least = np.where(np.isfinite(low[:, k]), low[:, k], np.nan)
             lines.append(Line(speeds, least, f"{key.name}, least", key.colour, width=1.0, dash="dashed"))
+        # cases that rattle when simulated
         if "regime" in data:
             rattles = rattles_in(data)[0][:, 0, k]
             lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))

@@ -103,17 +103,20 @@ def _chart(words: tuple[str, str, str], panels: list[Panel], count: int, legend:
 
 
 def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
+    # values with the largest total-order index, the largest on top
     total = np.nan_to_num(dataset["total_order"].values)
     order = np.argsort(-total, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     cells, lines = [], []
     for name, colour, at in (("total_order", TOTAL, -0.17), ("first_order", FIRST, 0.17)):
+        # indices as bars with their 95 % intervals
         share = np.nan_to_num(dataset[name].values[order])
         half = np.nan_to_num(dataset[f"{name}_half_width"].values[order])
         middle = rows + at
         cells.append(Cells(np.minimum(share, 0.0), np.maximum(share, 0.0), middle - 0.15, middle + 0.15, name, colour))
         low, high = np.maximum(share - half, -0.15), np.minimum(share + half, 1.15)
         lines.append(Line(*_pieces(low, high, middle), "95 % interval", INK, width=1.4))
+    # names on the left
     names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     labels = [Label(-0.17 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     return Panel(

@@ -71,6 +71,7 @@ def sigma_chart(validation: Validation) -> Chart:
 
 def budget_chart(validation: Validation) -> Chart | None:
     """Draw the budgets of the channels with the largest remainders: bars of each source, of sigma and what is left."""
+    # of every channel the level with the largest remainder, the largest first
     chosen = [(pair, max(pair.levels, key=_remaining)) for pair in validation.pairs]
     chosen = [(pair, level) for pair, level in chosen if np.isfinite(level.sigma)]
     chosen.sort(key=lambda entry: -_remaining(entry[1]))
@@ -228,6 +229,7 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
 
 
 def _spectrum(validation: Validation, pair: Pair) -> Panel:
+    # measured and simulated density within the band
     c = pair.curves
     shown = (c.frequency > 0.0) & (c.frequency <= validation.band[1])
     lines, largest = [], 0.0
@@ -239,6 +241,7 @@ def _spectrum(validation: Validation, pair: Pair) -> Panel:
         lines.append(Line(c.frequency[shown], np.maximum(density[shown], 1e-300), name, colour, width=1.0))
     if largest <= 0.0:
         return Panel(pair.name)
+    # whole decades, at most twelve below the largest
     least = min(float(line.y[line.y > 1e-12 * largest].min(initial=largest)) for line in lines)
     ends = (10.0 ** np.floor(np.log10(least)), 10.0 ** np.ceil(np.log10(largest)))
     unit = f"({pair.unit})²/Hz" if pair.unit != "1" else "1/Hz"
@@ -256,6 +259,7 @@ def _spectrum(validation: Validation, pair: Pair) -> Panel:
 
 def _bands(validation: Validation, pair: Pair) -> Panel:
     lines = []
+    # ratios of the bands with their intervals, coloured by whether they are within chance
     for colour, chance in ((DRIVE, True), (COAST, False)):
         rows = [band for band in pair.bands if band.by_chance == chance]
         if not rows:
@@ -267,6 +271,7 @@ def _bands(validation: Validation, pair: Pair) -> Panel:
         lines.append(Line(at, level, "measured over simulated", colour, mark="points", width=6.5))
     if not lines:
         return Panel(pair.name)
+    # limits symmetric about 0 dB
     most = 1.1 * float(np.max(np.abs(np.concatenate([line.y[np.isfinite(line.y)] for line in lines]))))
     return Panel(
         pair.name,

@@ -101,6 +101,7 @@ def sound_path(
 
 def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source: str) -> SoundPath:
     """The band-limited impulse response of damped modes: frequency [Hz], damping ratio, gain [Pa/(N s)]."""
+    # refuse modes out of range
     for i, (frequency, damping, gain) in enumerate(modes):
         is_valid = 0.0 < frequency < 0.5 * rate and 0.0 < damping < 1.0 and math.isfinite(gain)
         if not is_valid:
@@ -109,17 +110,20 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
             raise ModelError(Problem(f"path.{i}", value, rule))
     if not modes:
         raise ModelError(Problem("path", "no modes", "must have at least one mode"))
+    # length: until the slowest mode has decayed
     slowest = min(2.0 * math.pi * f * z for f, z, _ in modes)
     seconds = -math.log(_QUIET) / slowest
     if seconds > _LONGEST:
         rule = f"a mode must decay within {_LONGEST:g} s"
         raise ModelError(Problem("path", f"{seconds:.3g} s", rule, "increase its damping"))
     number = 2 * math.ceil(0.5 * seconds * rate) + 2 * LEAD
+    # the spectrum of the damped modes, sampled
     w = 2.0 * math.pi * np.fft.rfftfreq(number, 1.0 / rate)
     spectrum = np.zeros(w.size, dtype=complex)
     for frequency, damping, gain in modes:
         omega = 2.0 * math.pi * frequency
         spectrum += gain * omega * math.sqrt(1.0 - damping**2) / (omega**2 - w**2 + 2j * damping * omega * w)
+    # the impulse response, with its impulse at sample LEAD
     response = np.fft.irfft(spectrum * rate, number)
     return SoundPath(np.roll(response, LEAD), rate, LEAD, source)
 

@@ -36,6 +36,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 def summary_of(data: xr.Dataset) -> str:
     """How many attractors there are, how likely each is, and those that do not rattle together."""
+    # attractors by their share
     count = data.sizes[ATTRACTOR]
     shares = [
         f"{name_of(data, n).partition(': ')[2]} from {_percent(float(data['share'][n - 1]))}"
@@ -45,11 +46,13 @@ def summary_of(data: xr.Dataset) -> str:
     sentences = [f"{counted(count, 'periodic motion')}: {joined(shares)} of the initial states{more}."] if count else []
     if np.any(data["family"].values):
         sentences.append("A family is a continuum of motions, as of a body that floats anywhere within its gap.")
+    # the share of motions that do not rattle, with its interval
     quiet = quiet_share(data)
     interval = ""
     if np.isfinite(quiet["low"]):
         interval = f" (95 % interval {_percent(quiet['low'])} to {_percent(quiet['high'])})"
     sentences.append(f"A motion that does not rattle is reached from {_percent(quiet['share'])} of them{interval}.")
+    # shares of initial states without an attractor
     for code, words in ((CHAOS, "lead to chaos"), (UNSETTLED, "had not settled and are counted to no motion")):
         share = int(np.count_nonzero(data["basin"].values == code)) / max(1.0, quiet["among"])
         if share > 0.0:

@@ -52,6 +52,7 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 def summary_of(data: xr.Dataset) -> str:
     """What comes with the swept value, and where two motions coexist."""
+    # stretches of one kind of motion, by direction
     sentences, shown = [], _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
         sweep_stretches = stretches(one)
@@ -61,6 +62,7 @@ def summary_of(data: xr.Dataset) -> str:
         left = len(sweep_stretches) - _MOST_SAID
         more = f", and {counted(left, 'more stretch', 'more stretches')}" if left > 0 else ""
         sentences.append(f"Going {name}: {'; '.join(parts)}{more}.")
+    # ranges of two coexisting motions
     if "motions" in data:
         first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
         apart = _runs(first)
@@ -70,6 +72,7 @@ def summary_of(data: xr.Dataset) -> str:
             if apart
             else "Both directions end in the same motion wherever that is decided."
         )
+    # failed cases
     missing = data["outcome"].size - int((data["outcome"] == DONE).sum())
     if missing:
         sentences.append(f"{missing} of {counted(data['outcome'].size, 'case')} failed.")

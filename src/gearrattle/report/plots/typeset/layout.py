@@ -53,12 +53,14 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    # columns that fit the width, and the height of panels
     how = style or Style()
     named = any(rows_of(panel).panel is not panel for panel in chart.panels)
     columns = max(1, min(chart.columns, int(how.millimetres // (2.0 * _NARROWEST if named else _NARROWEST))))
     rows = -(-len(chart.panels) // columns)
     height = panel_height(chart, how, rows)
     with how.context():
+        # an empty figure
         figure = Figure(
             figsize=(how.millimetres / _INCH, (rows * (height + 10.0) + 12.0) / _INCH),
             layout="constrained",
@@ -66,10 +68,12 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
             label=chart.key,
         )
         FigureCanvasAgg(figure)
+        # panels, scales of maps and the legend
         titles, words = _panels(figure, chart, rows, columns)
         looks = looks_of(chart)
         _scales(figure, chart)
         _legend(figure, chart, looks)
+        # words that collide give way, then the layout stands still
         settle_axes(figure, titles, height / _INCH)
         settle_words(figure, words)
         figure.set_layout_engine("none")
@@ -109,11 +113,13 @@ def _scales(figure: Figure, chart: Chart) -> None:
     """Put a scale beside maps: one for all if their shades mean the same."""
     from matplotlib import rcParams
 
+    # maps with the same shades and meaning share a scale
     maps = [(axes, panel.heat) for axes, panel in zip(list(figure.axes), chart.panels, strict=True) if panel.heat]
     groups: dict[tuple[float, float, str], list[Axes]] = {}
     for axes, heat in maps:
         groups.setdefault((heat.low, heat.high, heat.name), []).append(axes)
     for (_, _, name), members in groups.items():
+        # a scale over one row, or beside several
         rows = len({axes.get_subplotspec().rowspan.start for axes in members})  # type: ignore[union-attr]
         scale = figure.colorbar(
             members[0].images[0],

@@ -45,6 +45,7 @@ class Looks:
         from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 
+        # keys with a shape or dash of their own
         style: dict[str, Any]
         colour = key.colour
         if key.shape or key.dash:
@@ -53,6 +54,7 @@ class Looks:
                 style |= {"marker": self.marker(colour, key.shape), "markersize": 4.5}
                 style["markeredgewidth"] = self.edge(key.shape)
             return Line2D([], [], color=colour, label=key.name, **style)
+        # keys of curves and points by colour
         if colour in self.dashes or colour in self.markers:
             style = {"linestyle": "none"}
             if colour in self.dashes:
@@ -60,6 +62,7 @@ class Looks:
             if colour in self.markers:
                 style |= {"marker": self.markers[colour], "markersize": 3.5, "markeredgewidth": 0.0}
             return Line2D([], [], color=colour, label=key.name, **style)
+        # keys of areas
         hatch = self.hatches.get(colour, "")
         if colour == NO_VALUE:
             return Patch(facecolor=PAPER, edgecolor=NO_VALUE, linewidth=0.0, hatch=hatch, label=key.name)

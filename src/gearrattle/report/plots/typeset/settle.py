@@ -152,12 +152,14 @@ def _give_way(axis: Axis) -> None:
     """Take fewer ticks; words in a row are turned vertical first."""
     from matplotlib import ticker
 
+    # an axis of numbers takes fewer ticks
     locator: Any = axis.get_major_locator()
     if not isinstance(locator, ticker.FixedLocator):
         spread(axis, max(2, len(shown_words(axis)) - 2))
         return
     if _name(axis) == "y" and _names_rows(axis):
         return
+    # prescribed words are broken, then turned
     formatter: Any = axis.get_major_formatter()
     fixed: Any = locator
     places, words = list(fixed.locs), list(formatter.seq)
@@ -171,6 +173,7 @@ def _give_way(axis: Axis) -> None:
             axis.set_major_formatter(ticker.FixedFormatter([_joined(word) for word in words]))
             axis.set_tick_params(rotation=90.0)
             return
+    # otherwise every other word is left out
     axis.set_major_locator(ticker.FixedLocator(places[::2]))
     axis.set_major_formatter(ticker.FixedFormatter(words[::2]))
 
