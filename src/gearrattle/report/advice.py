@@ -21,7 +21,7 @@ from gearrattle.wording import counted
 
 
 class AdvicePage(Presentation[Advice]):
-    """What to do before simulating a driveline."""
+    """Presentation of the advice before a simulation."""
 
     kind = "advice"
 

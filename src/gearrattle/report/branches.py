@@ -1,4 +1,4 @@
-"""Branches of periodic motions as a result: where motions are stable, where they jump, what they touch."""
+"""Branches of periodic motions as a result: ranges of stable motions, jumps, and events such as grazings."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class BranchesPage(ModelPresentation[Branch]):
 
     @cached_property
     def _moved_by(self) -> str:
-        """What moves the first jump, in a sentence; empty where that is not known."""
+        """Return a sentence on the numbers that shift the first jump; empty where they are not known."""
         if not self._moving.rows:
             return ""
         value, _, number, change = self._moving.rows[0]
@@ -96,11 +96,11 @@ class BranchesPage(ModelPresentation[Branch]):
 
     @property
     def _is_known(self) -> bool:
-        """Whether there is anything of which jumps could be told."""
+        """Whether there are branches or sweeps, so that jumps can be listed."""
         return bool(self.result.curves) or self.result.sweeps is not None
 
     def _jump_words(self, upward: bool) -> list[str]:
-        """Where the motion jumps in one direction."""
+        """Return the values at which the motion jumps in one direction."""
         sweeps = self.result.sweeps
         if sweeps is not None:
             return [value_words(self.result, jump) for jump in sweeps.jumps if jump.upward == upward]
@@ -424,7 +424,7 @@ def _rows_words(rows: Sequence[int]) -> str:
 
 
 def _digits(low: float, high: float, least: int) -> int:
-    """How many digits tell the ends of a range apart."""
+    """Return the number of digits by which the ends of a range differ."""
     return next((n for n in range(least, _MOST_DIGITS) if numeral(low, n) != numeral(high, n)), _MOST_DIGITS)
 
 

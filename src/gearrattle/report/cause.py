@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class CausePage(ModelPresentation[Cause]):
-    """Which orders accelerate a body, and through which mode."""
+    """Presentation of a cause: the orders that accelerate a body, and the modes they act through."""
 
     kind = "cause"
 

@@ -208,7 +208,7 @@ def _setting(comparison: Comparison) -> str:
 
 
 def on_statistics(comparison: Comparison, *, differ: bool) -> str:
-    """What is known of statistics, and of how many contenders; nothing is said to agree that was not compared."""
+    """Return a sentence on statistics and the number of algorithms; only what was compared is said to agree."""
     statistics = [row.statistics for row in comparison.rows[1:-1] if row.statistics is not None]
     motions = max((statistic.motions for statistic in statistics), default=0)
     if not any(statistic.decided for statistic in statistics):

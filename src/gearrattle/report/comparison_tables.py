@@ -1,4 +1,4 @@
-"""The tables of a comparison: cost, truth, statistics, transmissibility by distance, coherence."""
+"""The tables of a comparison: cost, errors, statistics, transmissibility by distance, coherence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST_REGIONS = 12
 
 
 def short_table(comparison: Comparison) -> Table:
-    """What a terminal shows: cost, error, impacts and verdict of everyone."""
+    """Return the table of a terminal: cost, error, impacts and verdict of every algorithm."""
     head = ("algorithm", "steps", "calls", "time, s", "error", "missed", "invented", "statistics off", "verdict")
     rows: list[tuple[str, ...]] = []
     for row in comparison.rows:

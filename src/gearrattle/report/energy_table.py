@@ -66,7 +66,7 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
 
 
 def _causes(model: Model) -> list[str]:
-    """What moves the ends of every element apart from its inertias, in words."""
+    """Return in words what moves the ends of every element apart from its inertias."""
     prescribed = {motion.on for motion in model.motions}
     causes = []
     for element in model.elements:

@@ -20,7 +20,7 @@ from gearrattle.wording import counted
 
 
 class EquilibriumPage(Presentation[Equilibrium]):
-    """Where a driveline rests under its mean loads."""
+    """Presentation of the static equilibrium under the mean loads."""
 
     kind = "equilibrium"
 

@@ -49,13 +49,13 @@ class EventBoundaryPage(Presentation["xr.Dataset"]):
 
     @property
     def _event(self) -> str:
-        """What the event is called."""
+        """Return the name of the event."""
         clearance = str(self.result.attrs["clearance"])
         return f"{self.result.attrs['kind']}{f' of {clearance}' if clearance else ''}"
 
     @cached_property
     def _measures(self) -> tuple[Measure, Measure]:
-        """What the first and the second value are called, and their units."""
+        """Return the names of the first and the second value, and their units."""
         across, up = (self._measure(name) for name in _NAMES)
         return across, up
 

@@ -38,7 +38,7 @@ class EventFamily:
 
     @property
     def words(self) -> str:
-        """What it is."""
+        """The kinds of its events in words."""
         counts = Counter(self.kinds)
         parts = [counted(count, kind) for kind, count in counts.most_common()]
         if len(self.kinds) == 1:

@@ -135,7 +135,7 @@ def _deciding_table(data: xr.Dataset, deciding: list[dict[str, Any]]) -> Table:
 
 
 def _strength(value: dict[str, Any], by: str, unit: str) -> str:
-    """How strongly a value decides."""
+    """Return in words how strongly a value decides an output."""
     text = numeral(value[by], 2) if value[by] is not None else "–"
     half = value.get(f"{by}_half_width")
     return f"{text} ± {numeral(half, 2)}" if half is not None else f"{text} {unit}".strip()

@@ -52,7 +52,7 @@ class _OfStudy(Presentation["xr.Dataset"]):
 
 
 class SensitivitiesPage(_OfStudy):
-    """How an output follows every value that scatters."""
+    """Presentation of the sensitivities of an output to every value that scatters."""
 
     kind = "sensitivities"
 
@@ -110,7 +110,7 @@ class SensitivitiesPage(_OfStudy):
 
 
 class ProbabilityPage(_OfStudy):
-    """How likely each part rattles, with its interval."""
+    """Presentation of the probability of rattle of every part, with its interval."""
 
     kind = "rattle probability"
 
@@ -135,7 +135,7 @@ class ProbabilityPage(_OfStudy):
 
 
 class BoundaryPage(_OfStudy):
-    """Where the regime changes over the grid."""
+    """Presentation of the boundary of regimes over the grid."""
 
     kind = "regime boundary"
 

@@ -156,6 +156,6 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
 
 
 def _first_impact(orbit: Orbit) -> str:
-    """Where the first impact is: it tells motions apart that are one another's copy, shifted in time."""
+    """Return the instant of the first impact, by which copies of one motion shifted in time are told apart."""
     time = impacts_of(orbit).time
     return numeral(float(time[0]) / orbit.run.trajectory.layout.period, 4) if time.size else "–"

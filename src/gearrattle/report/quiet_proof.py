@@ -1,4 +1,4 @@
-"""A proof of quiet as a result: shares of the box, what stands against the rest, the largest proven boxes."""
+"""A proof of quiet as a result: shares of the box, the reasons against the rest, the largest proven boxes."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _percent(share: float) -> str:
 
 
 class QuietProofPage(ModelPresentation[QuietProof]):
-    """Where quiet is proven."""
+    """Presentation of a proof of quiet."""
 
     kind = "proof of quiet"
     is_interactive = True

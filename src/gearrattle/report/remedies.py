@@ -56,7 +56,7 @@ class RemediesPage(ModelPresentation[Remedies]):
         return f"{engineering(energy, self._unit)} at {remedy.part}"
 
     def _state(self, remedy: Remedy) -> str:
-        """How bad it is, in words."""
+        """Return the severity of a state in words."""
         state = remedy.verdict if remedy.verdict.endswith("s") else f"is {remedy.verdict}"
         return f"{state}, hardest impact {self._energy(remedy)}" if remedy.hardest_impact > 0.0 else state
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class ScreeningPage(Presentation["xr.Dataset"]):
-    """Which loose gear lifts off at which speed and load; the maps are interactive."""
+    """Presentation of a screening of loose gears over speed and load; the maps are interactive."""
 
     kind = "screening"
     is_interactive = True

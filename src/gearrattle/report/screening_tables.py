@@ -174,7 +174,7 @@ def decibels(margin: float, least: float | None = None) -> str:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """What came out, in a few sentences."""
+    """Return the outcome of a screening in a few sentences."""
     # a sentence a gear, the first by margin
     gears = gears_of(data)
     sentences = []
@@ -218,7 +218,7 @@ def _all_of(some: int, cases: int) -> str:
 
 
 def _simulated(gears: list[Screened]) -> str:
-    """How often simulations say what the forecast says, over all gears."""
+    """Return a sentence on how often simulation and forecast agree, over all gears."""
     done = [gear.checked for gear in gears if gear.checked is not None]
     parts = [
         (sum(c.said_quiet for c in done), sum(c.ran_quiet for c in done), "said quiet", "ran quiet"),
@@ -231,7 +231,7 @@ def _simulated(gears: list[Screened]) -> str:
 
 
 def setting_of(data: xr.Dataset) -> str:
-    """What was screened."""
+    """Return the ranges of a screening in words."""
     speeds, what = speeds_of(data)
     unit = " rpm" if what.endswith("[rpm]") else ""
     ends = f"{numeral(float(speeds.min()), 4)} to {numeral(float(speeds.max()), 4)}{unit}"
@@ -271,7 +271,7 @@ def gears_table(data: xr.Dataset) -> Table:
 
 
 def _counts(done: Checked | None) -> tuple[str, str, str]:
-    """How many of the forecasts of a gear came true, cell by cell."""
+    """Return how many forecasts the simulation confirms, by kind; of undecided ones how many rattle."""
     if done is None:
         return ("–", "–", "–")
     pairs = (

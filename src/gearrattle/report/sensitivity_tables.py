@@ -24,7 +24,7 @@ Words = Mapping[str, Measure]
 
 
 def sensitivity_tables(data: xr.Dataset) -> list[Table]:
-    """What every output that varies follows, over samples alone; the strongest on top."""
+    """Return the sensitivities of every output that varies, over samples alone; the strongest on top."""
     if SAMPLE not in data.dims or axes_in(data) or not scattered(data):
         return []
     return [table for output in outputs_in(data) for table in output_tables(sensitivities(data, output), data)]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class SettledMotionPage(ModelPresentation[SettledMotion]):
-    """What an exact run shows."""
+    """Presentation of a settled motion, from an exact run."""
 
     kind = "settled motion"
 

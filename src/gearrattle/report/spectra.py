@@ -173,7 +173,7 @@ class CrossDensityPage(_OverFrequency):
 
 
 class CoherencePage(_OverFrequency):
-    """How far one signal explains another, bin by bin."""
+    """Presentation of a coherence: the share of one signal that another explains, bin by bin."""
 
     kind = "coherence"
     heading = "How far one signal explains the other"

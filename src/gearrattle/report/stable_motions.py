@@ -58,7 +58,7 @@ def _merged(parts: Sequence[Count], width: float) -> list[Count]:
 
 
 def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
-    """What the sweeps show: two motions where both directions differ, to the middles of the steps beyond."""
+    """Return counts of the sweeps: two motions where both directions differ, to the jump or next value beyond."""
     sweeps = branch.sweeps
     assert sweeps is not None
     counts, reached = list[Count](), low

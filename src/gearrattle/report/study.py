@@ -123,14 +123,14 @@ class StudyReport(Presentation["xr.Dataset"]):
         write_json(summary(self), folder / SUMMARY)
 
     def _at(self, case: tuple[int, ...]) -> str:
-        """Where a case stands in the grid, in words."""
+        """Return the position of a case in the grid, in words."""
         return ", ".join(
             _place(self.result, str(name), index) for name, index in zip(self.result["outcome"].dims, case, strict=True)
         )
 
 
 def _place(data: xr.Dataset, dimension: str, index: int) -> str:
-    """Where along a dimension a case is, in words."""
+    """Return the position of a case along a dimension, in words."""
     if dimension not in data.coords:
         return f"{dimension} {index}"
     measure = measure_of(data, dimension)

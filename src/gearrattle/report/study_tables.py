@@ -133,7 +133,7 @@ def _numbers(data: xr.Dataset, dimension: str) -> list[str]:
 
 
 def boundary_table(data: xr.Dataset) -> Table:
-    """Where the severity or the regime changes, along every axis; no rows for a study of samples."""
+    """Return a table of changes of severity or regime along every axis; no rows for a study of samples."""
     output = chosen_codes(data)
     if not output or SAMPLE in data.dims:
         return Table(("along",), ())

@@ -50,7 +50,7 @@ def changes_words(branch: Branch, sweeps: Sweeps) -> list[str]:
 
 
 def _also(jump: Jump, names: Sequence[str]) -> str:
-    """Which gaps begin or cease to rattle in a jump."""
+    """Return the gaps that begin or cease to rattle in a jump."""
     parts = []
     for word, first, last in (("ceases", jump.before, jump.after), ("begins", jump.after, jump.before)):
         changed = [

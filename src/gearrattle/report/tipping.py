@@ -55,7 +55,7 @@ class TippingPage(Presentation["pd.DataFrame"]):
 
     @cached_property
     def _pulse(self) -> Measure:
-        """What a pulse is called, and its unit."""
+        """Return the name of a pulse, and its unit."""
         sizes = np.abs(self.result[list(_WAYS)].to_numpy())
         largest = float(np.nanmax(sizes, initial=0.0))
         return measure_at("", "smallest pulse", self._unit("N m s"), largest)

@@ -1,4 +1,4 @@
-"""The static characteristic of a coupling as a result: its loop, and what friction takes."""
+"""The static characteristic of a coupling as a result: its loop, and the energy lost to friction."""
 
 from __future__ import annotations
 

@@ -68,13 +68,13 @@ def budget_table(validation: Validation) -> Table:
 
 
 def ways_table(validation: Validation) -> Table:
-    """How each contribution was obtained."""
+    """Return a table of how each contribution was obtained."""
     ways = {term.source: term.how for pair in validation.pairs for level in pair.levels for term in level.budget}
     return Table(("source", "how it was obtained"), tuple(ways.items()), frozenset({0, 1}), "How each was obtained")
 
 
 def parameter_tables(validation: Validation) -> list[Table]:
-    """What each uncertain parameter does, how the levels pull it, and which go together; none without any."""
+    """Return tables of uncertain parameters: effects, pulls of the levels, and correlations; none without any."""
     if validation.parameters is None:
         return []
     made = (_effects(validation.parameters), _pulls(validation.parameters), _together(validation.parameters))
@@ -82,7 +82,7 @@ def parameter_tables(validation: Validation) -> list[Table]:
 
 
 def rms_effects_table(validation: Validation) -> Table:
-    """What each uncertain parameter does to the rms of every channel, and how the levels pull it; short."""
+    """Return effects of uncertain parameters on the rms of every channel, and the pulls of the levels; short."""
     if validation.parameters is None:
         return Table((), ())
     head = (
@@ -211,7 +211,7 @@ def impacts_table(validation: Validation) -> Table:
 
 
 def setting_table(validation: Validation) -> Table:
-    """What was compared, and how."""
+    """Return the two sides of the comparison and its settings."""
     clock = validation.clock
     low, high = validation.band
     blocks = f"{validation.measured_block} and {validation.simulated_block}"

@@ -24,7 +24,7 @@ _FEWEST, _MOST = 3, 6
 
 
 def paths_of(data: xr.Dataset, axis: str) -> list[str]:
-    """What varies along an axis: the axis itself, or the paths that vary together in it, by name."""
+    """Return the paths that vary along an axis, by name: the axis itself, or several that vary together in it."""
     return sorted(str(name) for name, values in data.coords.items() if values.dims == (axis,) and name != axis) or [
         axis
     ]
@@ -83,7 +83,7 @@ def title_of(data: xr.Dataset, axis: str) -> str:
 
 
 def words_of_axis(data: xr.Dataset, axis: str) -> str:
-    """What an axis is called in a sentence."""
+    """Return the name of an axis for a sentence."""
     return measure_of(data, axis).words
 
 
@@ -108,11 +108,7 @@ def cell_ticks(labels: list[str], most: int) -> Ticks:
 
 
 def positions(data: xr.Dataset, axis: str) -> tuple[Array, bool, Ticks]:
-    """Where the values of an axis stand in a sweep, whether its scale is logarithmic, and its labels.
-
-    Numbers stand at their values, in the unit of the axis' title; words, or values that do not ascend, one after the
-    other.
-    """
+    """Return positions of an axis' values in a sweep, whether its scale is logarithmic, and its labels."""
     values = np.asarray(data[paths_of(data, axis)[0]].values)
     if values.dtype.kind not in "iuf" or np.any(np.diff(values.astype(np.float64)) <= 0.0):
         return np.arange(len(values), dtype=np.float64), False, cell_ticks(labels_of(data, axis), 9)

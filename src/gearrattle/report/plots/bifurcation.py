@@ -104,7 +104,7 @@ def _ends(x: Array, log: bool) -> tuple[float, float]:
 
 
 def _bands(data: xr.Dataset, x: Array, log: bool) -> tuple[Band, ...]:
-    """Where both directions differ, neighbours as one."""
+    """Return ranges where both directions end in different motions, neighbours as one."""
     if "motions" not in data:
         return ()
     edges, differ = edges_of(x, log), np.concatenate([[False], data["motions"].values == 1, [False]])

@@ -184,14 +184,14 @@ def shown_levels(branch: Branch) -> dict[str, list[list[Array]]]:
 
 
 def _extremes_scale(branch: Branch, k: int) -> Scale:
-    """How the highest and the lowest deflection of a clearance are shown."""
+    """Return the scale of the highest and the lowest deflection of a clearance."""
     data, layout = branch.data, assemble(branch.model).layout
     levels = [data[name].values[:, k] for name in ("lowest", "highest")]
     return scale(np.concatenate([*levels, layout.corners[k]]), units_of(branch.model, layout, k)["deflection"])
 
 
 def _swings_scale(branch: Branch, k: int, others: Sequence[Line]) -> Scale:
-    """How peak-to-peak deflections of a clearance are shown."""
+    """Return the scale of peak-to-peak deflections of a clearance."""
     values = np.concatenate([branch.data["peak_to_peak"].values[:, k], *(line.y for line in others)])
     return scale(values, units_of(branch.model, assemble(branch.model).layout, k)["deflection"])
 

@@ -20,7 +20,7 @@ MOST = 12
 
 
 class Judged(Protocol):
-    """What figures of one motion need: Findings have it, and so does a motion that repeats."""
+    """A motion with its verdict: all that figures of one motion need. Findings are one, and so is a periodic motion."""
 
     @property
     def model(self) -> Model:
@@ -28,11 +28,11 @@ class Judged(Protocol):
 
     @property
     def motion(self) -> Run:
-        """How it moves."""
+        """The motion."""
 
     @property
     def verdict(self) -> Verdict:
-        """What the criteria say of it."""
+        """The verdict of the criteria on it."""
 
 
 def chosen_clearances(findings: Judged) -> tuple[list[int], str]:

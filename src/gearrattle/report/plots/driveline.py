@@ -32,7 +32,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn, and where; half heights of the discs [px]."""
+    """The layout of a drawing: the placement of bodies, and half heights of their discs [px]."""
 
     layout: Layout
     placement: Placement

@@ -304,7 +304,7 @@ def _others(data: xr.Dataset, x: str, y: str) -> str:
 
 
 def _over(data: xr.Dataset, x: str, y: str) -> str:
-    """Which axis stands where."""
+    """Return in words which axis is across and which is up."""
     return f"over {words_of_axis(data, x)} (horizontal) and {words_of_axis(data, y)} (vertical)"
 
 

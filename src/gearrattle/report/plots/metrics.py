@@ -139,7 +139,7 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
 
 
 def _same(panel: Panel, other: Panel) -> bool:
-    """Whether two panels hold the same values: without units kinds cannot be told by them."""
+    """Whether two panels hold the same values, as in a dimensionless model, where kinds have no units of their own."""
     held = [[(line.name, line.y.tolist()) for line in side.lines] for side in (panel, other)]
     return held[0] == held[1] and panel.x_ticks == other.x_ticks
 

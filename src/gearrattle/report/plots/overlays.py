@@ -22,7 +22,7 @@ _POINTS = 200
 
 @dataclass(frozen=True)
 class Turning:
-    """How the shaft turns along the x axis of a map.
+    """The speed of the shaft along the x axis of a map.
 
     Attributes
     ----------

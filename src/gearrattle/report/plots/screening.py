@@ -111,7 +111,7 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
 
 
 def bounds_of(margin: Array) -> tuple[float, ...]:
-    """Where the shades of a map change [dB]: those below 0 reach to the least margin, those above to the largest."""
+    """Return the bounds of shades [dB]: those below 0 reach to the least margin, those above to the largest."""
     finite = margin[np.isfinite(margin)]
     below, above = (
         next((step for step in STEPS if 3.0 * step >= reach), STEPS[-1])

@@ -18,7 +18,7 @@ PIECES = 8
 
 
 class Knots(NamedTuple):
-    """What is known of a deflection at some instants, ascending: NaN for a second derivative that jumps."""
+    """Values, rates and second derivatives of a deflection at ascending instants; NaN for a derivative that jumps."""
 
     time: Array
     value: Array

@@ -94,7 +94,7 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
 
 
 def subjects_of(values: xr.DataArray, subject: str) -> list[tuple[str, xr.DataArray]]:
-    """What an output is for every subject, the first few of them; one without a name if it has none."""
+    """Return an output for every subject, the first few of them; one without a name if it has none."""
     if not subject:
         return [("", values)]
     return [(str(name), values.sel({subject: name})) for name in values[subject].values[:_MOST_LINES]]

@@ -35,7 +35,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """How many attractors there are, how likely each is, and those that do not rattle together."""
+    """Return sentences: the number of attractors, their shares, and the share of those that do not rattle."""
     # attractors by their share
     count = data.sizes[ATTRACTOR]
     shares = [
@@ -64,7 +64,7 @@ def summary_of(data: xr.Dataset) -> str:
 
 
 def _least_distance(data: xr.Dataset) -> str:
-    """How well the attractors are told apart."""
+    """Return a sentence on the separation of the attractors."""
     between, same = float(data.attrs["between"]), float(data.attrs["same"])
     if data.sizes[ATTRACTOR] < 2 or between >= FAR:
         return ""
@@ -83,7 +83,7 @@ def _percent(share: float) -> str:
 
 
 def setting_of(data: xr.Dataset) -> str:
-    """Which initial states, and how motions were looked at."""
+    """Return the initial states and the section in words."""
     tolerance = numeral(float(data.attrs["tolerance"]), 2)
     names = [measure_of(data, INITIAL + str(name)).words for name in np.atleast_1d(data.attrs["over"])]
     how = "drawn from a box of" if SAMPLE in data["basin"].dims else "on a grid over"

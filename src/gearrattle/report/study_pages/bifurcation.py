@@ -51,7 +51,7 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """What comes with the swept value, and where two motions coexist."""
+    """Return sentences: kinds of motion over the swept value, and ranges of two coexisting motions."""
     # stretches of one kind of motion, by direction
     sentences, shown = [], _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
@@ -80,7 +80,7 @@ def summary_of(data: xr.Dataset) -> str:
 
 
 def _swept_measure(data: xr.Dataset) -> Measure:
-    """What is swept, and in which unit it is shown."""
+    """Return name and unit of the swept value."""
     return measure_of(data, paths_of(data, swept(data))[0])
 
 
@@ -101,7 +101,7 @@ def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
 
 
 def setting_of(data: xr.Dataset) -> str:
-    """What was swept and how the motion was looked at."""
+    """Return the swept value and the section in words."""
     axis, others = swept(data), [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
     combination = f" for every combination of {joined(others)}" if others else ""
     tolerance = numeral(float(data.attrs["tolerance"]), 2)
@@ -114,7 +114,7 @@ def setting_of(data: xr.Dataset) -> str:
 
 
 def counts_of(data: xr.Dataset) -> Table:
-    """How many values there are of each kind of motion, a row a direction."""
+    """Return a table of the number of values with each kind of motion, a row a direction."""
     words = words_of(data["motion"])
     rows = []
     for i, way in enumerate(data["direction"].values):
@@ -147,7 +147,7 @@ def stretch_table(data: xr.Dataset) -> Table:
 
 
 def coexistence_table(data: xr.Dataset) -> Table:
-    """Where both directions end in different motions."""
+    """Return a table of the values at which both directions end in different motions."""
     rows, shown = [], _swept_measure(data).factor
     for held, one in _combinations(data) if "motions" in data else ():
         rows += [(held or "all", _number(low * shown), _number(high * shown)) for low, high in _runs(one)]

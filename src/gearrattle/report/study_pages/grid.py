@@ -1,4 +1,4 @@
-"""The page of a grid: maps, sweeps or scatter, what came out in a few sentences, and the tables behind them."""
+"""The page of a grid: maps, sweeps or scatter, the outcome in a few sentences, and the tables behind them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """What came out, in a few sentences."""
+    """Return the outcome in a few sentences."""
     output = chosen_codes(data)
     cases, done = data["outcome"].size, int((data["outcome"] == DONE).sum())
     missing = int((data["outcome"] == MISSING).sum())
@@ -107,12 +107,12 @@ def _counted(data: xr.Dataset, output: str) -> list[str]:
 
 
 def _does(word: str) -> str:
-    """What a part of this severity or regime does."""
+    """Return the words for what a part of this severity or regime does."""
     return word if word in _VERBS else f"is {word}"
 
 
 def _probable(data: xr.Dataset, output: str) -> list[str]:
-    """How likely each part rattles, and what decides it."""
+    """Return a sentence on the probability of rattle of every part, and on the value that decides it."""
     probability, subject = rattle_probability(data, output), subject_of(data, output)
     follows = sensitivities(data, output) if scattered(data) else None
     sentences = []
@@ -150,7 +150,7 @@ def _decided(data: xr.Dataset, dataset: xr.Dataset | None) -> str:
 
 
 def setting_of(data: xr.Dataset) -> str:
-    """What was varied."""
+    """Return in words what was varied."""
     axes = [f"{measure_of(data, axis).words} ({counted(data.sizes[axis], 'value')})" for axis in axes_in(data)]
     parts = [f"Varied: {joined(axes)}."] if axes else []
     if SAMPLE in data.dims:

@@ -1,4 +1,4 @@
-"""The page of an optimisation: the best design in words, the front and how it grew, its members and their values."""
+"""The page of an optimisation: the best design in words, the front and its growth, its members and their values."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _against_model(data: xr.Dataset, i: int, best: int) -> str:
 
 
 def _least(data: xr.Dataset) -> str:
-    """What comes nearest to the limits, if nothing keeps them."""
+    """Return a sentence on the design nearest to the limits, if none keeps them."""
     violation = data["violation"].values
     if (i := _nearest(data)) < 0:
         return "All of them failed."
@@ -75,7 +75,7 @@ def _least(data: xr.Dataset) -> str:
 
 
 def setting_of(data: xr.Dataset) -> str:
-    """What could change, what was sought, within which limits."""
+    """Return variables, objectives and limits in words."""
     low, high = data.attrs["low"], data.attrs["high"]
     measures = [measure_of(data, str(path)) for path in data.attrs["variables"]]
     ranges = [
@@ -94,7 +94,7 @@ def setting_of(data: xr.Dataset) -> str:
 
 
 def counts(data: xr.Dataset) -> Table:
-    """What became of the designs."""
+    """Return a table of the outcomes of all designs."""
     violation, front = data["violation"].values, data["front"].values == 1
     rows = (
         ("on the front", f"{int(front.sum())}"),

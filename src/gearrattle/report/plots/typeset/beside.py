@@ -69,5 +69,5 @@ def rows_of(panel: Panel) -> Rows:
 
 
 def _words(panel: Panel) -> bool:
-    """Whether a y axis carries words."""
+    """Whether the labels of a y axis are words."""
     return bool(panel.y_ticks) and not any(word and word[0] in "0123456789−-≤≥" for _, word in panel.y_ticks)

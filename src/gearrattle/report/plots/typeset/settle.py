@@ -184,7 +184,7 @@ def _joined(text: str) -> str:
 
 
 def _names_rows(axis: Axis) -> bool:
-    """Whether an axis carries names, none of which may be left out."""
+    """Whether an axis has the names of rows, none of which may be left out."""
     words = [word.get_text() for word in shown_words(axis)]
     return bool(words) and not any(_are_numbers([word]) for word in words)
 
