@@ -184,8 +184,6 @@ def window_of(truth: Run, tolerance: float) -> float:
 
     Parameters
     ----------
-    truth
-        the reference's run.
     tolerance
         of the contenders who choose their steps.
     """

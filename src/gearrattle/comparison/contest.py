@@ -35,10 +35,6 @@ class Contender:
 
     Attributes
     ----------
-    label
-        what it is called in the comparison.
-    algorithm
-        its name.
     settings
         tolerance, step or initial state, where they differ from the comparison's.
     """
@@ -54,8 +50,6 @@ class Result:
 
     Attributes
     ----------
-    contender
-        who.
     status
         "done", or why there is no run, in words.
     run
@@ -125,10 +119,6 @@ def run_one(
 
     Parameters
     ----------
-    model
-        the driveline.
-    contender
-        who, and its own settings.
     settings
         those all share, by their names in ``gearrattle.simulate``.
     budget

@@ -31,8 +31,6 @@ class Matches(Record):
 
     Attributes
     ----------
-    clearance
-        its name.
     corner
         where [rad or m].
     direction
@@ -61,8 +59,6 @@ class EventSummary(Record):
     ----------
     reference
         events of the reference: matched and missed.
-    matched, missed, invented
-        how many.
     largest, median, rms
         of the magnitudes of the time errors [s]; NaN without a pair.
     """
@@ -82,16 +78,12 @@ class EventComparison(Record):
 
     Attributes
     ----------
-    kind
-        "crossing" or "impact".
     horizon
         end of the window [s].
     reach
         largest distance of a pair [s].
     matches
         by clearance, corner and direction; only where one of the motions has events.
-    total
-        of all of them.
     """
 
     kind: Kind

@@ -44,8 +44,6 @@ class Floor:
 
     Attributes
     ----------
-    reference
-        statistics of the motion that the errors refer to.
     deflection
         (K,) of every clearance's rms [rad or m].
     acceleration

@@ -42,8 +42,6 @@ def samples_until(reference: Trajectory, horizon: float | None) -> int:
 
     Parameters
     ----------
-    reference
-        the motion.
     horizon
         [s], infinite or None for the whole motion.
     """

@@ -35,8 +35,6 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
     Parameters
     ----------
-    motion
-        whose start is moved.
     distance
         of the clearance that differs most, in half-gaps.
     direction
@@ -83,8 +81,6 @@ def exact_portraits(
 
     Parameters
     ----------
-    model
-        the driveline.
     motion
         any motion of it, of the same settings.
     settings

@@ -36,10 +36,6 @@ class PointwiseError(Record):
     ----------
     horizon
         end of the window [s], at most that of the motion.
-    samples
-        how many samples lie in it.
-    clearances, inertias
-        names.
     deflection_scale
         (K,) what deflections are measured by [rad or m].
     deflection
@@ -55,8 +51,6 @@ class PointwiseError(Record):
         where it never does.
     worst
         the largest error inside the window: of any deflection, or of any velocity without clearances.
-    unit
-        of ``thresholds`` and ``worst``, in words: "half-gaps" or "of the rms velocity".
     """
 
     horizon: float
@@ -127,8 +121,6 @@ def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) ->
     ----------
     candidate, reference
         on the same output grid.
-    samples
-        of how many samples of the reference the scales are.
     """
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
@@ -142,15 +134,7 @@ def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) ->
 
 
 def deflection_scale(reference: Trajectory, samples: int) -> Array:
-    """Return (K,) each clearance's largest |corner|, or its largest deflection where the corner is at 0 [rad or m].
-
-    Parameters
-    ----------
-    reference
-        the motion.
-    samples
-        how many of its samples to look at.
-    """
+    """Return (K,) each clearance's largest |corner|, or its largest deflection where the corner is at 0 [rad or m]."""
     corners = np.array([np.max(np.abs(corner)) for corner in reference.layout.corners])
     largest = np.max(np.abs(reference.deflection[:samples]), axis=0)
     return np.asarray(np.where(corners > 0.0, corners, largest), dtype=np.float64)

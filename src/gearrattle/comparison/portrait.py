@@ -31,8 +31,6 @@ class Portrait:
         of its driveline, for names and units.
     start, end
         of these cycles [s].
-    cycles
-        how many.
     deflection
         (K,) rms of every clearance's deflection [rad or m].
     acceleration
@@ -73,8 +71,6 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
 
     Parameters
     ----------
-    trajectory
-        the motion.
     start
         over the whole cycles that begin at or after it [s], such as the predictability horizon; None: over the
         steady part. Discarded cycles never count.

@@ -60,10 +60,6 @@ class WorkPrecision(Record):
         length of every run in periods.
     exact
         the one point of the exact solution; its error is what 95 of 100 motions stay below.
-    curves
-        one an algorithm.
-    unit
-        of errors, in words.
     """
 
     window: float
@@ -86,8 +82,6 @@ def work_precision(
 
     Parameters
     ----------
-    model
-        the driveline.
     algorithms
         names; ``exact`` is there in any case.
     budget

@@ -25,8 +25,6 @@ class Row(Record):
 
     Attributes
     ----------
-    label, algorithm
-        what it is called here, and its name.
     status
         "done", or why there is nothing more to tell.
     cost
@@ -43,14 +41,8 @@ class Row(Record):
         of every inertia's acceleration; empty where the run is too short for it.
     history
         times [s] and the worst error since the one before [``error.unit``], to the end.
-    growths
-        of a mode a step, in every region the reference visits; empty where steps are chosen.
-    notes
-        of the run.
     verdict
         "sound", "not sound" or "no motion"; empty where nothing is judged.
-    reasons
-        what speaks against it, in words.
     """
 
     label: str
@@ -81,10 +73,6 @@ class Comparison(Result, Record):
 
     Attributes
     ----------
-    model
-        its name.
-    reference
-        label of the reference.
     rows
         the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
         the exact motion from nearby.
@@ -96,8 +84,6 @@ class Comparison(Result, Record):
         the reference's predictability horizon [s]; infinite if it is beyond the end.
     period
         T [s].
-    cycles, discard, samples_per_cycle
-        of every run.
     budget
         longest time a contender may take [s].
     recommendation

@@ -50,19 +50,11 @@ class Item(Record):
 
     Attributes
     ----------
-    quantity
-        which, in words.
-    subject
-        of which inertia or clearance.
     candidate, reference
         its value, and the mean of the exact motions' [unit]; NaN where it has
         none of its own.
-    unit
-        of these two.
     measure
         what is tested, in words with its unit.
-    value
-        that measure.
     low, high
         all exact motions lie between them.
     floor
@@ -99,10 +91,6 @@ class StatisticalComparison(Record):
     ----------
     start, end
         of the cycles compared [s].
-    cycles
-        how many.
-    motions
-        number of exact motions.
     items
         in the order levels, spectra, rates, impulses, transmissibilities.
     decided
@@ -134,8 +122,6 @@ def compare_statistics(
 
     Parameters
     ----------
-    candidate
-        the motion in question.
     exact
         exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
     floor
@@ -215,8 +201,6 @@ def _number(
 
     Parameters
     ----------
-    quantity
-        in words.
     subject
         its name and unit.
     values

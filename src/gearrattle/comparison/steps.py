@@ -69,17 +69,6 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
 
     Above 1 the mode grows, and the motion of the algorithm there is a numerical artefact. Empty where steps are chosen.
     Regions are named by the labels of their clearances, such as "(1, 0, -1)".
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    contender
-        with its own settings.
-    settings
-        those shared.
-    truth
-        the reference's run.
     """
     solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
     step = fixed_step_of(model, contender.algorithm, truth, asked)

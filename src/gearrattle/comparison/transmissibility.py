@@ -48,15 +48,11 @@ class TransmissibilityComparison(Record):
 
     Attributes
     ----------
-    inertias
-        names.
     distance
         (n,) number of elements between the inertia and the reference inertia, on the shortest way that does
         not lead through ground; -1 where there is none.
     frequency
         (h,) harmonics of the lowest excited order, the middles of the bands [Hz].
-    candidate, reference
-        the transmissibilities.
     rms_error, peak_error
         (n,) relative differences.
     band_error
@@ -96,8 +92,6 @@ def compare_transmissibility(
         on the same output grid.
     cycles
         periods T at the end of the motion, fewer where fewer remain after the discarded ones.
-    harmonics
-        number of bands.
 
     Raises
     ------
@@ -142,12 +136,8 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
 
     Parameters
     ----------
-    trajectory
-        the motion.
     cycles
         periods T at its end, fewer where fewer remain after the discarded ones.
-    harmonics
-        number of bands.
 
     Raises
     ------

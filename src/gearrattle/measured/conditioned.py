@@ -198,8 +198,6 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
 
     Parameters
     ----------
-    even
-        its samples.
     grid
         (M,) times within them [s].
     rate

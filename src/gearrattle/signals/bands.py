@@ -22,8 +22,6 @@ def band_rms(signal: Array, periods: int, harmonics: int) -> Array:
     ----------
     signal
         (N, ...) samples over whole periods of the fundamental, each phase once.
-    periods
-        how many periods of the fundamental.
     harmonics
         how many bands; NaN for those not wholly below half the sampling rate.
     """

@@ -77,10 +77,6 @@ def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | Non
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    gear
-        the loose gear.
     acceleration
         theta_driver'' [rad/s^2].
     drag
@@ -109,10 +105,6 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    elements
-        their indices.
     inertia
         (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
 

@@ -115,8 +115,6 @@ class SignalSums:
 
     Attributes
     ----------
-    layout
-        names and constants of the driveline.
     start, end
         of the window so far [s]; start is infinite while all is discarded.
     cycles

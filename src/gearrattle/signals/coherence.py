@@ -66,22 +66,16 @@ class Coherence:
         (h,) gamma^2, 0 to 1; NaN where one of the signals has no power.
     mean
         kappa, the mean of the values that exist.
-    chance
-        what independent signals give.
     rate
         sampling rate after decimation [Hz].
     bin_width
         [Hz].
     every
         one sample in so many was kept.
-    anti_aliased
-        whether they were filtered first.
     taper
         "hann" or "none".
     ensembles, points
         segments, and samples in each.
-    notes
-        what the user must know.
     """
 
     frequency: Array
@@ -108,8 +102,6 @@ def by_chance(ensembles: int, bins: int, level: float = 0.95) -> ChanceCoherence
     ----------
     ensembles
         segments averaged, at least 2; they do not overlap.
-    bins
-        how many bins the mean is over.
     level
         probability of staying below ``threshold`` and below ``mean_high``, and above ``mean_low``.
     """
@@ -130,14 +122,10 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
 
     Parameters
     ----------
-    samples
-        how many there are.
     rate
         their rate [Hz].
     highest
         highest harmonic [Hz], to lie below ``USABLE`` of half the rate.
-    needed
-        how many samples must remain.
     points
         samples in a segment.
     spacing

@@ -72,8 +72,6 @@ def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
     ----------
     count
         averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
-    level
-        probability that the limits enclose the density.
     """
     from scipy.special import gammaincinv
 
@@ -107,8 +105,6 @@ def coherence_limits(value: Array, count: float, level: float = LEVEL) -> tuple[
         (f,) estimates; NaN gives NaN.
     count
         averages, above 1; at 1 nothing is known, and the limits are 0 and 1.
-    level
-        probability that the limits enclose the coherence.
     """
     value = np.asarray(value, np.float64)
     known = np.isfinite(value)
@@ -189,8 +185,6 @@ def response_radius(coherence: Array, count: float, level: float = LEVEL) -> Arr
         (f,) estimates.
     count
         averages; at 1 nothing is known, and the radius is infinite.
-    level
-        probability that the circle encloses the transfer function.
     """
     coherence = np.asarray(coherence, np.float64)
     if count <= 1.0 + 1e-9:

@@ -48,10 +48,6 @@ class Segments:
         (L,) the taper.
     step
         samples from one segment to the next.
-    count
-        how many there are.
-    centred
-        whether the mean of every segment is removed.
     """
 
     window: Array
@@ -82,8 +78,6 @@ class CrossSpectra:
         (f,) densities [unit^2 / Hz].
     cross
         (f,) S_xy; its argument is the phase of y before x.
-    segments
-        how they were made.
     """
 
     frequency: Array
@@ -140,8 +134,6 @@ def groups(signal: Array, segments: Segments) -> Iterator[Array]:
     ----------
     signal
         (N,) or (N, n).
-    segments
-        from ``cut``.
     """
     views = np.lib.stride_tricks.sliding_window_view(signal, segments.length, axis=0)[:: segments.step]
     size = max(1, _AT_ONCE // (segments.length * (signal.size // len(signal))))
@@ -176,8 +168,6 @@ def periodograms(signal: Array, rate: float, segments: Segments) -> Iterator[Arr
         (N,) or (N, n) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     scale = _scale(rate, segments)
     for group in groups(signal, segments):
@@ -195,8 +185,6 @@ def power_density(signal: Array, rate: float, segments: Segments) -> tuple[Array
         (N,) or (N, n) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     total = sum(group.sum(axis=0) for group in periodograms(signal, rate, segments))
     return frequencies(segments, rate), np.asarray(total).T / segments.count
@@ -211,8 +199,6 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
         (N,) uniform samples of the same times.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     shape = segments.length // 2 + 1
     power_x = np.zeros(shape)

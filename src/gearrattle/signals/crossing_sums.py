@@ -110,10 +110,6 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 
     Parameters
     ----------
-    sums
-        of one motion.
-    layout
-        names and constants of the driveline.
     clearance
         index into ``layout.clearance``.
     end
@@ -139,8 +135,6 @@ class Sides:
 
     Attributes
     ----------
-    shares
-        of the time by region.
     single, double
         impacts that follow a contact on the same flank, and on the other one. The first impact of all
         follows the side on which the motion begins; from within the gap it counts as single-sided.
@@ -156,10 +150,6 @@ def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sid
 
     Parameters
     ----------
-    sums
-        of one motion.
-    layout
-        names and constants of the driveline.
     clearance
         index into ``layout.clearance``.
     duration

@@ -55,8 +55,6 @@ class ImpactSummary:
     ----------
     count, drive
         how many, and how many of them on the drive side.
-    hardness
-        how hard they are.
     censored
         whether the motion ends within a contact that counts.
     """

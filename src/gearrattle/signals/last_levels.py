@@ -40,8 +40,6 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
 
     Parameters
     ----------
-    trajectory
-        the next chunk.
     before
         the same of the chunks before; None at the first.
     """

@@ -55,8 +55,6 @@ class Turned:
         (M,) at uniform angles.
     angle
         of the first value [rad].
-    per_turn
-        samples per turn.
     time
         (M,) times of these angles [s].
     speed
@@ -155,8 +153,6 @@ def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn:
         (N,) of the shaft, ascending [rad].
     speed
         (N,) of the shaft, positive [rad/s].
-    per_turn
-        samples per turn.
     """
     step = TURN / per_turn
     first, last = int(np.ceil(angle[0] / step - 1e-9)), int(np.floor(angle[-1] / step + 1e-9))
@@ -184,14 +180,10 @@ def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highe
     ----------
     signal
         at least ``turns`` turns long.
-    turns
-        per block.
     overlap
         fraction of a block that the next one shares, 0 <= overlap < 1.
     window
         one of ``cross_spectra.WINDOWS``.
-    highest
-        highest order that is kept.
     """
     length = turns * signal.per_turn
     blocks = cut(signal.values.size, length, overlap, window)
@@ -258,8 +250,6 @@ def orders_of_blocks(
         (N,) its angle, ascending [rad], and its speed [rad/s].
     orders
         (o,) positive and distinct.
-    turns
-        per block.
     starts
         (b,) angles at which blocks begin [rad].
     """

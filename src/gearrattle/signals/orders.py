@@ -119,8 +119,6 @@ def repeating_angles(time: Array, omega: float, orders: Array, periods: int) -> 
         reference speed [rad/s].
     orders
         (o,) multiples of omega.
-    periods
-        number of parts.
     """
     length = time.size // max(periods, 1)
     if length < 2 or length * periods != time.size:

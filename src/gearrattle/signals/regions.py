@@ -34,8 +34,6 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
     clearance
         index into ``layout.clearance``.
     """
@@ -55,8 +53,6 @@ def centre_words(layout: Layout, clearance: int) -> str:
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
     clearance
         index into ``layout.clearance``.
     """
@@ -87,10 +83,6 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
     region
         (...) region labels.
     """
@@ -102,8 +94,6 @@ def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
 
     Parameters
     ----------
-    trajectory
-        the motion.
     row
         position of the crossing in the log.
     """

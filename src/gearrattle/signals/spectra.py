@@ -30,10 +30,6 @@ class Spectrum:
         (f,) ascending from 0 to half the sampling rate [Hz].
     density
         (f,) or (f, n) [unit of the signal squared / Hz].
-    window
-        how it was made, in words.
-    segments
-        number of segments averaged.
     """
 
     frequency: Array
@@ -56,8 +52,6 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
         (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
     period
         length of a cycle [s].
-    samples_per_cycle
-        samples in a cycle.
     cycles_per_segment
         whole cycles in a segment, cut to what there is.
 

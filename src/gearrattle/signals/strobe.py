@@ -37,8 +37,6 @@ def period_number(points: Array, tolerance: float, most: int) -> int:
     ----------
     points
         (K, q) once a period, scaled.
-    tolerance
-        largest difference of two points that are called the same.
     most
         largest n looked for; n needs 2 n points in the last half.
     """

@@ -27,8 +27,6 @@ class Summary:
         <x>.
     second, fourth
         <(x - <x>)^2>, <(x - <x>)^4>.
-    low, high
-        smallest and largest sample.
     miss
         by how much low and high may be passed between two samples; 0 where they are exact.
     column

@@ -43,10 +43,6 @@ def largest_of_samples(layout: Layout, gear: LooseGear, acceleration: Array, spe
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    gear
-        the loose gear.
     acceleration
         (N,) theta_driver'' [rad/s^2].
     speed

@@ -59,8 +59,6 @@ def waterfall(
         (N,) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cross_spectra.cut``.
     speed
         (N,) of the shaft [rad/s]; None where it is not known.
     density
@@ -92,8 +90,6 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
 
     Parameters
     ----------
-    rows
-        with speeds.
     step
         of the speed [rad/s].
     squared
@@ -114,8 +110,6 @@ def over_orders(rows: Waterfall, orders: Array) -> Waterfall:
 
     Parameters
     ----------
-    rows
-        over frequency, with speeds.
     orders
         (o,) wanted.
     """

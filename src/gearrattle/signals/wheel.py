@@ -101,8 +101,6 @@ def teeth_passed(times: Array, per_turn: float, gaps: Gaps = ()) -> Teeth:
         (P,) ascending [s], P >= 4.
     per_turn
         teeth of the wheel, those left out counted.
-    gaps
-        of the wheel.
 
     Raises
     ------

@@ -119,8 +119,6 @@ def chance(data: tuple[Array, Array], covariance: Covariance, freedom: tuple[int
     ----------
     data
         (N,) residuals and (N, P) Jacobian.
-    covariance
-        of the residuals.
     freedom
         rows less values fitted; of the covariance.
     """

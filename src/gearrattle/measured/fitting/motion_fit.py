@@ -68,15 +68,6 @@ def fit_motion(
 ) -> Fit:
     """Find the parameters with which the simulated motion agrees with a recorded one best; arguments as of ``fit``.
 
-    Parameters
-    ----------
-    model
-        the rough start.
-    recordings
-        the motion; of a run-up also its repeats.
-    table
-        how it is compared.
-
     Raises
     ------
     ModelError
@@ -136,10 +127,6 @@ class Steps:
 
     Parameters
     ----------
-    starts
-        that are tried.
-    count
-        of parameters.
     progress
         called with the share; what it raises ends the fit.
     """

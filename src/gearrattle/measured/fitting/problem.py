@@ -119,18 +119,8 @@ class MotionProblem:
 
     Attributes
     ----------
-    recorded
-        what was measured.
-    simulator
-        how a model's motion is computed.
-    model
-        the start.
-    parameters
-        the free ones.
     prior
         standard deviation of every ln(parameter / start); None: no prior.
-    counted
-        called after every simulation.
     """
 
     recorded: Measured
@@ -221,13 +211,7 @@ class MotionProblem:
 
 @dataclass(frozen=True)
 class Judged:
-    """A motion problem with derivatives: what a search and a judgement ask.
-
-    Attributes
-    ----------
-    of
-        the problem.
-    """
+    """A motion problem with derivatives: what a search and a judgement ask."""
 
     of: MotionProblem
 

@@ -64,18 +64,12 @@ class Recorded:
     ----------
     channels
         of the C columns, as measured.
-    cycles
-        measured.
     lowest
         end of the band [Hz].
     period
         of the model [s].
     base
         order of the first line.
-    chosen
-        what is compared.
-    draws
-        replicates of the mean of the measured cycles.
     noise
         (m,) mean square of the stated noise.
     calibration

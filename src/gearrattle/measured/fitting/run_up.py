@@ -56,8 +56,6 @@ class MeasuredRunUp:
 
     Attributes
     ----------
-    channels
-        measured.
     channel, order
         (m,) index of the channel, and order, of every column.
     record
@@ -68,8 +66,6 @@ class MeasuredRunUp:
         (B, m) measured.
     phases
         whether phases are compared, or sizes alone.
-    fits_angle
-        whether the angle between the zeros of the shafts is fitted, or none.
     calibration
         (C,) relative standard uncertainty of every channel.
     per_minute
@@ -305,8 +301,6 @@ class MeasuredRunUp:
         ----------
         fitted
             (B, m) amplitudes.
-        partners
-            names of the C simulated channels.
         """
         error = np.sqrt(0.5 * self._variance + self._open**2)
         made = []

@@ -42,8 +42,6 @@ class RunUpSimulator:
 
     Attributes
     ----------
-    settings
-        keyword arguments of ``simulate``.
     names
         of the C simulated channels.
     orders
@@ -104,14 +102,8 @@ def run_up_motion(
 
     Parameters
     ----------
-    run
-        of the start, along its sweep.
     recordings
         one run-up, and its repeats.
-    asked
-        pairs of channels by recording, and how they are compared.
-    table
-        the same as written.
     watched
         called with the finished share of a simulation; what it raises ends it.
 
@@ -169,8 +161,6 @@ class _SimulatedSpeeds:
         (n,) angles [rad], by rising speed.
     speed
         (n,) mean speeds [rad/s].
-    rises
-        whether the speed rises along the run.
     """
 
     starts: Array
@@ -260,17 +250,7 @@ def _check_size(amplitude: Complex, channels: Sequence[Channel], orders: Array) 
 
 
 def run_up_problems(table: RecordingTable, count: int, is_run_up: bool) -> list[Problem]:
-    """Return keys that do not go with a run-up, or with a motion at one speed.
-
-    Parameters
-    ----------
-    table
-        how the record is compared.
-    count
-        of records.
-    is_run_up
-        whether the model's speed changes.
-    """
+    """Return keys that do not go with a run-up, or with a motion at one speed."""
     stated = RecordingTable.model_fields
     of_run_up = ("orders", "turns", "shaft")
     of_one_speed = ("band", "trend", "noise")

@@ -37,16 +37,10 @@ class Simulator:
 
     Attributes
     ----------
-    settings
-        keyword arguments of ``simulate``.
-    names
-        of the C simulated channels.
     band
         lowest and highest frequency [Hz].
     lines
         K, how many lines are kept.
-    trend
-        "mean", "linear" or "none".
     watched
         called with the finished share of a simulation; what it raises ends it.
     """
@@ -91,10 +85,6 @@ def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
 
     Parameters
     ----------
-    run
-        the simulated motion.
-    names
-        of its channels.
     trend
         "linear": a straight line is taken away.
 

@@ -37,14 +37,6 @@ def steady_motion(
 
     Parameters
     ----------
-    run
-        of the start.
-    recording
-        measured.
-    asked
-        pairs of channels, and how they are compared.
-    table
-        the same as written.
     watched
         called with the finished share of a simulation; what it raises ends it.
     """

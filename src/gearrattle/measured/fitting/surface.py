@@ -161,14 +161,8 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 
     Parameters
     ----------
-    problem
-        whose residuals jump.
     centre, half
         (P,) of the region.
-    runs
-        K.
-    seed
-        of the Latin hypercube of runs.
 
     Raises
     ------

@@ -46,8 +46,6 @@ def read_data(data: Data, model: Model, default: State) -> Measurements:
 
     Parameters
     ----------
-    data
-        path of a TOML file, or its tables.
     model
         names inertias and elements, and says whether there are units.
     default

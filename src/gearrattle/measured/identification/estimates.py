@@ -84,14 +84,8 @@ class Searched:
 
     Attributes
     ----------
-    minima
-        the best first.
-    starts
-        number of starts.
     failed
         how many of them did not converge.
-    effort
-        of each search.
     """
 
     minima: tuple[Minimum, ...]
@@ -129,18 +123,6 @@ def estimates(
 
     Parameters
     ----------
-    model
-        the start.
-    problem
-        what was measured.
-    parameters
-        the free ones.
-    searched
-        its minima.
-    notes
-        what else must be said, at the end.
-    profile
-        whether to find profile-likelihood intervals.
     progress
         called with the finished share of that; what it raises ends the fit.
     """

@@ -60,8 +60,6 @@ class Combination:
     factor
         the standard error of s as a factor: it is known to within times or divided by this; inf if structural
         or not noticed to first order.
-    words
-        the same in a sentence.
     """
 
     exponents: Mapping[str, float]
@@ -142,12 +140,8 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float
 
     Parameters
     ----------
-    paths
-        the parameters.
     jacobian
         (N, P) in standard errors.
-    null
-        its null space, split.
     scale
         factor on the standard errors.
     """

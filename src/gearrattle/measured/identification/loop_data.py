@@ -56,8 +56,6 @@ class Loop:
         (N,) the deflection at which the sample's leg began [rad].
     leg
         (N,) number of the leg, counted from 0.
-    source
-        where it came from, in words.
     notes
         what was left out.
     angle_unit

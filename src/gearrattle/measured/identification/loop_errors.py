@@ -75,15 +75,7 @@ def rubbing(solution: Solved) -> tuple[Slider, ...]:
 
 
 def spread(polish: Polish, solution: Solved) -> Spread:
-    """Return the covariance of a law over every sample.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        the law.
-    """
+    """Return the covariance of a law over every sample."""
     sliders = rubbing(solution)
     samples = Regression(polish.loop, 0, polish.moments.reach)
     residual = samples.torque - samples.table(solution.shape, solution.labels) @ solution.coefficients
@@ -122,24 +114,7 @@ def autocorrelation(residual: Array) -> float:
 
 
 def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
-    """Fit a law again to its own torque with blocks of residuals in another order.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        its law.
-    number
-        of fits.
-    seed
-        of the blocks drawn.
-
-    Returns
-    -------
-    list[tuple[Polish, Solved]]
-        The law of every draw, with its polish.
-    """
+    """Fit a law again to its own torque with blocks of residuals in another order."""
     loop = polish.loop
     whole = Regression(loop, 0, polish.moments.reach)
     fitted = whole.table(solution.shape, solution.labels) @ solution.coefficients

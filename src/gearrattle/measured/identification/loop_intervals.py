@@ -52,14 +52,8 @@ def intervals(
 
     Parameters
     ----------
-    settled
-        the law.
-    known
-        how far it is known.
     estimates
         values and standard errors by name.
-    breaks
-        of ``places``.
     """
     values, errors = estimates
     made = {}

@@ -80,10 +80,6 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
 
     Parameters
     ----------
-    linear
-        the law made linear in all that is free.
-    solution
-        the law, its least squares.
     where
         side and index of the break.
     variance

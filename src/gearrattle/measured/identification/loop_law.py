@@ -46,8 +46,6 @@ class Shape:
         breaks from the centre outward, positive magnitudes [rad].
     parted
         whether the first stages of both sides have slopes of their own.
-    rubs
-        "", "drive" or "coast": the side whose first stage has more friction than the other's.
     reach
         by slider, (side, index) [rad]; the centre's is ("centre", 0).
     """

@@ -28,10 +28,6 @@ class Linear:
     ----------
     columns
         (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
-    moments
-        of the loop.
-    loop
-        the points.
     residual
         (M,) of the points [N m].
     weight

@@ -40,10 +40,6 @@ class Polish:
 
     Attributes
     ----------
-    moments
-        of the loop.
-    without
-        sliders that the law has not.
     held
         sliders whose reach stays as it is.
     """

@@ -130,17 +130,7 @@ class _Tables:
 
 
 def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Slider, Density], list[Shape]]:
-    """Return the density of every reach, and shapes from which a better minimum may be reached.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        its least squares.
-    known
-        how far that is known.
-    """
+    """Return the density of every reach, and shapes from which a better minimum may be reached."""
     if not known.sliders:
         return {}, []
     tables = _tables(polish, solution, known)

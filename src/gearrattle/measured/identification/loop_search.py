@@ -63,17 +63,7 @@ class Search:
         return float(cells * math.log(solution.left / cells) + number * math.log(cells))
 
     def refine(self, solution: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
-        """Search breaks and reaches, one after another, until a round gains nothing.
-
-        Parameters
-        ----------
-        solution
-            where to begin.
-        rounds
-            the most.
-        near
-            whether breaks stay near where they are.
-        """
+        """Search breaks and reaches, one after another, until a round gains nothing."""
         for turn in range(rounds):
             before = solution.left
             width = 0.02 if near or turn else 1.0
@@ -182,16 +172,8 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
 
     Parameters
     ----------
-    loop
-        what to fit.
     stages
         how many drive-side and coast-side stages; None lets BIC choose.
-
-    Returns
-    -------
-    tuple[Solved, list[tuple[int, int, float]]]
-        The best law over cells, a start for ``loop_polish``, and the numbers of drive-side and coast-side stages with
-        their BIC on the way.
     """
     search = Search(loop)
     solution = search.refine(search.at(Shape()), 2)

@@ -33,14 +33,8 @@ class Settled(NamedTuple):
 
     Attributes
     ----------
-    polish
-        the loop, the sliders that the law has not, and those with the default.
-    law
-        the least squares.
     reaches
         density of the reach of every slider that the law has.
-    sticks
-        intervals of their stick stiffnesses.
     """
 
     polish: Polish

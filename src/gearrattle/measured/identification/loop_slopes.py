@@ -28,10 +28,6 @@ def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]
 
     Parameters
     ----------
-    loop
-        where.
-    solution
-        the law.
     sliders
         the R sliders whose reaches count.
     """

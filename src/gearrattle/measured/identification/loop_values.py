@@ -37,8 +37,6 @@ def values_of(
 
     Parameters
     ----------
-    solution
-        the law.
     fixed
         sliders whose stick stiffness is the default and no value.
     sticks

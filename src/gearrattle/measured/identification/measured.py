@@ -59,8 +59,6 @@ class MeasuredMode:
         (s,) their amplitudes, scale and sign free.
     shape_error
         (s,) standard errors, in the unit of ``shape``.
-    state
-        in which it was measured.
     """
 
     label: str
@@ -93,8 +91,6 @@ class MeasuredResponse:
         (F,) complex, in rad, rad/s or rad/s^2 per N m, for exp(+i omega t).
     error
         (F,) standard error of the real and of the imaginary part.
-    state
-        in which it was measured.
     """
 
     label: str
@@ -113,8 +109,6 @@ class Measurements:
 
     Attributes
     ----------
-    modes, responses
-        as measured, in the order of the file.
     assumed
         what had no standard error of its own, in words: the covariance is then scaled by the residuals.
     """

@@ -118,8 +118,6 @@ def free_parameters(
 
     Parameters
     ----------
-    model
-        the start.
     free
         paths; ``*`` stands for any text, as in ``inertia.*.J``.
     bounds

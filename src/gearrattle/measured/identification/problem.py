@@ -43,8 +43,6 @@ class Residual:
         SI unit; empty for amplitudes of a shape.
     measured, fitted
         values; of a shape the fitted one is scaled to the measured one.
-    standard_error
-        of the measured value.
     residual
         (fitted - measured) / standard_error.
     """
@@ -63,14 +61,6 @@ class FitProblem:
 
     Attributes
     ----------
-    data
-        the measurements.
-    names
-        of the inertias.
-    states
-        coefficients by state.
-    count
-        number of parameters P.
     prior
         standard deviation of every ln(parameter / start); None: no prior.
     units

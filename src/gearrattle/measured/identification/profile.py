@@ -41,14 +41,10 @@ def profile(
         x to residuals and Jacobian.
     x
         (P,) the minimum.
-    parameter
-        its index p.
     box
         (P,) lowest and highest x.
     errors
         standard error of x[p], for the first step (need not be finite); by how much chi-square rises to the ends.
-    effort
-        of each local search.
     """
     spread, rise = errors
     rows = residuals(x)[0]

@@ -51,10 +51,6 @@ def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
 
     Parameters
     ----------
-    text
-        the content of the file.
-    name
-        what messages call it.
     dimensionless
         whether the columns are plain; ``derivatives`` is then None.
 

@@ -95,15 +95,8 @@ def search(
         (P,) where the searches start.
     box
         (P,) lowest and highest x.
-    effort
-        of each search.
     progress
         called with the finished share; what it raises ends the search.
-
-    Returns
-    -------
-    tuple[tuple[Minimum, ...], int]
-        The minima, the best first, and the number of starts that did not converge.
 
     Raises
     ------
@@ -131,14 +124,8 @@ def starts(residuals: Residuals, box: tuple[Array, Array], count: int, seed: int
 
     Parameters
     ----------
-    residuals
-        as of ``search``.
     box
         (P,) lowest and highest x.
-    count
-        how many.
-    seed
-        of the hypercube.
     """
     origin = np.zeros(box[0].size)
     null = split(residuals, origin, null_space(residuals(origin)[1])).exact

@@ -36,8 +36,6 @@ class Spectrum:
 
     Attributes
     ----------
-    of
-        the state's coefficients at the start.
     x
         (P,) logarithms of the parameters over their start.
     """

@@ -39,11 +39,6 @@ __all__ = ["ANSWERS", "READERS", "Column", "Raw", "Reader", "Request", "format_o
 def format_of(path: str | os.PathLike[str]) -> str:
     """Return the format of a file, by its content.
 
-    Parameters
-    ----------
-    path
-        the file.
-
     Raises
     ------
     ModelError
@@ -81,10 +76,6 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
 
     Parameters
     ----------
-    path
-        the file.
-    request
-        what is wanted of it.
     format
         one of ``READERS``; empty: recognised by the content.
 

@@ -16,10 +16,6 @@ class Answers(NamedTuple):
 
     Attributes
     ----------
-    axis
-        what the times of a channel are.
-    unit
-        of these times.
     counts
         which stored values are samples, and which are gaps.
     scaled

@@ -74,8 +74,6 @@ class Column:
         (N,), its own, which may be changed; (0,) for a column that was not asked for and not read.
     time
         (N,) [s]; None until it is found among the columns, unless the file gives it with the column.
-    quantity, subject
-        where the file says them.
     axis
         name of the column of its times, where the file says it.
     """
@@ -97,12 +95,6 @@ class Raw:
     ----------
     columns
         in the order of the file; every one has its times.
-    source
-        the file as messages name it.
-    format
-        name of its reader.
-    notes
-        what the user must know about it.
     """
 
     columns: tuple[Column, ...]
@@ -142,10 +134,6 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
     ----------
     columns
         in the order of the file; a column of times may be changed to s where it stands.
-    path
-        the file.
-    request
-        what is wanted of it.
 
     Raises
     ------
@@ -211,15 +199,6 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
     """Refuse two columns of one name, where that name is wanted or may be that of the times.
-
-    Parameters
-    ----------
-    columns
-        in the order of the file.
-    source
-        the file as messages name it.
-    request
-        what is wanted of the file.
 
     Raises
     ------
@@ -331,8 +310,6 @@ def column_names(name: str, shape: Sequence[int]) -> list[str]:
 
     Parameters
     ----------
-    name
-        of the array.
     shape
         of the array; the longer side of a table is that of the samples.
 

@@ -90,12 +90,8 @@ class _Signal:
 
     Attributes
     ----------
-    name, item
-        path in the file, and the dataset.
     names
         of its columns; empty for what is no signal.
-    unit
-        as the file has it; empty where there is none.
     """
 
     def __init__(self, name: str, item: Any) -> None:

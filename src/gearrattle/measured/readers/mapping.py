@@ -45,16 +45,12 @@ class Mapped:
 
     Attributes
     ----------
-    table
-        what it is and what is to be done.
     time
         (N,) ascending [s].
     values
         (N,) in SI of what was measured; NaN where the file has no number.
     unit
         SI unit of what was measured.
-    place
-        where messages say it is.
     """
 
     table: ChannelTable
@@ -70,21 +66,7 @@ class Mapped:
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a mapping names.
-
-    Attributes
-    ----------
-    tables
-        of the mapping.
-    channels
-        in its order.
-    source
-        the record's name.
-    notes
-        what the user must know.
-    place
-        what messages call the mapping.
-    """
+    """What a mapping names."""
 
     tables: MeasurementTables
     channels: tuple[Mapped, ...]
@@ -131,11 +113,6 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
 
 def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
     """Return the record that a mapping file names, how its times are told, its format, and the further files.
-
-    Parameters
-    ----------
-    source
-        path of a TOML file.
 
     Raises
     ------

@@ -45,8 +45,6 @@ class Packing(NamedTuple):
 
     Attributes
     ----------
-    scale, offset
-        value = scale x stored + offset.
     missing
         stored numbers that are gaps.
     stored_range, value_range
@@ -73,14 +71,8 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
     Parameters
     ----------
-    attributes
-        by name, as the file has them.
-    kind
-        type of the stored numbers.
     fill
         what stands in the file where nothing was written.
-    location
-        the variable as messages name it.
 
     Raises
     ------
@@ -122,8 +114,6 @@ def unpack(numbers: Array, packing: Packing) -> None:
     ----------
     numbers
         (N,) stored numbers.
-    packing
-        of their variable.
     """
     if packing == Packing():
         return

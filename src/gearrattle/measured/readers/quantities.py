@@ -64,8 +64,6 @@ def factor(unit: str, quantity: str) -> tuple[float, str]:
 
     Parameters
     ----------
-    unit
-        as a file or a user writes it.
     quantity
         one of ``QUANTITIES``.
 

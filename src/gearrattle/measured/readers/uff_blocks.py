@@ -33,10 +33,6 @@ class Block(NamedTuple):
 
     Attributes
     ----------
-    number
-        which kind it is.
-    lines
-        of its header, as far as there are.
     begin, size
         where its numbers stand in the file, and how many bytes they are.
     order
@@ -84,13 +80,6 @@ class Samples:
 
 def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
     """Cut an open file into datasets; binary ones by the number of bytes they tell.
-
-    Parameters
-    ----------
-    stream
-        the file, at its beginning.
-    path
-        what messages call it.
 
     Raises
     ------
@@ -168,17 +157,6 @@ class _Cutter:
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
     """Return the bytes of a sample, 0 of a text; refuse a header that tells more than the dataset can hold.
 
-    Parameters
-    ----------
-    block
-        the dataset.
-    count
-        numbers that its header tells.
-    samples
-        of one number, or of two.
-    location
-        the dataset as messages name it.
-
     Raises
     ------
     ModelError
@@ -202,10 +180,6 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 
     Parameters
     ----------
-    stream
-        the file.
-    block
-        the dataset.
     width
         bytes of a sample.
     samples
@@ -230,16 +204,10 @@ def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, l
 
     Parameters
     ----------
-    stream
-        the file.
-    block
-        the dataset.
     width
         of a column, where columns touch.
     samples
         what is filled.
-    location
-        the dataset as messages name it.
 
     Raises
     ------

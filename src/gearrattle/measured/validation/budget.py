@@ -42,12 +42,8 @@ class Known:
         (2, C) change of the simulated levels on an output grid half as fine.
     numerical
         (2, C); NaN where nothing is certified.
-    numerical_words
-        how that was obtained.
     parameters
         (2, C); NaN where no standard errors were handed in.
-    parameters_words
-        how that was obtained.
     """
 
     scatter: tuple[Array, Array]
@@ -112,14 +108,10 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
 
     Parameters
     ----------
-    level
-        rms or peak to peak.
     row
         0 for peak to peak, 1 for rms.
     channel
         index in the arrays of ``known``.
-    known
-        about all channels.
     stated
         rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
         samples in a cycle.

@@ -44,16 +44,6 @@ class _Matter:
 
     Attributes
     ----------
-    run
-        the simulation.
-    pairing
-        the pairs of channels.
-    wanted
-        the arguments.
-    setting
-        how records become cycles.
-    sources, cycles, drawn
-        of both.
     band
         lowest and highest frequency [Hz].
     """

@@ -20,8 +20,6 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
     ----------
     cycles
         measured, simulated.
-    spectra
-        of these.
     delay
         added to the measured times [s].
     """

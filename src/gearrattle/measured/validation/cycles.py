@@ -103,8 +103,6 @@ class Source:
         between samples [s].
     first
         time of the first [s].
-    name
-        of the recording, for messages.
     """
 
     values: Array
@@ -153,12 +151,8 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
 
     Parameters
     ----------
-    source
-        its samples.
     period
         by its clock [s].
-    setting
-        samples in a cycle, band, trend.
     bounds
         first and last time wanted [s].
     whole_start

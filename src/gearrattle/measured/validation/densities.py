@@ -116,8 +116,6 @@ def limits(ratio: float, first: float, second: float) -> tuple[float, float]:
 
     Parameters
     ----------
-    ratio
-        of the estimates.
     first, second
         equivalent numbers of averages of its numerator and its denominator.
     """

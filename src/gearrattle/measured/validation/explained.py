@@ -46,10 +46,6 @@ def explained(
 
     Parameters
     ----------
-    drawn
-        runs with drawn parameters.
-    pairs
-        the channels with their budgets.
     cycles, draws
         measured, simulated.
     """

@@ -54,13 +54,6 @@ def counted_of(
 ) -> dict[str, tuple[int, float]]:
     """Return index of the measured channel and threshold, by clearance.
 
-    Parameters
-    ----------
-    names
-        of the clearances.
-    channels, thresholds
-        as of ``compare_impacts``.
-
     Raises
     ------
     ModelError
@@ -91,8 +84,6 @@ def compare_impacts(
 
     Parameters
     ----------
-    trajectory
-        of the run.
     cycles, draws
         measured, simulated.
     channels

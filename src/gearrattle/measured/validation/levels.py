@@ -44,15 +44,7 @@ def log_errors(cycles: Cycles, drawn: Draws) -> Array:
 
 
 def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draws]) -> list[tuple[Level, ...]]:
-    """Return both levels of every channel.
-
-    Parameters
-    ----------
-    measured, simulated
-        the same channels.
-    draws
-        of the measured and of the simulated cycles.
-    """
+    """Return both levels of every channel."""
     one, other = levels_of(measured), levels_of(simulated)
     errors = log_errors(measured, draws[0]), log_errors(simulated, draws[1])
     both = np.hypot(*errors)

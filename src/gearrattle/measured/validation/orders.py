@@ -38,8 +38,6 @@ class Lines:
         (K, C) of the mean cycle.
     replicates
         (R, K, C) of its replicates.
-    draws
-        these.
     """
 
     mean: Complex
@@ -88,8 +86,6 @@ def delays(
     ----------
     simulated, measured
         each by its own clock.
-    channel
-        that sets the clock.
     used
         (K,) which of its lines do.
     timing

@@ -24,8 +24,6 @@ class Pairing:
 
     Attributes
     ----------
-    measured, simulated
-        of pair i.
     measured_alone, simulated_alone
         names; a simulated one is told only where nothing else of its subject or
         quantity was measured either.

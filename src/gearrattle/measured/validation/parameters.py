@@ -119,8 +119,6 @@ def repeated(
 
     Parameters
     ----------
-    run
-        the simulation, whose settings are kept.
     errors
         values and standard errors by path.
     correlation
@@ -129,8 +127,6 @@ def repeated(
         returns the (2, C) levels of a run.
     runs
         number of runs, two or more.
-    seed
-        of the random numbers.
     progress
         called with the fraction done.
     """

@@ -28,12 +28,8 @@ class Contribution(Record):
 
     Attributes
     ----------
-    source
-        what may be wrong.
     value
         its standard uncertainty [% of the measured level]; NaN where it is not known.
-    how
-        how the value was obtained.
     """
 
     source: str
@@ -57,8 +53,6 @@ class Level(Record):
         interval of sigma from the scatter of the cycles on both sides [%].
     standard_error
         of sigma, from the same scatter [%].
-    budget
-        contributions to the uncertainty of sigma.
     expanded
         root of their sum of squares, times the factor of a 95 % interval [%].
     remainder
@@ -192,8 +186,6 @@ class Pair(Record):
     ----------
     name
         of the measured channel.
-    partner
-        of the simulated one.
     quantity, subject, unit
         what both are; SI.
     levels
@@ -204,8 +196,6 @@ class Pair(Record):
         ascending.
     agreement
         correlation of the two mean cycles on one clock [1].
-    curves
-        for figures.
     """
 
     name: str
@@ -234,8 +224,6 @@ class Impacts(Record):
 
     Attributes
     ----------
-    clearance
-        its name.
     exact, exact_error
         rate from the crossings of the run, and its standard error [1/cycle].
     channel
@@ -246,8 +234,6 @@ class Impacts(Record):
         rates of passings of the threshold, counted alike in both channels [1/cycle].
     low, high
         interval of measured less simulated [1/cycle].
-    words
-        what was done, or why not.
     """
 
     clearance: str
@@ -278,8 +264,6 @@ class Clock(Record):
         of the delay [s].
     agreement
         correlation at that delay.
-    rival
-        largest correlation at a delay apart from it.
     period
         of the model [s].
     measured_period

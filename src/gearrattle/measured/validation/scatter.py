@@ -97,10 +97,6 @@ def draws(
     ----------
     levels
         (N, C) a level of every cycle and channel, from which the block is chosen; N >= 8.
-    generator
-        of random numbers.
-    replicates
-        R.
     lines
         (N, L) sizes of strong lines in every cycle, likewise.
     """
@@ -119,8 +115,6 @@ def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
     ----------
     errors
         (...) standard errors of two independent records.
-    freedoms
-        their degrees of freedom.
     """
     from scipy.stats import t
 

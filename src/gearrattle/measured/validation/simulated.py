@@ -33,17 +33,7 @@ def to_be_recorded(model: Model) -> Recording:
 
 
 def _channels(layout: Layout, units: str, values: Callable[[str, int], Array]) -> tuple[Channel, ...]:
-    """Return the channels of a run.
-
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    units
-        of the model.
-    values
-        samples by quantity and index.
-    """
+    """Return the channels of a run."""
     channels, plain = [], units == "dimensionless"
     for quantity, unit in _OF_INERTIAS.items():
         for i, name in enumerate(layout.inertia_names):

@@ -217,12 +217,8 @@ def segments_of(signal: Sampled, resolution: str | float | None, overlap: float,
 
     Parameters
     ----------
-    signal
-        the signal.
     resolution
         width of a bin [Hz]; None: a part of the record.
-    overlap, window
-        as in ``psd``.
     parts
         of the record in a segment where nothing else is said.
 

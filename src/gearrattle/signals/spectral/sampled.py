@@ -43,8 +43,6 @@ class Sampled:
 
     Attributes
     ----------
-    name
-        the channel's.
     unit
         of the values, in SI; "1" for pure numbers.
     values
@@ -53,12 +51,8 @@ class Sampled:
         time of the first sample [s].
     interval
         between samples [s].
-    source
-        where it came from, in words.
     dimensionless
         whether its model has no units.
-    notes
-        what the user must know.
     """
 
     name: str
@@ -91,8 +85,6 @@ class Shaft:
         (N,) at the signal's samples [rad].
     speed
         (N,) its derivative [rad/s].
-    name
-        where they are from, in words.
     """
 
     angle: Array
@@ -105,8 +97,6 @@ def sampled(source: Source, channel: str) -> Sampled:
 
     Parameters
     ----------
-    source
-        a run or a recording.
     channel
         of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
 
@@ -129,10 +119,6 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
     Parameters
     ----------
-    source
-        where the signal is from.
-    signal
-        from ``sampled``.
     speed
         a channel of a recording, with the speed or angle of the shaft; or a constant speed, "1500 rpm" or a
         plain number [rad/s]; None: of a run its reference shaft, of a recording its shaft angle or speed.

@@ -130,8 +130,6 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     ----------
     variables
         with compressed structures looked into; short texts and single numbers are read.
-    source
-        the file as messages name it.
 
     Raises
     ------

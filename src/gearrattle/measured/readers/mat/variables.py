@@ -28,13 +28,7 @@ class Damaged(ValueError):
 
 
 class Part:
-    """A number of bytes, read in order.
-
-    Attributes
-    ----------
-    left
-        bytes that were not read yet.
-    """
+    """A number of bytes, read in order."""
 
     def __init__(self, read: Callable[[int], bytes], skip: Callable[[int], object], left: int) -> None:
         self._read = read
@@ -99,8 +93,6 @@ def part_of(stream: BinaryIO, size: int) -> Part:
 
     Parameters
     ----------
-    stream
-        the file.
     size
         of the whole file [bytes].
     """
@@ -126,12 +118,6 @@ class Variable:
         "numbers", "text", "object", "structure" (compressed, and not looked into), "other".
     shape
         of numbers.
-    stored
-        type of the stored numbers.
-    coding
-        of a text.
-    said
-        class of an object.
     part
         where numbers or a text stand; the unpacked bytes of a structure.
     """

@@ -33,13 +33,7 @@ class _Head(NamedTuple):
 
 
 def is_version_4(head: bytes) -> bool:
-    """Tell a file that begins with the head and the name of a variable of version 4.
-
-    Parameters
-    ----------
-    head
-        its first bytes.
-    """
+    """Tell a file that begins with the head and the name of a variable of version 4."""
     about = _head_of(head[:_HEAD])
     if about is None:
         return False
@@ -49,11 +43,6 @@ def is_version_4(head: bytes) -> bool:
 
 def variables(part: Part) -> Iterator[Variable]:
     """Yield the variables; their numbers are read before the next one is asked for, or not at all.
-
-    Parameters
-    ----------
-    part
-        the bytes of the file.
 
     Raises
     ------
