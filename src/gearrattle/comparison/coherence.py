@@ -2,8 +2,6 @@
 
 The paper's index of agreement between algorithms (Padmanabhan et al. 1995, secs. 8 and 9), with the bias and the
 threshold it leaves out (``signals.coherence``). The samples are the last ones of the steady part.
-
-Takes two Trajectories; gives a Coherence for every inertia.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ Every contender runs the same model from the same start on the same output grid.
 1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is given sample by sample and crossing
 by crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
 1e-12 half-gaps away: no algorithm can be expected to do better than that.
-
-Takes a Model; gives a Comparison, and the table of it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Who takes part in a comparison, and how each is run: warm, alone, within a budget, failures as results.
-
-Takes a Model and settings; gives a Result for every contender, with its run if it came to an end.
-"""
+"""Contenders of a comparison and their runs: warm, alone, within a budget, with failures as results."""
 
 from __future__ import annotations
 

@@ -5,8 +5,7 @@ crossing that one solver steps over counts as missed and shifts no other match. 
 *reach*, by default a quarter of the shortest excitation period: what is off by more is not the same crossing. Impacts
 (``signals.find_impacts``) are matched in the same way.
 
-Takes two Trajectories; gives an EventComparison. Only crossings up to the horizon count; those just beyond it may be
-partners.
+Only crossings up to the horizon count; those just beyond it may be partners.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the measured error of a motion can make of its statistics: differences below that are none.
+"""Differences of a motion's statistics that its own measured error explains.
 
 Let x be a signal of the reference (a deflection, an acceleration), e the error of the given motion in it, sample by
 sample over the cycles compared, and sigma the standard deviation of x there. The error counts up to a hundredth of the
@@ -18,8 +18,6 @@ A motion whose error is c e may differ from the reference by no more than
 ``halving`` is what leaving out every second sample changes of pp(x): a peak is known no better than samples show it. So
 a motion whose error is below a hundredth of every signal has no different level, spectrum or ratio of levels: it is the
 same motion, and its error is what there is to say. One that is farther off gets no more than that hundredth.
-
-Takes two Trajectories on one grid; gives a Floor.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""Exact motions from nearby: what no algorithm can be blamed for.
+"""Exact motions from nearby starts: differences for which no algorithm is to blame.
 
 A motion begun a thousandth of a half-gap away is as true as the one asked for; where it comes to differ in its
 statistics, rounding or a tolerance may lead as well. Twenty of them and the exact motion itself are the fewest against
 which another can be told apart in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is one of them
 because a motion may be singular among its neighbours: it rests where they swing to rest.
-
-Takes a Model and a Run of it; gives starts, and Portraits.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ while a difference in the sixteenth digit has not grown to the size of the motio
 
 A driveline without clearances has no half-gap to measure by: its error is that of the velocities, over the largest rms
 value of any.
-
-Takes two Trajectories; gives a PointwiseError.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""What remains of a motion when its moments are forgotten: levels, spectra, rates of impacts and their impulses.
+"""Statistics of a motion: levels, spectra, rates of impacts and their impulses.
 
 Two right motions beyond the predictability horizon have nothing else in common. A portrait is small beside the motion
 it is taken of, so that many can be kept.
-
-Takes a Trajectory; gives a Portrait.
 """
 
 from __future__ import annotations

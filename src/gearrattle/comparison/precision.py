@@ -1,9 +1,7 @@
-"""Work against precision: what every algorithm gives for its effort, over a range of tolerances or steps.
+"""Work against precision: error and cost of every algorithm over a range of tolerances or steps.
 
 Runs are as long as the window of the comparison, in whole cycles: an error beyond it says nothing about an algorithm.
 ``exact`` has no tolerance to choose and is one point.
-
-Takes a Model; gives curves of error against function calls and time.
 """
 
 from __future__ import annotations

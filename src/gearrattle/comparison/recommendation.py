@@ -1,12 +1,10 @@
-"""What follows from the numbers of a comparison, in words.
+"""Verdicts and recommendation from the numbers of a comparison.
 
 An algorithm is *sound* here if it came to an end, its error inside the window stays below ``SOUND``, no step lies
 outside its stability region, it missed and invented no impact, and no more than a third of its statistics beyond the
 horizon lie outside those of all exact motions: chance puts one in twenty-two there, in groups that go together. The
 cheapest sound one is recommended next to exact.
 Against a reference that is itself wrong none is called sound or unsound.
-
-Takes a Comparison; gives verdicts with their reasons, and three sentences.
 """
 
 from __future__ import annotations

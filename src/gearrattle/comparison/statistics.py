@@ -1,4 +1,4 @@
-"""Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics.
+"""Statistics of a motion against those of exact ones, beyond the predictability horizon.
 
 How far may these be apart? The exact solution is asked: twenty-one exact motions, begun within a thousandth of a
 half-gap of the same start (``peers``), show what a correct motion may come to. A motion's statistic is called
@@ -10,8 +10,6 @@ known: motions that repeat themselves have no scatter, and accurate ones differ 
 Nor if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``), nor by less than ``NEGLIGIBLE`` of the loudest
 cycle of the whole motion, start-up included: what is left when a motion has come to rest is rounding and tolerance.
 Such statistics are *equal*. With many items some are called different by chance; their expected number is given.
-
-Takes Portraits; gives a StatisticalComparison.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What is known of an algorithm's step before it is taken: whether it is fixed, and what it makes of a mode.
-
-Takes a Model, a contender and the reference's motion; gives growth factors.
-"""
+"""Properties of an algorithm before it runs: whether its step is fixed, and the growth of a mode in a step."""
 
 from __future__ import annotations
 

@@ -5,8 +5,6 @@ same ratio of rms accelerations within the band around each of the first five ha
 (``signals.band_rms``), over the same cycles. The paper finds that algorithms agree near the driving point and part
 further down the train (sec. 9); so the errors are ordered by the number of elements between an inertia and the
 reference inertia.
-
-Takes two Trajectories; gives a TransmissibilityComparison.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 The order is fixed, and every step that guesses says so in a note. Filters and trends come after resampling, so they see
 uniform samples; the filter comes last, so derivatives lose their noise.
-
-Takes ``Mapped`` of ``readers.mapping`` and the functions of ``signals``; gives arrays.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """``drive``: a channel of a recording becomes a torque or a prescribed motion of a model.
 
-Takes a model and a recording; gives a new model that carries the points (``model.signal``).
+The new model carries the points of the channel (``model.signal``).
 """
 
 from __future__ import annotations

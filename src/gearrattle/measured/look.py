@@ -1,7 +1,4 @@
-"""``look``: the contents of a measured file, and a first mapping file for it.
-
-Takes readers' columns; gives a table of channels and the text of a ``measurement.toml``.
-"""
+"""``look``: the contents of a measured file, and a first mapping file for it."""
 
 from __future__ import annotations
 

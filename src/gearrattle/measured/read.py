@@ -1,7 +1,4 @@
-"""``read``: a measured file, or a mapping of one, in; a ``Recording`` out.
-
-Takes readers and signals; gives recordings to metrics, plots and ``drive``.
-"""
+"""``read``: a ``Recording`` from a measured file, or from a mapping of one."""
 
 from __future__ import annotations
 

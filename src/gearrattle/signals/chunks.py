@@ -1,10 +1,9 @@
-"""What is kept of the chunks of a long motion: moments, extremes, products for orders.
+"""Sums over the chunks of a long motion: moments, extremes, products for orders.
 
 Its size does not grow with the number of chunks. Moments of two pieces merge as in P. Pebay (2008, Sandia report
 SAND2008-6212, eqs. 2.1-2.9, after Chan, Golub, LeVeque 1979): no mean is taken away from a sum of squares. Orders rest
 on the products of 1, the time, its square, sines and cosines with each other and with every signal, of which any least
 squares with a polynomial beside the orders is solved in the end.
-Takes consecutive Trajectories and signals on their grid; gives SignalSums.
 """
 
 from __future__ import annotations

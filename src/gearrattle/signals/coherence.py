@@ -1,4 +1,4 @@
-"""Magnitude-squared coherence of two sampled signals at the harmonics of an excitation, with what chance alone gives.
+"""Magnitude-squared coherence of two sampled signals at the harmonics of an excitation, and its chance level.
 
     gamma^2(f) = |S_xy|^2 / (S_xx S_yy),   each S averaged over n segments that do not overlap,
 
@@ -7,8 +7,6 @@ segments it is far from zero even for independent signals: for Gaussian ones its
 whatever their spectra, so its mean is 1/n and its 95 % point 1 - 0.05^(1/(n - 1)) (G. C. Carter, C. H. Knapp,
 A. H. Nuttall 1973, IEEE Trans. Audio Electroacoust. AU-21, 337-344). Four segments: 0.25 and 0.63. Both go with every
 value. Gain and delay do not lower a coherence: it tells of a shared origin, not of a small error.
-
-Takes plain arrays; gives a Coherence to comparisons.
 """
 
 from __future__ import annotations

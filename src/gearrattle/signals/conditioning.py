@@ -16,8 +16,6 @@ the gain
     |G(f)| = 1 / (1 + (tan(pi f / fs) / tan(pi fc / fs))^(2 n)),
 
 one half (-6 dB) at its cutoff (A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, sec. 7.2).
-
-Takes arrays; gives arrays.
 """
 
 from __future__ import annotations

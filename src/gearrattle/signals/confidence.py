@@ -1,4 +1,4 @@
-"""How far averaged spectra may be trusted: limits of densities, coherences and transfer functions.
+"""Confidence limits of averaged spectra: densities, coherences and transfer functions.
 
 *Averages.* K segments of one record, D samples apart, tapered by w, are worth
 
@@ -24,8 +24,6 @@ N. R. Goodman 1965, AFFDL-TR-65-57) is good for n > 20 only.
 
 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed. 2010, sec. 9.2: the F quantile of 2 and 2 n - 2 degrees of freedom in
 closed form); gain and phase lie within |H| (1 +- r) and arcsin r at once, so each by itself is safer than stated.
-
-Takes plain arrays; gives arrays.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ segment, not four, and segments are added up in groups, so that memory does not 
 the integral of S_xx over frequency is the mean over the segments of sum (w x)^2 / sum w^2: for a stationary signal its
 variance.
 
-All densities of the package are made here. Takes plain arrays; gives CrossSpectra.
+All densities of the package are made here.
 """
 
 from __future__ import annotations

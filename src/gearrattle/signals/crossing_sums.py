@@ -1,11 +1,9 @@
-"""What is kept of the crossings of a motion: counts, sums, largest values, times. One definition for all who ask.
+"""Sums over the crossings of a motion: counts, sums, largest values, times; the package's one definition of them.
 
 The sums begin at zero, every chunk of a motion adds to them, and their size does not grow with the number of chunks. A
 contact that a chunk ends within is kept open, with force integral, speed and time at its start; the first crossing of
 the same corner in a later chunk closes it, so that what counts is the whole contact. The compiled loop
 (``kernels.tallies``) is the one that batches of variants use.
-
-Takes Trajectories, in order; gives plain arrays to criteria and metrics, and what these add up to.
 """
 
 from __future__ import annotations

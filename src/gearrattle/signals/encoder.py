@@ -1,11 +1,9 @@
-"""An angle that goes on, from an encoder that starts over after a turn.
+"""Continuous angle from an encoder that starts over after a turn.
 
 An encoder falls by its span from one sample to the next. An analogue output that was filtered, or sampled in the fall,
 has samples in between: there the steps are far from those around them, modulo the span. Such samples are replaced by
 the cubic spline through all others. What counts is the step less the usual one, the median of those around: over a
 fall it sums up to minus the span, however many steps it takes.
-
-Takes arrays; gives arrays.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""How hard impacts are, clearance by clearance, from what is kept of the crossings (``crossing_sums``).
-
-Takes sums; gives speeds, momenta, energies and impulses to the criteria.
-"""
+"""Hardness of the impacts of every clearance, from the sums over crossings (``crossing_sums``)."""
 
 from __future__ import annotations
 

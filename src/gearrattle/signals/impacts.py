@@ -14,8 +14,6 @@ A contact still closed when the motion ends is *censored*: its contact impulse a
 v' is taken as 0, for it has not rebounded. In a staged clutch damper every stage that is entered from within is such a
 contact. (Where delta = 0 is a corner and just one of the two pieces that meet there is a gap, passing from the gap into
 the other is an impact as well.)
-
-Takes a Trajectory; gives Impacts to the criteria, plots and reports.
 """
 
 from __future__ import annotations

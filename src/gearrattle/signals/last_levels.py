@@ -3,8 +3,6 @@
 Of an exact motion extremes and means are taken between the samples, both limits at every crossing included. Samples are
 what remains for a recording, for another algorithm and for a body of prescribed motion; their error is estimated by
 what every second sample alone would have told (``gearrattle.signals.levels``).
-
-Takes Trajectories; gives a state of bounded size, and levels from it.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ A chaotic response has a continuous spectrum, so some amplitude at every bin; a 
 bins around it (Gaussian noise does so by chance in one of 30 million bins, if many surround it). The amplitudes are
 those of the discrete Fourier transform over whole multiples of q T, without a taper. At least eight of those multiples
 must be there, or there are no bins to compare with: a shorter signal shows no line of that kind.
-
-Takes plain arrays; gives Lines to the criteria and reports.
 """
 
 from __future__ import annotations

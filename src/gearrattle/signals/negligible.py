@@ -1,8 +1,6 @@
-"""Negligible impacts: which ones are touches, by the thresholds of a layout, and the words for what is left.
+"""Negligible impacts: touches by the thresholds of a layout, and the words for the other impacts.
 
 The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for all.
-
-Takes sums over crossings; gives truths to the criteria.
 """
 
 from __future__ import annotations

@@ -21,8 +21,6 @@ a exp(i phi). The bins are 1/R of an order apart, so orders p/R with an integer 
 
 for all requested orders at once; n is the trend of a signal that changes with the speed. It separates orders that an
 order spectrum of the same block cannot separate. The two methods have only the angle in common.
-
-Takes plain arrays; gives frozen arrays.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ x(t) = x_0 + sum_j a_j sin(o_j Omega t + phi_j), fitted to all orders at once. O
 are orthogonal and this *is* the discrete Fourier transform at those lines, exact for every line below half the
 sampling rate; where the orders have no common period it still separates them.
 
-Takes plain arrays; gives complex amplitudes c_j = a_j exp(i phi_j) to the criteria and reports.
+The complex amplitudes are c_j = a_j exp(i phi_j).
 """
 
 from __future__ import annotations

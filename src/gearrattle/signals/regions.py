@@ -1,4 +1,4 @@
-"""Where a clearance spends its time, from the log of corner crossings alone.
+"""Regions of a clearance over time, from the log of corner crossings alone.
 
 The region at any instant follows by replaying the log from the region at t = 0; between two crossings it is constant.
 Shares of time are therefore sums of event times, exact to the accuracy of the events, whatever the output grid.
@@ -9,8 +9,6 @@ contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3):
 "single-sided" if only drive-side or only coast-side ones are, "double-sided" if both. A gap (a centre without
 stiffness) rattles where it separates, so only the corners of its centre count; of a staged spring every corner counts.
 Passing delta = 0 inside the centre is no crossing in this sense, for it opens or closes no contact.
-
-Takes a Trajectory; gives regions to ``crossing_sums``, which has shares and regimes, and to ``impacts``.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ Segments of whole common periods (eight, or all there are), half overlapping, me
 density: P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73. Whole cycles per segment put every order on
 a bin; the Hann window spreads a line of amplitude A over three bins, of which the middle one reads
 A^2 / 2 / (1.5 df), df being the bin width, and whose sum times df is A^2 / 2.
-
-Takes plain arrays; gives a Spectrum to the criteria, plots and reports.
 """
 
 from __future__ import annotations

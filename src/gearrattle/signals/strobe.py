@@ -11,8 +11,6 @@ its points rotated (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Nothing 
   for a threshold proves nothing unless there is empty space about it.
 
 Points are given in units of their own (half a clearance, say); distances are the largest of their components.
-
-Takes arrays; gives numbers.
 """
 
 from __future__ import annotations

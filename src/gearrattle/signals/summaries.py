@@ -2,8 +2,6 @@
 
 They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunks``); means are
 by the trapezoidal rule.
-
-Takes samples; gives frozen sums to metrics.
 """
 
 from __future__ import annotations

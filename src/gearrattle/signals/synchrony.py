@@ -1,4 +1,4 @@
-"""By how much the clock of one record is behind that of another, from a signal that both have.
+"""Delay of one record's clock behind another's, from a signal that both have.
 
 *Correlation.* Both signals are brought to one rate, their means taken away; the delay is where
 
@@ -8,7 +8,7 @@ over the samples both have is largest (C. H. Knapp, G. C. Carter 1976, IEEE Tran
 parabola through three points. *Phase.* For a motion at steady speed, the phases of one frequency f are compared; what
 they tell repeats with 1/f, so the delay nearest to zero is meant.
 
-Takes arrays; gives a delay in s: add it to the times of the second.
+The delay [s] is added to the times of the second record.
 """
 
 from __future__ import annotations

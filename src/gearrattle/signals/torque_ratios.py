@@ -4,8 +4,6 @@
 
 Where the motion is known between samples, the exact peak acceleration of every cycle lies between the ratios with the
 largest and with the smallest drag torque of that cycle: the second bounds what the first leaves out.
-
-Takes a Trajectory, or samples; gives ratios by the index of the loose gear.
 """
 
 from __future__ import annotations

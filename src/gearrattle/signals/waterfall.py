@@ -7,8 +7,6 @@ the wider its bins; order spectra (``order_tracking``) have no such limit.
 
 *Steps of speed* gather all rows whose speed rounds to the same step, whatever their order in time, as the mean of
 their squares: a run-up and the run-down after it add up, and a speed held long does not fill the map.
-
-Takes plain arrays; gives frozen arrays.
 """
 
 from __future__ import annotations

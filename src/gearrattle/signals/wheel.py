@@ -1,4 +1,4 @@
-"""Which tooth of a wheel each pulse is: gaps of the wheel, pulses lost, pulses too many.
+"""Assignment of pulses to the teeth of a wheel: gaps of the wheel, pulses lost, pulses too many.
 
 A wheel is the sequence of its intervals over a turn, in teeth: all 1 for a full wheel; fifty-seven of 1 and one of 3
 for 60-2. Every measured interval is taken in units of a tooth, by the median of the seven intervals around it. A wheel
@@ -15,8 +15,6 @@ On a wheel with gaps the next gap decides. On a full one a repair must be certai
 towards the interval on either side, as it does before and after a standstill; and on a wheel with fewer than ``_FINE``
 teeth, over one of which a real speed may change by half, and near the ends, it must turn evenly there. What is not
 certain is left as it is and told. What recurs every turn is no fault of single pulses, but another wheel.
-
-Takes times of pulses; gives times and teeth.
 """
 
 from __future__ import annotations

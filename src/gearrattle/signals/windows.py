@@ -1,10 +1,8 @@
-"""Which part of a motion is judged: whole periods, in samples and in exact time.
+"""Windows of a motion that are judged: whole periods, in samples and in exact time.
 
 Two windows are in use. The *steady part* is [discard T, end]: what is left once the start-up has been discarded.
 The *last cycles* are the final N periods of it, N = 8 for transmissibility and peak-to-peak values after the paper's
 "span of eight cycles" (Padmanabhan et al. 1995, sec. 8); where fewer remain, all of them are taken.
-
-Takes a Trajectory; gives Windows to every signal and criterion.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Covariance of residuals that are not independent, and what least squares make of it.
+"""Covariance of residuals that are not independent, and the errors of least squares with it.
 
 A covariance of N residuals is held as what it is made of: blocks of k residuals that go with each other and with those
 of the next block, and F' F of few rows F, where something is common to many (a calibration, runs of a simulation).

@@ -1,7 +1,4 @@
-"""``fit``: a rough model and data in, the model that fits them best out, with what the data leave open.
-
-Takes a Model and data of any kind; gives a ``Fit``.
-"""
+"""``fit``: the parameters of a rough model that agree best with data, and what the data leave open."""
 
 from __future__ import annotations
 

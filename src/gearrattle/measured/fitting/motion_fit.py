@@ -1,4 +1,4 @@
-"""``fit_motion``: a rough model and a recorded motion in, the model whose motion agrees with it best out.
+"""``fit_motion``: the parameters of a rough model whose motion agrees best with a recorded one.
 
 One motion is simulated at every start; those that fit best and lie apart are followed by the search that modes and
 responses are fitted by. Where the simulated motion does not repeat itself, what the search ends with is settled on a

@@ -1,4 +1,4 @@
-"""What of a recording is fitted: lines of its mean cycle, and levels, each with its standard error from the cycles.
+"""Residuals of a recorded motion in standard errors: lines of its mean cycle, and levels.
 
 Of a channel with the lines z_k of its measured mean cycle (``validation``: same pairing, same cycles, same bootstrap)
 and s_k of the simulated one,
@@ -12,8 +12,6 @@ delay of the clocks with the least sum of squares, one more value that is fitted
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
 simulated motion that does not repeat itself, the scatter of its cycles.
-
-Takes a recording, a model and a pairing; gives rows in standard errors.
 """
 
 from __future__ import annotations

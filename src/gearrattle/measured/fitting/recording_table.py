@@ -1,7 +1,4 @@
-"""``[recording]`` of a data file: a recorded motion, and how it is compared, with the keys of ``validate``.
-
-Takes value kinds from ``model``; gives a validated table to ``fit``.
-"""
+"""``[recording]`` of a data file: a recorded motion, and how it is compared, with the keys of ``validate``."""
 
 from __future__ import annotations
 

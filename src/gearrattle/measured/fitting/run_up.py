@@ -1,4 +1,4 @@
-"""What of a run-up is fitted: amplitude and phase of every order in blocks of turns, over speed.
+"""Residuals of a recorded run-up in standard errors: amplitude and phase of every order over speed.
 
 A change of speed has no period. What a measured and a simulated run-up have in common are the orders of the shaft at
 every speed: complex amplitudes z of blocks of turns that overlap by half (``signals.order_tracking``). The simulated

@@ -1,4 +1,4 @@
-"""A recorded run-up: its orders in blocks of turns, and how those of a simulated one are read at the same speeds."""
+"""Orders of a recorded run-up in blocks of turns, and of a simulated one at the same speeds."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
-"""A model's motion, over whole cycles and without resampling: its output grid has a whole number of samples in each.
+"""Mean cycles of a model's motion from its output grid, which has a whole number of samples in each cycle.
 
 Lines of a band-limited record and of the run's own samples are the same within what resampling leaves open, as long as
 nothing folds back into the band; a validation's budget tells that. Accelerations jump at impacts, so that their samples
 fold back, and change by stairs as an impact passes a sample. So they are derivatives of the velocities, which do not.
-
-Takes models; gives what is compared of their motions.
 """
 
 from __future__ import annotations

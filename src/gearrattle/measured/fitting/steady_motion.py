@@ -1,4 +1,4 @@
-"""A recorded motion at one speed: its cycles, what of them is compared, and how a simulated motion is read likewise."""
+"""A recorded motion at one speed: its cycles, the lines that are compared, and the simulation beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Residuals that jump, smoothed: a parabola by least squares over runs around a point (a response surface).
+"""A response surface for residuals that jump: a parabola by least squares over runs around a point.
 
 A motion that does not settle has averages that scatter from run to run, however near the parameters. A search on them
 ends at whichever of many runs happened to fit best, which may be several standard errors off. So the residuals of K
@@ -8,8 +8,6 @@ runs over a region u = (x - c) / h within -1 ... 1 are replaced by
 
 whose errors are known from what the parabola leaves (G. E. P. Box, K. B. Wilson 1951, J. R. Stat. Soc. B 13, 1). The
 region follows the minimum and shrinks to some standard errors.
-
-Takes a motion problem and a point; gives a problem that is smooth there.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""From a data file, or the same tables from Python, to ``Measurements``.
+"""Reading of a data file, or of the same tables from Python, into ``Measurements``.
 
 What can be judged only beside the model is judged here too: names of inertias and elements, numbers of modes, the order
 of frequencies. Errors that were not given are assumed, and that is said.
-
-Takes a path or tables, and the Model; gives ``Measurements`` in SI.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The tables of a data file, each key with its rule: ``[[mode]]`` and ``[[response]]``.
 
 A frequency must name its unit: a plain number could be Hz or rad/s. In a dimensionless model it is plain, Omega itself.
-
-Takes value kinds from ``model``; gives validated tables to ``data_file``.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""From local minima of a least-squares problem to a ``Fit``: errors, intervals, what stays open, and what must be said.
+"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes.
 
 Whatever was measured - modes, responses, a motion - is a ``DataProblem`` here: residuals in standard errors with their
 Jacobian by x = ln(p / start), a covariance, and words.
-
-Takes a problem, its minima and the parameters; gives a ``Fit``.
 """
 
 from __future__ import annotations

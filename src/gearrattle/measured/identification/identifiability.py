@@ -1,4 +1,4 @@
-"""What the data do not determine.
+"""Identifiability: combinations of parameters that the data do not determine.
 
 At the solution the residuals change with the logarithms of the parameters as J dx. Its null space is found from rows of
 unit length, so it does not depend on the standard errors, and is split by asking at other points too:
@@ -18,8 +18,6 @@ weak
 
 The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a
 part in a structural direction has no standard error.
-
-Takes Jacobians in standard errors; gives directions with words, and covariances.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ A leg goes from one end of the loop to the other. One cycle that begins and ends
 after the last one is no part of a closed loop and is left out. A turn counts once the angle has come back by a
 twentieth of its range, so noise of the angle makes none.
 
-Takes a path or arrays; gives ``Loop``, all in SI.
+All values of a loop are in SI.
 """
 
 from __future__ import annotations

@@ -11,8 +11,6 @@ is let go has no derivative and is left out of A; ``loop_jumps`` tells what it a
 default count as unknown. The bootstrap (H. R. Kunsch, The Jackknife and the Bootstrap for General Stationary
 Observations, Annals of Statistics 17, 1989, pp. 1217-1241) sees jumps: it adds blocks of residuals to the fitted torque
 and fits again, with the same stages.
-
-Takes a polish and its ``Solved`` law; gives the parameters' covariance and samples.
 """
 
 from __future__ import annotations

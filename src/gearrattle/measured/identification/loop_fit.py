@@ -1,12 +1,10 @@
-"""``fit_loop``: a measured torque-angle loop becomes the stages of a coupling.
+"""``fit_loop``: the stages of a coupling from a measured torque-angle loop.
 
 The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction``), so what is fitted is
 what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the stretch before
 slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of stages of the
 drive and of the coast side are chosen by BIC unless given. Where the samples after a reversal do not determine the
 stick stiffness of a slider, the default of the model file is used, and a note says so.
-
-Takes a path or arrays; gives a frozen ``LoopFit``.
 """
 
 from __future__ import annotations

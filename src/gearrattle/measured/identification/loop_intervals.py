@@ -1,4 +1,4 @@
-"""95 % intervals of a fitted loop's numbers, each as its likelihood has it.
+"""95 % likelihood intervals of a fitted loop's numbers.
 
 Slopes, heights and the preload are nearly normal: value +- 1.96 standard errors, none below zero where the law allows
 none. A break that has a jump is known by the samples beside the jump (``loop_jumps``). A stick stiffness s = H / r is
@@ -6,8 +6,6 @@ known by few samples, and the likelihood of its reach r is lopsided and has seve
 the density of r (``loop_reaches``), with what the height H leaves open beside the reach added as a square. Where no
 reach is too short, samples do not resolve the slider and its stiffness has no upper end; where none is too long, no
 lower end but zero.
-
-Takes a settled law and how far it is known; gives intervals by name.
 """
 
 from __future__ import annotations

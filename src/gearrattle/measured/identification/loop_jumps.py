@@ -1,4 +1,4 @@
-"""How well every place of a break fits, where its slider is let go and where it begins to stretch.
+"""The density of a break at which the torque jumps, where its slider is let go and where it begins to stretch.
 
 At a break b the torque on the way back jumps by what the slider carried, q; on the way out the slider stretches from b
 to b + r, often within few samples. Both move over the samples one by one, so a curvature says nothing about them. Moved
@@ -19,8 +19,6 @@ again.
 W the integral over b' of the same without the jump, of which the density of r knows nothing, is the posterior with a
 flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its
 quantiles are exact intervals where a law is only shifted.
-
-Takes a law made linear; gives places and intervals.
 """
 
 from __future__ import annotations

@@ -12,8 +12,6 @@ on the way out; behind a turn at d it gives way from there down to -r:
 
 That of the centre is engaged throughout: +-r, and 2 r behind each turn to change its sign. Slopes and heights must not
 be negative; the coefficients are the least squares within that, a quadratic programme of a dozen unknowns.
-
-Takes a ``Loop`` and a ``Shape``; gives columns, coefficients and residuals.
 """
 
 from __future__ import annotations

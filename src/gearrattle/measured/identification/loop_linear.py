@@ -1,9 +1,7 @@
-"""A law made linear: its torque's derivatives in every number, over points that stand for all samples.
+"""A linearised law: its torque's derivatives in every number, over points that stand for all samples.
 
 With A the columns, W the weights and y the residuals, A' W A and A' W y are the normal matrix and the right side of a
 step of Gauss and Newton in coefficients, breaks and logarithms of reaches.
-
-Takes ``Moments`` and a ``Solved`` law; gives columns and the normal equations.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Every sample of a loop in the least squares of a piecewise linear law, at the cost of a hundred samples.
+"""Least squares of a piecewise linear law over every sample of a loop, by moments: as cheap as a hundred samples.
 
 Between two neighbouring kinks of a law all its columns are straight lines, so of the n samples there only
 
@@ -9,8 +9,6 @@ weights n q / (p + q) and n p / (p + q) and torques on the samples' own regressi
 of the ways from m to the outermost samples, so both points lie between those (Bhatia and Davis, American Mathematical
 Monthly 107, 2000, pp. 353-357: v is at most the product of those ways). Sums over a stretch are differences of sums
 kept from the first sample on; nothing is averaged and no sample left out.
-
-Takes a ``Loop``; gives a ``Regression`` over points that has the same least squares as one over every sample.
 """
 
 from __future__ import annotations

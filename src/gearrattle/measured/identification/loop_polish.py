@@ -1,4 +1,4 @@
-"""From a good start to the least squares of a law over every sample: all breaks and reaches at once, from many starts.
+"""Least squares of a law over every sample: all breaks and reaches at once, from many starts.
 
 With white noise the least squares are the maximum of the likelihood, whose error reaches the bound of Cramer and Rao.
 Steps are those of Levenberg and Marquardt (D. W. Marquardt, SIAM Journal on Applied Mathematics 11, 1963, pp. 431-441)
@@ -6,8 +6,6 @@ in coefficients, breaks and logarithms of reaches; the coefficients are solved f
 jump then move to the best place by what ``loop_jumps`` tells, and the steps begin again. Behind a turn only the sum of
 all sliders is seen, so reaches have several minima: they begin at those found and at sliders that all stick alike;
 ``loop_reaches`` finds more.
-
-Takes ``Moments`` and a ``Solved`` law; gives a ``Solved`` law.
 """
 
 from __future__ import annotations

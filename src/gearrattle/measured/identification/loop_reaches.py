@@ -10,8 +10,6 @@ they are, which the rest of the loop tells, the sum of squares is one of single 
 tables over grids of log r. Gibbs sampling (S. Geman and D. Geman, IEEE Transactions on Pattern Analysis and Machine
 Intelligence 6, 1984, pp. 721-741) draws pairs from exp(-S / (2 tau s^2)) with a flat prior of log r, chains begun
 everywhere and cooled (S. Kirkpatrick and others, Science 220, 1983, pp. 671-680). Conditional densities are averaged.
-
-Takes a polish and its law; gives the density of every reach, and better places to begin.
 """
 
 from __future__ import annotations

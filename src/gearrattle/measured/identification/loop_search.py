@@ -1,4 +1,4 @@
-"""Which stages a measured loop has, and where they end: forward selection by BIC, each step followed by a search.
+"""Choice of the stages of a measured loop and their ends: forward selection by BIC, each step with a search.
 
     BIC = M ln(S / M) + p ln M,      p = breaks + reaches + coefficients
 
@@ -7,8 +7,6 @@ samples of each way are averaged; S is the weighted sum of squares left. Coeffic
 (variable projection; Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973, pp. 413-432), so only breaks and
 reaches are searched, one after another, over the whole room between their neighbours first and then ever closer: the
 torque jumps where friction is let go, so a slope in a break tells nothing about its jump.
-
-Takes a ``Loop``; gives the best ``Shape``.
 """
 
 from __future__ import annotations

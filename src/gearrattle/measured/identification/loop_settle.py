@@ -1,10 +1,8 @@
-"""From the stages chosen to the law of the least squares, with the default where samples do not tell a stick stiffness.
+"""The final law of the chosen stages, with the default where samples do not determine a stick stiffness.
 
 Every slider's reach is fitted with all else first, and its density found (``loop_reaches``). A slider whose stiffness
 has no upper end keeps the default of the model file, 20 times its stage's slope, if that lies within its interval; so
 does one softer than its stage that fits hardly better than the default. All else then gives way to the defaults.
-
-Takes moments of a loop and a ``Solved`` law; gives a polish, its law, and what is known of sliders.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ counted outward, engaged beyond b with the stretch e of ``loop_law``:
 
 What slips depends on neither. At b itself the torque jumps on the way back by what the slider carried; a jump has no
 derivative and is left out here: ``loop_jumps`` looks at it.
-
-Takes a ``Loop`` and a ``Solved`` law; gives columns.
 """
 
 from __future__ import annotations

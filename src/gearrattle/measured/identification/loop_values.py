@@ -1,9 +1,7 @@
-"""From coefficients, breaks and reaches of a fitted loop to the numbers of a coupling, and their derivatives.
+"""Numbers of a coupling from a fitted loop's coefficients, breaks and reaches, and their derivatives.
 
 A stage's hysteresis is twice the sum of the heights of all sliders engaged in it; a slider's stick stiffness is its
 height over its reach. The slider of the centre has the spring of the side with less friction (``assembly.friction``).
-
-Takes a ``Solved`` law; gives numbers by their names in a coupling.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""What was measured, in SI: modes and frequency responses, each in the state the driveline was in.
+"""Measured modes and frequency responses in SI, each with the state the driveline was in.
 
 A *state* says which slope applies to every element (contact ratios, regions) and which elements are taken as rigid.
 Natural frequencies published for a lumped model are data of the full model with some elements rigid.
-
-Takes and gives plain values; ``data_file`` reads them, ``problem`` compares them with a model.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""``fit_modes``: a rough model and modes and responses in, the model that fits them best out.
+"""``fit_modes``: the parameters of a rough model that fit measured modes and frequency responses best.
 
     minimise over x = ln(p / start), within bounds:  sum ((model(x) - datum) / standard error)^2
 
-Logarithms keep parameters positive and make the answer independent of units. Takes a Model and data; gives a ``Fit``.
+Logarithms keep parameters positive and make the answer independent of units.
 """
 
 from __future__ import annotations

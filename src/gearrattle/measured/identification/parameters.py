@@ -7,8 +7,6 @@ parameters, so in logarithms x_p = ln(p / start) it is linear,
 
 The exponents S are found by asking the model itself: each path is doubled and tripled with ``Model.with_``, the system
 assembled again, and the coefficients compared. What is no such factor (a clearance, a radius, an order) is refused.
-
-Takes a Model, paths and states; gives ``Parameters`` and the ``Coefficients`` of a state.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@
 The scale of a shape is eliminated (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), so it
 costs one degree of freedom and the covariance of the parameters knows it. Modes without a number are those whose
 modal assurance criterion with the measured shape is largest, each taken once.
-
-Takes ``Measurements`` and ``Coefficients``; gives vectors to the search and ``Residual`` records to people.
 """
 
 from __future__ import annotations

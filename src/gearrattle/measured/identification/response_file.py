@@ -5,8 +5,6 @@
 
 The unit says whether an angle, a velocity or an acceleration was measured. An optional column ``error`` is the standard
 error of the real and of the imaginary part. Lines that begin with # are comments. The convention is exp(+i omega t).
-
-Takes text; gives arrays in SI.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ Each start runs a trust-region method with bounds (Branch, Coleman and Li, SIAM 
 on the logarithms of the parameters. The first start is the model given, the others a Latin hypercube in the bounds
 (McKay, Beckman and Conover, Technometrics 21 (1979) 239; ``scipy.stats.qmc``) with a seed of its own. Directions no
 datum notices stay at the start's values: they are projected out of every start and of every minimum.
-
-Takes residual functions and a box; gives distinct minima, the best first.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Measured files in, recordings out as files: a shelf of formats.
+"""Formats of measured files: recognition, reading and writing.
 
 A format is recognised by the first bytes of the file; by its suffix only if the content is not enough. Every fault of a
 file is reported as one ``ModelError`` with its position, whatever error the library of the format raises.
-
-Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes recordings.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Four questions that every reader answers: what is my axis, what is its unit, which values count, are they scaled?
+"""Axis, unit, counted values and scaling, declared for every reader.
 
 A reader that takes the wrong thing for an answer gives wrong numbers without a word. So each format has one row here.
 The table of docs/howto/measured-data.md is this one, and every cell has its test.
-
-Takes nothing; gives the answers to the shelf.
 """
 
 from __future__ import annotations

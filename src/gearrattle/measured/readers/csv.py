@@ -3,8 +3,6 @@
 Lines that begin with # are comments; ``write`` uses them to say what each column is (``# n = velocity of flywheel``),
 and this reader to know it again. Names of a saved run, such as ``angle.flywheel``, say their quantity and subject
 themselves. Numbers are written so that they are read back to the last bit.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a ``measurement.toml``, or the same tables from Python, to the columns it names, in SI and with their places.
+"""Reading of a ``measurement.toml``, or of the same tables from Python: the columns it names, in SI.
 
     schema = 1
     file = "record.mat"
@@ -11,8 +11,6 @@
     unit = "rpm"
 
 Nothing is processed here: what is to be done stands in the tables, and ``calls`` has it done.
-
-Takes a path or tables; gives a ``Measurement``.
 """
 
 from __future__ import annotations

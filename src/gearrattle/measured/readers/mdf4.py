@@ -4,8 +4,6 @@ Every channel has its own times, those of its group; a name that occurs in sever
 The times are the group's master channel that is one of time, in its unit; the library takes any master for a time in s,
 and numbers the samples where there is none. Raw values become physical ones as the file says, those marked invalid
 gaps; channels of texts are left out. Formats: ASAM MDF 3.3 (CNBLOCK) and 4.1 (cn_type, cn_sync_type, cn_flags).
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Data groups, channel groups and channels are blocks that name the next of their kind and the first of the kind below.
 Offsets: ASAM MDF 3.3 and 4.1.
 
-Takes an open file; refuses one whose lists do not end.
+A file whose lists do not end is refused.
 """
 
 from __future__ import annotations

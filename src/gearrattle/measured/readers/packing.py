@@ -3,8 +3,6 @@
 A value is ``scale_factor`` times the stored number plus ``add_offset``. Stored numbers equal to ``_FillValue`` or
 ``missing_value``, or outside of ``valid_range``, ``valid_min`` and ``valid_max``, are gaps. Conventions: CF 1.11,
 sections 2.5.1 and 8.1; NetCDF Users Guide, appendix A (``_Unsigned``, the type of ``valid_range``, netCDF's own fills).
-
-Takes attributes; gives values in place of stored numbers.
 """
 
 from __future__ import annotations

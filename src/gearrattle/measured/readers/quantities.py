@@ -1,9 +1,7 @@
-"""What a channel measures, and the factor of its unit to SI.
+"""Quantities of channels, and the factors of their units to SI.
 
 The units are those of a model file, angle a dimension among them; spellings that measuring systems use beside them
 (``Nm``, ``1/min``, ``g``) are understood in measured files only.
-
-Takes ``model.units``; gives factors to the mapping and to plain reading.
 """
 
 from __future__ import annotations

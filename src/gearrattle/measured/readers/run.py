@@ -2,8 +2,6 @@
 
 Angles and speeds of a run are fluctuations about uniform rotation; the file is that of ``Run.save`` (netCDF-4).
 Names are those of its CSV: ``velocity.flywheel``.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 A quantity is what the channel *becomes*; ``measured`` is what the sensor saw, where that is another one: a speed for an
 angle, pulses for a shaft angle. The unit is that of what was measured.
-
-Takes value kinds from ``model``; gives validated tables to ``mapping``.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ E13.5 or E20.12, or as many bytes as the line of the number says. The values' sp
 repeats it in full in the fourth line, which only this reader understands. What stands along the abscissa, and in which
 unit, record 8 says: only what is a time is taken for one. Formats: SDRC I-DEAS Test, dataset 58 (records 1 to 12);
 University of Cincinnati, SDRL, dataset 58b.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 A file is gone through once for the headers of its datasets; the numbers of those that are wanted are read later, into
 their final arrays. Lines of numbers are parted by blanks, or are columns of Fortran's E13.5 or E20.12 that touch.
-
-Takes an open file; gives headers and numbers.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ recorder that was stopped or a program that wrote into a pipe, is read to the en
 Multimedia Programming Interface and Data Specifications 1.0 (1991); real numbers are format tag 3; ITU-R BS.2088 (RF64,
 BW64).
 
-Takes a path; gives columns "1", "2", ... Takes samples; gives the bytes of a file.
+The columns of a file are called "1", "2", ...
 """
 
 from __future__ import annotations

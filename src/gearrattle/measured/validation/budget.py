@@ -1,11 +1,9 @@
-"""Where the difference of a level may come from, and what no known source explains.
+"""Error budget of a level: the known sources of its difference, and the remainder that none explains.
 
 Sources that are known are taken as independent and their squares add up (ASME V&V 20-2009: the comparison error E is
 set against u_val^2 = u_num^2 + u_input^2 + u_D^2): scatter of both records, noise and calibration as stated, sampling,
 the certified tolerance, parameters. The interval's factor is Student's t for the two scatters, 1.96 for the others.
 What of sigma lies beyond is the *remainder*: by at least that the model, or a source that was not named, is wrong.
-
-Takes levels, Cycles and what was stated; gives Levels with their budgets.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One clock for both records: by how much the measured one is behind, and how long a cycle is by it.
+"""Common clock of two records: the delay of the measured one, and the length of a cycle by its clock.
 
 Of a motion that repeats itself a delay is known within a period only. With z_k and x_k the lines of the measured and
 the simulated mean cycle, it is where the correlation of the two,
@@ -7,8 +7,6 @@ the simulated mean cycle, it is where the correlation of the two,
 
 is largest: over all lines ("cycle"), or over the one line that is strongest in both ("phase"). The length of a cycle
 by the measured clock follows from the turn of the strongest measured line from cycle to cycle.
-
-Takes complex amplitudes; gives delays and periods.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The procedure of a validation: pairs, cycles, one clock, levels, orders, bands, impacts, budgets, words.
-
-Takes a run, a recording and what is wanted; gives a Validation.
-"""
+"""The procedure of a validation: pairs, cycles, one clock, levels, orders, bands, impacts, budgets, sentences."""
 
 from __future__ import annotations
 

@@ -3,8 +3,6 @@
 Each record is resampled by the same windowed sinc to S samples in its own period (``signals.conditioning``), so what
 lies below 0.4 of the new rate passes in both alike; a lower limit is one Butterworth high pass of fourth order, run
 forwards and backwards over both. What filters spoil at the ends of a record is left out.
-
-Takes Recordings; gives Cycles.
 """
 
 from __future__ import annotations

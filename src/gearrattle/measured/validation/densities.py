@@ -12,8 +12,6 @@ ratio of two such powers then has the limits ratio / F(0.975; 2n, 2m) and ratio 
 Rattle is not Gaussian: impacts come in bursts that raise all bins of a band at once and last for cycles. So n is no
 more than the scatter of the band's power from segment to segment says, mean^2 / variance of the mean, with the
 correlation of neighbours in it. Lines that repeat themselves scatter less than this grants: there orders tell more.
-
-Takes cycles; gives densities and Bands.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What uncertain parameters could explain of a disagreement, and which of them its levels cannot tell apart.
+"""The part of a disagreement that uncertain parameters explain, and those that its levels cannot tell apart.
 
 Each of the runs with drawn parameters gives the logarithms of the levels; least squares over the runs give the effect
 g of one standard error of every parameter, with its own error from what the line leaves. A motion that rattles has no
@@ -12,8 +12,6 @@ parameters as stated and V the covariance of d from all other sources, the line 
 (A. Tarantola, Inverse Problem Theory, 2005, eq. 3.37-38, for a linear model and Gaussian errors). The correlations of S
 say which parameters the levels leave exchangeable. V holds the scatter of both records with its correlation between
 channels, the other sources of each budget, and the errors of G. Peak to peak is not used: it is of the same cycles.
-
-Takes drawn runs, Pairs and bootstrap replicates; gives an Explained.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 A measured record shows impacts only where it has the force or the deflection of a clearance, and only by a threshold
 that is stated: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated
 channel, in the same band, is counted in the same way; what that misses shows against the exact rate.
-
-Takes a run, Cycles and thresholds; gives Impacts.
 """
 
 from __future__ import annotations

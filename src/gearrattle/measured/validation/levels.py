@@ -3,8 +3,6 @@
 rms over all cycles; peak to peak as the mean over the cycles of the largest less the smallest sample in each, since
 the extremes of a whole record grow with its length. ln(simulated / measured) is taken for normal: sigma's interval is
 100 (1 - exp(...)) of its ends.
-
-Takes Cycles and Draws; gives Levels.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 The mean cycle is the synchronous average; its lines are the orders. Standard errors come from replicates of the mean:
 their deviations along and across the line's own direction, so that a small line is not biased. Phases are compared on
 one clock; a replicate sets its own, so the clock's uncertainty is in the standard errors.
-
-Takes Cycles, Draws and a delay; gives Orders.
 """
 
 from __future__ import annotations

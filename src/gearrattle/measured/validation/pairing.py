@@ -1,11 +1,9 @@
-"""Which measured channel is which simulated one: by quantity and subject, or by names handed in.
+"""Pairs of measured and simulated channels: by quantity and subject, or by given names.
 
 A channel whose subject is not said is that of the body or element whose name it has.
 
 A speed of a body is its velocity with the mean rotation: it has the simulated velocity as partner, and is compared
 without its mean, unless the velocity itself was measured.
-
-Takes two Recordings; gives pairs of channels and what has no partner.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ the given standard error. The variance of ln(level) over the runs, less the vari
 a run, is the square of the uncertainty. With few runs this is a rough estimate, with a relative error of about
 1 / sqrt(2 (runs - 1)). Parameters of a Fit are drawn with its correlations, others independently. The levels of a
 channel are peak to peak and rms; C is the number of channels.
-
-Takes a run, standard errors and a function that returns the levels of a run; gives Drawn runs.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""What a validation holds: levels, orders and bands of every channel, the clock, impact rates, error budgets.
+"""Records of a validation: levels, orders and bands of every channel, the clock, impact rates, error budgets.
 
 Every sigma has the sign of the paper's Table 5, (measured - simulated) / measured: positive where the simulation reads
 low. Intervals are 95 % ones.
-
-Takes numbers; gives frozen records to verdicts, plots and reports.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ at the same speeds by straight lines between blocks, and compared there,
 
 What chance does shows only in repeated run-ups: with two or more the measured amplitude is their mean, its interval
 Student's. Phases are not compared, each shaft having a zero of its own; nor is what lies between orders.
-
-Takes runs and recordings; gives a RunUp.
 """
 
 from __future__ import annotations

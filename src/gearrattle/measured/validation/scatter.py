@@ -5,8 +5,6 @@ J. P. Romano 1992, in LePage & Billard, Exploring the Limits of Bootstrap, 263-2
 levels and the sizes of their strong lines are correlated, and no shorter than N^(1/3). Block means of N cycles scatter
 too little by the factor 1 - L/N; standard errors are widened by it, and intervals take Student's t with N/L - 1 degrees
 of freedom, combined over two records after Welch and Satterthwaite (B. L. Welch 1947, Biometrika 34, 28-35).
-
-Takes cycles; gives weights, standard errors and factors.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A run as a recording, without the way through a file; names are those of its CSV and of ``gr.read`` of its file.
-
-Takes a Run, or a Model whose run is still to come; gives a Recording.
-"""
+"""The recording of a run, made without a file; names are those of its CSV and of ``gr.read`` of its file."""
 
 from __future__ import annotations
 

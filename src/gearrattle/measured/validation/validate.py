@@ -1,7 +1,4 @@
-"""``validate``: a model or a run, and a measurement, in; how far they agree, and why not further, out.
-
-Takes runs, recordings and signals; gives a Validation.
-"""
+"""``validate``: agreement of a model or a run with a measurement, and the causes of disagreement."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The arguments of a validation, and the checks of them that need no data.
-
-Takes arguments; gives a frozen record.
-"""
+"""The arguments of a validation, and the checks of them that need no data."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""``psd``, ``cross_psd``, ``coherence``: densities of runs and recordings by Welch's averages, with their limits.
-
-Takes runs and recordings; gives labelled data over frequency.
-"""
+"""``psd``, ``cross_psd``, ``coherence``: densities of runs and recordings by Welch's averages, with their limits."""
 
 from __future__ import annotations
 

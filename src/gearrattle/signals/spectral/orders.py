@@ -1,7 +1,4 @@
-"""``order_map``, ``order_cuts``: orders of a shaft whose speed changes, of runs and recordings.
-
-Takes runs and recordings; gives labelled data over time or speed, and order.
-"""
+"""``order_map``, ``order_cuts``: orders of a shaft whose speed changes, of runs and recordings."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
-"""One signal of a run or a recording, and the shaft that turns beside it, for whatever has spectra or orders.
+"""A sampled signal of a run or a recording, and the shaft that turns beside it, for spectra and orders.
 
 A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so what moves faster
 than half the rate folds back, and a note says where that can be. A recording is taken as it is, if its samples are
 uniform.
-
-Takes runs and recordings; gives plain arrays with their names.
 """
 
 from __future__ import annotations

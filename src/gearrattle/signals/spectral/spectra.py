@@ -1,10 +1,8 @@
-"""``spectra``: everything that densities tell of a signal, or of two, as real variables that every file format takes.
+"""``spectra``: all densities of a signal, or of two, as real variables that every file format takes.
 
 netCDF has no complex numbers (Unidata, NetCDF User's Guide, data model); what h5netcdf writes of them is a file that
 other tools may refuse. So a cross density and a transfer function stand as real and imaginary part, and as magnitude
 and phase, each a labelled variable. What they are, and which limits enclose them, is said in ``densities``.
-
-Takes runs and recordings; gives labelled data over frequency.
 """
 
 from __future__ import annotations

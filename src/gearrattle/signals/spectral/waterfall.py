@@ -1,7 +1,4 @@
-"""``waterfall``: spectra side by side along time or a change of speed, of runs and recordings.
-
-Takes runs and recordings; gives labelled data over time or speed, and frequency or order.
-"""
+"""``waterfall``: spectra side by side along time or a change of speed, of runs and recordings."""
 
 from __future__ import annotations
 

@@ -3,8 +3,6 @@
 A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots, structures of
 an array by their number: ``rec.Y(2).Data``. ``write`` puts names, units and quantities beside the signals, as JSON in
 the text ``gearrattle``, and the format in ``gearrattle_format``. Version 7.3 is HDF5, and read there.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations

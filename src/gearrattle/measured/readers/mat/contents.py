@@ -1,10 +1,8 @@
-"""What the variables of a MAT file mean: which are signals, what they are called, and where their times are.
+"""Meaning of the variables of a MAT file: signals, their names, and their times.
 
 A MAT file has no units and often no times, so what recorders put beside their signals is understood: ``Name`` and
 ``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i; ``Tstart``,
 ``Tinterval`` and ``Length`` as the times of the vectors beside them.
-
-Takes variables without their numbers; gives columns without their numbers.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 A vector of 0.9 GB as uint8 is 7.2 GB in double precision, and a compressed one is a thousandth of it in the file. So
 the heads of all variables are read first, and the numbers of those that are wanted later, into their final array.
-
-Takes an open file; gives bytes, and the tables of ``version_4`` and ``version_5``.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 The first number of a head is MOPT in decimal digits: M is the order of bytes, P the type of the numbers, T what they
 mean. Format: The MathWorks, MAT-File Format (R2023a), level 4.
-
-Takes bytes; gives variables.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 Every length is checked against what is there: SciPy 1.17 ends the process on some damaged files. Objects, such as
 a timetable or a datetime, are told by name and class; what they hold only MATLAB can read. Format: The MathWorks,
 MAT-File Format (R2023a); the head of an object (class 17), which it leaves out, is flags, name, "MCOS", class.
-
-Takes bytes; gives variables.
 """
 
 from __future__ import annotations
