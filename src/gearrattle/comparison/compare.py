@@ -129,6 +129,7 @@ def side_by_side(
     **grid: Any,
 ) -> Comparison:
     """The same, as a Comparison; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
+    # check contenders, budget and settings before anything runs
     everyone = contenders(algorithms)
     check_names([reference, *(contender.algorithm for contender in everyone)])
     check_budget(budget)
@@ -136,26 +137,31 @@ def side_by_side(
     settled(model, {**shared, "tolerance": tolerance, "step": step})
     for algorithm in (reference, *(contender.algorithm for contender in everyone)):
         check_takes(assemble(model), algorithm)
+    # run the reference
     share = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), share.next())
     if result.run is None:
         raise ConvergenceError(f"the reference, {reference}: {result.status}", remedy='reference = "exact"')
     truth = result.run
+    # window, horizon, and exact motions from nearby
     horizon = float(truth.predictability_horizon)
     window = window_of(truth, tolerance)
     start = horizon if horizon < truth.trajectory.end else None  # all is predictable: from the steady part on
     peers = _where_there_is_enough(
         lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=share.next())
     )
+    # judge the reference and every contender
     rows = [judged(result, truth, window, peers, start)]
     for contender in everyone:
         own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
         result = run_one(model, contender, {**shared, **own}, budget, share.next())
         growths = growths_of(model, contender, {**shared, **own}, truth)
         rows.append(replace(judged(result, truth, window, peers, start), growths=growths))
+    # the exact motion from nearby, as the ceiling
     away = Contender(CEILING, "exact", {"initial": nearby(truth.trajectory, _AWAY)})
     rows.append(judged(run_one(model, away, shared, budget, share.next()), truth, window, peers, start))
+    # all together, with verdicts and recommendation
     share.next()
     t = truth.trajectory
     comparison = Comparison(
@@ -215,14 +221,17 @@ def judged(
     result: Result, truth: Run, window: float, peers: Sequence[Portrait] | None = None, start: float | None = None
 ) -> Row:
     """A contender's motion against the reference, and from ``start`` on its statistics among those of exact motions."""
+    # a contender without a run
     label, algorithm = result.contender.label, result.contender.algorithm
     if result.run is None:
         return Row(label, algorithm, result.status)
+    # statistics beyond the horizon, against exact motions from nearby
     candidate, reference = result.run.trajectory, truth.trajectory
     statistics = None
     if peers and len(peers) > 1:
         floor = floor_of(candidate, reference, start) if reference.cost.algorithm == "exact" else None
         statistics = compare_statistics(portrait(candidate, start), peers, floor, units=truth.model.units)
+    # errors, crossings and impacts inside the window
     return Row(
         label,
         algorithm,

@@ -137,12 +137,14 @@ def run_one(
         if time.perf_counter() - begin > limit:
             raise _Spent
 
+    # one cycle to warm up
     try:
         try:
             limit = budget
             simulate(model, **{**arguments, "cycles": 1, "discard": 0}, progress=watch)
         except (ConvergenceError, _Spent):
             pass  # the run that counts will say it better
+        # the run that counts; a short one is repeated and the fastest kept
         run = None
         for _ in range(AGAIN):
             begin = time.perf_counter()
@@ -150,6 +152,7 @@ def run_one(
             run = again if run is None or again.cost.wall_time < run.cost.wall_time else run
             if run.cost.wall_time > SHORT:
                 break
+    # failures as results
     except ConvergenceError as error:
         return Result(contender, str(error), None, time.perf_counter() - begin)
     except _Spent:

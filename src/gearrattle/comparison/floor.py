@@ -81,18 +81,22 @@ def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None =
     ModelError
         other driveline, other grid, no whole cycle left, or too few samples in one for a spectrum.
     """
+    # errors of deflections and accelerations over the cycles compared
     same_grid(candidate, reference)
     statistics = portrait(reference, start)
     window = cycles_beyond(reference, start)
     deflection = candidate.deflection - reference.deflection
     acceleration = candidate.acceleration - reference.acceleration
+    # the part of the errors that counts
     counted = _counted(window.closed(acceleration), window.closed(reference.acceleration))
     own = _counted(window.closed(deflection), window.closed(reference.deflection))
+    # density of the error, and bounds of the transmissibilities
     spectrum = psd(window.periodic(acceleration), reference.layout.period, reference.samples_per_cycle)
     last = last_cycles(reference, min(CYCLES, window.cycles))
     tr_rms, tr_peak = _ratios(
         last.closed(acceleration), last.closed(reference.acceleration), reference.layout.reference
     )
+    # rms of the impulses
     squares = [float(np.sqrt(np.mean(impulse**2))) if impulse.size else 0.0 for impulse in statistics.impulses]
     return Floor(
         reference=statistics,

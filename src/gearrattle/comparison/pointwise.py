@@ -88,6 +88,7 @@ def pointwise(
     ModelError
         other driveline or other grid.
     """
+    # scales of deflections and velocities
     same_grid(candidate, reference)
     samples = samples_until(reference, horizon)
     scale = deflection_scale(reference, samples)
@@ -95,6 +96,7 @@ def pointwise(
     velocity = reference.velocity[:samples]
     level = np.std(velocity, axis=0)
     level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # a constant is rounded, not moving
+    # largest errors in the window, and the times at which thresholds are passed
     worst = worst_history(candidate, reference, samples)
     return PointwiseError(
         horizon=float(reference.time[samples - 1]),

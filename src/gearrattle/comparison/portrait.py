@@ -78,10 +78,12 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
     ModelError
         no whole cycle left, or too few samples in one for a spectrum.
     """
+    # whole cycles, and the impacts in them
     layout, window = trajectory.layout, cycles_beyond(trajectory, start)
     acceleration = window.closed(trajectory.acceleration)
     impacts = find_impacts(trajectory)
     by_clearance = [impacts.of(k).within(window) for k in range(len(layout.corners))]
+    # transmissibilities, impulses known whole, and densities
     ratio = ratios(trajectory, min(CYCLES, window.cycles))
     known = [hits.impulse[~hits.censored & np.isfinite(hits.impulse)] for hits in by_clearance]
     spectrum = psd(window.periodic(trajectory.acceleration), layout.period, trajectory.samples_per_cycle)

@@ -127,6 +127,7 @@ def compare_statistics(
     units
         "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
+    # units of the statistics
     everyone = (candidate, *exact)
     layout = candidate.layout
     clearances, inertias = layout.clearance_names, layout.inertia_names
@@ -140,6 +141,7 @@ def compare_statistics(
         rad = ["1"] * len(metres)
         impulse = ["1"] * len(metres)
         shaking = ones
+    # differences that do not count: a part of the loudest cycle
     moved = NEGLIGIBLE * np.max([motion.largest_deflection for motion in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([motion.largest_acceleration for motion in exact], axis=0)
     tr_rms, tr_peak = _referred(shaken, exact, layout.reference)
@@ -152,6 +154,7 @@ def compare_statistics(
             explained = None if floor is None else (getattr(floor.reference, field)[i], getattr(floor, field)[i])
             yield _number(quantity, (name, units[i]), values, float(least[i]), explained)
 
+    # levels, spectra, impact rates, impulses, transmissibilities
     densities = np.array([motion.density for motion in everyone])
     items = (
         *numbers("rms deflection", "deflection", clearances, rad, moved),
@@ -162,6 +165,7 @@ def compare_statistics(
         *numbers("TR rms", "tr_rms", inertias, ones, tr_rms),
         *numbers("TR peak", "tr_peak", inertias, ones, tr_peak),
     )
+    # how many differ, and how many would by chance
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = sum(item.by_chance for item in items)
@@ -228,6 +232,7 @@ def _number(
 
 def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floor | None) -> Iterator[Item]:
     """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
+    # distances of the densities, and what the motion's own error explains
     nan, chance = float("nan"), 2.0 / len(densities)
     for i, name in enumerate(names):
         far, share = density_distances(densities[:, i], None if floor is None else floor.density[i])
@@ -235,8 +240,10 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
         distance, bound = nan, 0.0
         if floor is not None:
             distance, bound = explained_distance(densities[:, i], floor.reference.density[i], floor.density[i])
+        # is the distance large enough to count, and do exact motions scatter
         large = far[0] > NEGLIGIBLE_DB and apart > least[i] ** 2 and not distance <= bound * (1.0 + _ROUNDING)
         scatter = bool(np.max(far[1:]) > max(NEGLIGIBLE_DB, bound))
+        # both measures of a spectrum
         for quantity, measure, distances, smallest in (
             (
                 "PSD outside bands",
@@ -259,14 +266,17 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
 def _impulses(
     names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait], floor: Floor | None
 ) -> Iterator[Item]:
+    # medians of the impulses
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
         samples = [motion.impulses[k] for motion in everyone]
         medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
+        # distances of the distributions beyond a shift that does not count
         distances, shift = np.full(len(samples), np.nan), float("nan")
         if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
             shift = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
             shift = shift if floor is None else max(shift, float(floor.impulse[k]))
             distances = distribution_distances(samples, shift)
+        # the verdict by rank
         p, verdict, by_chance = _judged(distances, large=bool(distances[0] > 0.0), scatter=bool(np.any(distances[1:])))
         yield Item(
             quantity="contact impulse distribution",

@@ -48,16 +48,19 @@ def became(channel: Mapped) -> Conditioned:
     if channel.time.size < _FEWEST:
         rule = f"a channel needs {_FEWEST} samples or more"
         raise channel.wrong("", counted(channel.time.size, "sample"), rule, "is this the whole record?")
+    # bridge gaps, and let an encoder's angle go on over its falls
     channel, said = _whole(channel)
     notes += said
     time, values = channel.time, channel.values
     if row.starts_over is not None:
         values, said = _unwrapped(channel, row.starts_over)
         notes += said
+    # pulses become the angle or the speed of the shaft
     measured = row.measured or row.quantity
     if measured == "pulses" and row.quantity != "pulses" and row.tacho is not None:
         time, values, said = _turned(channel, row.tacho)
         return Conditioned(time, values, _SI[row.quantity], (*notes, *said))
+    # derivatives or integrals to the quantity wanted
     if measured == row.quantity:
         return Conditioned(time, values, channel.unit, tuple(notes))
     times = DERIVATIVES[row.quantity] - DERIVATIVES[measured]
@@ -77,6 +80,7 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     if channel.table.gaps != "bridge":
         value = f"{_gap(channel, at)}; {count} in all"
         raise channel.wrong("", value, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
+    # a stretch can be bridged only between two numbers
     numbers = np.flatnonzero(~bad)
     if numbers.size < _FEWEST:
         value = f"{counted(numbers.size, 'number')} among {counted(bad.size, 'sample')}"
@@ -88,6 +92,7 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
         cuts += [f'end = "{last:.9g} s"'] if bad[-1] else []
         rule = "only what lies between numbers can be bridged"
         raise channel.wrong("gaps", " and ".join(ends), rule, f"cut the record: {', '.join(cuts)}")
+    # straight lines over the gaps
     values, longest = bridged(channel.time, channel.values)
     missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
     note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
@@ -117,6 +122,7 @@ def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
 def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:
     """Turn pulses into the angle or the speed of their shaft, between the first pulse and the last."""
     row, notes = channel.table, []
+    # threshold and hysteresis, as stated or by the height of the signal
     threshold, hysteresis = levels(channel.values)
     if tacho.threshold is None or tacho.hysteresis is None:
         threshold = threshold if tacho.threshold is None else tacho.threshold
@@ -124,17 +130,20 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
         notes.append(f"{row.name}: a pulse begins at {threshold:.6g}, hysteresis {hysteresis:.6g}")
     else:
         threshold, hysteresis = tacho.threshold, tacho.hysteresis
+    # times of the pulses
     times = pulse_times(channel.time, channel.values, threshold, hysteresis, tacho.edge == "rising")
     if times.size < _FEWEST:
         low, high = float(channel.values.min()), float(channel.values.max())
         rule = f"needs {_FEWEST} pulses or more; the signal lies between {low:.6g} and {high:.6g}"
         remedy = "choose threshold and hysteresis within the signal"
         raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
+    # teeth passed at every pulse: gaps of the wheel, pulses lost or too many
     try:
         pulses = teeth_passed(times, tacho.pulses_per_turn, tacho.missing)
     except PulseError as error:
         raise channel.wrong("tacho", "", error.rule, error.remedy) from None
     notes += [f"{row.name}: {words}" for words in _faults(pulses)]
+    # angle and speed by a spline through the pulses
     inside = channel.time[(channel.time >= pulses.times[0]) & (channel.time <= pulses.times[-1])]
     angle, speed = shaft(pulses.times, 2.0 * np.pi / tacho.pulses_per_turn * pulses.passed, inside)
     return inside, speed if row.quantity in ("speed", "velocity") else angle, notes

@@ -91,11 +91,13 @@ def read(
 
 def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     """Return a column as a channel; without a quantity it keeps the numbers and the unit of the file."""
+    # refuse samples that are no numbers
     finite = np.isfinite(column.values)
     if not finite.all():
         at = int(np.argmin(finite))
         rule, remedy = "samples must be finite numbers", 'a mapping can leave the channel out, or gaps = "bridge"'
         raise ModelError(Problem(f"{source}: {column.name}", f"{column.values[at]} at sample {at}", rule, remedy))
+    # the quantity, as the file says it or by the unit
     said = column.quantity if column.quantity in QUANTITIES else ""
     if said and not column.unit and len(DIMENSIONS[said]) > 1:
         either = " or ".join(dimension.si for dimension in DIMENSIONS[said])
@@ -104,6 +106,7 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     quantity = said or guess(column.unit)
     if not quantity:
         return Channel(column.name, "", column.subject, column.unit or "1", column.values), []
+    # to SI, in place
     try:
         by, unit = factor(column.unit, quantity)
     except UnitError:
@@ -186,6 +189,7 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
         row = channel.table
         if row.align is None or row.file is None:
             continue
+        # the delay between the two clocks, by correlation or by phase
         first, second = own[row.align.with_], own[row.name]
         correlated = row.align.by == "correlation"
         if correlated:
@@ -193,12 +197,14 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
         else:
             one, two = (first.time, first.values), (second.time, second.values)
             delay = delay_by_phase(one, two, row.align.frequency or 0.0)
+        # refuse a delay at which the signals do not agree
         least = WORST_CORRELATION if correlated else LEAST_SHARE
         what = "correlation" if correlated else f"part of the power at {row.align.frequency:.6g} Hz"
         if delay.agreement < least:
             rule = f"the signals do not agree at any delay: a {what} of {least:g} is needed"
             remedy = "align with another channel, raise most, or check sign and unit"
             raise channel.wrong("align", f"{what} {delay.agreement:.3g}", rule, remedy)
+        # the note: delay, agreement, and a rival delay
         note = f"{row.file}: {delay.value:.9g} s added to its times, by {row.name} and {row.align.with_}"
         note += f" ({what} {delay.agreement:.4g})"
         if delay.rival > _RIVAL * delay.agreement:
@@ -256,6 +262,7 @@ def _at_rate(
     measurement: Measurement, parts: Sequence[Conditioned], bounds: tuple[float, float], rate: float
 ) -> tuple[Array, list[Array], list[str]]:
     """Bring all channels to a rate, as far as each of them has the values."""
+    # the grid of the common times, if the memory suffices
     begin, end = bounds
     count = np.floor((end - begin) * rate * (1.0 + 1e-12)) + 1.0
     try:
@@ -268,12 +275,14 @@ def _at_rate(
         value = f"{rate:.6g} Hz"
         rule = f"leaves one sample of {end - begin:.6g} s"
         raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
+    # uniform samples of every channel
     notes: list[str] = []
     try:
         even = [uniform(part) for part in parts]
     except Refused as error:
         value = "steps of very different lengths"
         raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
+    # times at which all channels are known
     known = np.ones(grid.size, dtype=np.bool_)
     for channel, samples in zip(measurement.channels, even, strict=True):
         name = channel.table.name

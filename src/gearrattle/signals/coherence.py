@@ -184,17 +184,21 @@ def coherence_at_harmonics(
     ModelError
         too few samples, too few ensembles, or harmonics outside the band.
     """
+    # harmonics, and the decimation that keeps enough samples
     if ensembles < 2:
         raise ModelError(Problem("ensembles", str(ensembles), "of one segment every coherence is 1", "take at least 2"))
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     needed = ensembles * points
     if every is None:
         every = decimation(len(candidate), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
+    # samples kept, and a check that the harmonics still lie in the band
     x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (candidate, reference))
     decimation(len(x), rate / every, frequency[-1] * USABLE, needed=needed, points=points, spacing=fundamental)
+    # densities over segments that do not overlap
     segments = cut(needed, points, 0.0, {"hann": "hann", "none": "boxcar"}[taper])
     spectra = cross_spectra(x, y, rate / every, segments)
     width = float(spectra.frequency[1])
+    # coherence at the bins nearest to the harmonics
     bins = np.rint(frequency / width).astype(np.int64)
     value = spectra.coherence[bins]
     shown = value[np.isfinite(value)]

@@ -61,16 +61,19 @@ def resample(values: Array, interval: float, first: float, wanted: Array, rate: 
     """
     from scipy.special import i0
 
+    # reach of the kernel; the record continued beyond its ends
     lower = min(1.0 / interval, rate)
     reach = REACH / (lower * interval)  # in samples
     side = int(np.ceil(reach)) + 1
     padded = _continued(values, side)
     beta = 0.1102 * (_DESIGN - 8.7)
+    # positions wanted, in samples
     position = (wanted - first) / interval + side
     offsets = np.arange(-side, side + 1)
     result = np.empty((wanted.size, *values.shape[1:]))
     columns = [(padded, result)] if values.ndim == 1 else list(zip(padded.T, result.T, strict=True))
     step = max(1, _MOST_AT_ONCE // offsets.size)
+    # weighted sums with the windowed sinc, a number of them at a time
     for begin in range(0, wanted.size, step):
         at = position[begin : begin + step]
         centre = np.clip(np.rint(at).astype(np.int64), side, padded.size - 1 - side)

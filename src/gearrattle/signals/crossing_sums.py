@@ -44,12 +44,14 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
         if the log has a gap.
     """
 
+    # the sums of the chunks before
     layout, log = trajectory.layout, trajectory.events
     judged = judged_of(layout)
     out = room_for(1, judged)
     if before is not None:
         for name, array in zip(Tallies._fields, out, strict=True):
             array[0] = before[name]
+    # crossings with regions counted from the lowest one
     first = judged.label.take(log.clearance, mode="clip") if judged.label.size else log.clearance
     crossings = Crossings(
         np.array(log.time, dtype=np.float64),
@@ -59,11 +61,14 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
         np.array(log.velocity, dtype=np.float64),
         np.array(log.force_integral, dtype=np.float64),
     )
+    # the part of the chunk that counts
     nothing = np.nextafter(trajectory.end, np.inf)
     span = np.array([nothing, nothing] if window is None else [window.start, window.end])
+    # regions at the start
     initial = np.array(trajectory.initial_region - judged.label, dtype=np.int64)
     if np.any((initial < 0) | (initial >= np.diff(judged.pieces))):
         raise GearRattleError(f"the motion begins in regions {trajectory.initial_region.tolist()}, which do not exist")
+    # add the crossings; their chain must not break
     final = np.array(trajectory.final_force_integral, dtype=np.float64)
     broken = tallies.add_crossings(judged, crossings, span, initial, final, before is None, 0, out)
     if broken >= 0:

@@ -98,16 +98,19 @@ def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span
     FallError
         they are not told from the turning.
     """
+    # steps beyond the usual one, in spans
     steps = np.diff(values)
     excess = np.concatenate([[0.0], np.cumsum(steps - usual)]) / span
     turns = np.rint((steps - usual) / span)
     replaced = np.zeros(values.size, dtype=np.bool_)
     falls = 0
     for first, behind in groups:
+        # the fall of a group; at the ends of the record it may be cut
         fallen = float(excess[behind] - excess[first])
         off_whole = abs(fallen - round(fallen)) > _WHOLE
         begins = first == 0 or (off_whole and first < _RINGS)
         ends = behind == steps.size or (off_whole and behind > steps.size - _RINGS)
+        # no fall, or one that is no whole number of spans
         if not (begins or ends):
             if round(fallen) == 0:
                 continue
@@ -116,13 +119,16 @@ def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span
                     f"from sample {first} to {behind} it falls by {abs(fallen):.3g} of the angle where it starts over"
                 )
                 raise FallError(rule, "check starts_over, scale and offset, or cut with start and end")
+        # the whole fall counts at the group's last step; its samples are replaced
         turns[first:behind] = 0.0
         turns[behind - 1] = round(fallen)
         replaced[0 if begins else first + 1 : values.size if ends else behind] = True
         falls += 1
+    # refuse falls that take too much of a turn
     if replaced.mean() > MOST_REPLACED:
         rule = f"its falls take {replaced.mean():.0%} of the samples: a filter smears them over too much of a turn"
         raise FallError(rule, "record it unfiltered or at a higher rate")
+    # the continuous angle, samples in the falls by a spline
     whole = values - span * np.concatenate([[0.0], np.cumsum(turns)])
     return Unwrapped(_bridged(whole, replaced, usual), falls, int(replaced.sum()))
 
@@ -144,11 +150,13 @@ def _groups(distance: Array, usual: Array, span: float, is_coarse: bool) -> list
     """Return first steps, and those behind the last, of stretches that may be falls of several steps."""
     from scipy.ndimage import median_filter
 
+    # steps far from the usual ones
     scatter = median_filter(distance, size=min(_SCATTER_OVER, distance.size), mode="nearest")
     limit = _COARSE * span if is_coarse else np.clip(6.0 * scatter, _FAR[0] * span, _FAR[1] * span)
     far = np.flatnonzero(distance > limit)
     moving = distance > np.maximum(4.0 * scatter, np.maximum(_REST * span, _REST_OF_STEP * np.abs(usual)))
     groups: list[tuple[int, int]] = []
+    # extend every group over the ringing of a filter
     for step in far.tolist():
         if groups and step < groups[-1][1]:
             continue
@@ -161,6 +169,7 @@ def _groups(distance: Array, usual: Array, span: float, is_coarse: bool) -> list
         if behind - first > 2:  # a filter, whose ringing goes on below what vibration hides
             first = max(first - _HIDDEN, 0)
             behind = min(behind + _HIDDEN, distance.size)
+        # join groups that touch
         if groups and first <= groups[-1][1] + 2:
             first = groups.pop()[0]
         groups.append((first, behind))

@@ -77,6 +77,7 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
 
     Momenta and energies of an element without a free end do not exist: NaN.
     """
+    # contacts that are still open count up to the end
     mine = corners_of(layout, clearance)
     of = {name: sums[name][..., clearance] for name in _OF_CLEARANCES}
     pending = np.zeros(np.shape(of["count"]))
@@ -88,6 +89,7 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
         pending = np.where(is_open, pending + gathered, pending)
         largest = np.where(is_open, np.maximum(largest, gathered), largest)
         change = np.where(is_open, np.maximum(change, sums["met"][..., corner]), change)
+    # means and largest values of speed, momentum, energy, exchanged momentum and impulse
     mass, count = np.where(np.isfinite(of["mass"]), of["mass"], np.nan), of["count"]
     with np.errstate(invalid="ignore", divide="ignore"):
         values = (

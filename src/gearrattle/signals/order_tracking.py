@@ -251,6 +251,7 @@ def orders_of_blocks(
     starts
         (b,) angles at which blocks begin [rad].
     """
+    # samples of every block
     angle, speed = shaft
     span = TURN * turns
     firsts = np.searchsorted(angle, starts - 1e-9)

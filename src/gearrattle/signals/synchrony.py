@@ -54,6 +54,7 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
     """
     from scipy.signal import fftconvolve
 
+    # products of the signals, and their powers, at every lag
     x, y = first - first.mean(), second - second.mean()
     flipped = y[::-1]
     n = x.size
@@ -64,16 +65,19 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
     other = fftconvolve(np.ones(n), flipped**2)
     shared = np.minimum(n, lags + m) - np.maximum(0, lags)
     scale = np.sqrt(np.clip(own, 0.0, None) * np.clip(other, 0.0, None))
+    # lags within the bounds at which enough samples are shared
     usable = (lags * interval >= bounds[0]) & (lags * interval <= bounds[1])
     usable &= (2 * shared >= min(n, m)) & (scale > 1e-12 * scale.max())
     if not usable.any():
         return Delay(0.0, 0.0)
+    # the largest correlation, refined by a parabola
     c = np.where(usable, product / np.where(scale > 0.0, scale, 1.0), -np.inf)
     best = int(np.argmax(c))
     fine = 0.0
     if 0 < best < c.size - 1 and np.isfinite(c[best - 1]) and np.isfinite(c[best + 1]):
         bend = c[best - 1] - 2.0 * c[best] + c[best + 1]
         fine = 0.5 * (c[best - 1] - c[best + 1]) / bend if bend < 0.0 else 0.0
+    # the largest other peak
     peaks = (c[1:-1] >= c[:-2]) & (c[1:-1] >= c[2:]) & (np.arange(1, c.size - 1) != best)
     rival = float(c[1:-1][peaks].max(initial=0.0))
     return Delay(float(lags[best] + fine) * interval, float(c[best]), rival)

@@ -131,12 +131,14 @@ def _in_teeth(steps: Array) -> Array:
 
 def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Array, int]:
     """Return the wheel's intervals from a gap on, and the first interval from which a whole turn shows them."""
+    # every interval in whole teeth; those longer than one are gaps
     sizes = [len(gap) if isinstance(gap, tuple) else gap for gap in gaps]
     levels = np.array([1, *sorted({size + 1 for size in sizes})])
     whole = levels[np.searchsorted(np.sqrt(levels[1:] * levels[:-1]), units)]
     long = np.flatnonzero(whole > 1)
     if not long.size:
         raise PulseError("no interval is as long as a gap", "set missing = 0 for a full wheel")
+    # sequences of one turn, and how often each comes
     count = per_turn - sum(sizes)
     expected = sorted(size + 1 for size in sizes)
     stated = _turns_alike(_given(per_turn, gaps)) if isinstance(gaps[0], tuple) else None
@@ -148,10 +150,12 @@ def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Arr
             alike = _turns_alike(tuple(turn.tolist()))
             turns[alike] += 1
             first.setdefault(alike, at)
+    # a stated sequence must be among them
     if stated is not None:
         turns = Counter({stated: turns[stated]} if turns[stated] else {})
     if not turns:
         raise _other_wheel(times, np.rint(units).astype(np.int64), per_turn, sizes)
+    # the commonest one must be that of most turns
     commonest, seen = turns.most_common(1)[0]
     if 2 * seen <= sum(turns.values()):
         rule = f"the gaps lie at one place in {seen} turns of {sum(turns.values())}: they are not told from lost pulses"

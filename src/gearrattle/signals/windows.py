@@ -84,6 +84,7 @@ def steady(trajectory: Trajectory) -> Window:
     ModelError
         if nothing remains after the discarded cycles, or if the samples are not the stated whole cycles.
     """
+    # cycles that are left to be judged
     remaining = trajectory.cycles - trajectory.discard
     if remaining < 1:
         raise ModelError(
@@ -94,6 +95,7 @@ def steady(trajectory: Trajectory) -> Window:
                 remedy="simulate more cycles or discard fewer",
             )
         )
+    # samples of whole periods
     expected = trajectory.cycles * trajectory.samples_per_cycle + 1
     if trajectory.time.size != expected:
         raise ModelError(

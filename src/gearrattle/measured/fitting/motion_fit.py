@@ -75,15 +75,18 @@ def fit_motion(
     ConvergenceError
         no start converged, or the start has no motion.
     """
+    # check the arguments
     check_settings(starts, seed, prior)
     wanted = table.wanted(seed)
     problems = [*problems_of(wanted), *run_up_problems(table, len(recordings), model.excitation.sweep is not None)]
     if problems:
         raise ModelError(problems)
+    # free parameters, and pairs of measured and simulated channels
     parameters = free_parameters(model, free, bounds or {}, factor, sets_the_period)
     pairings = [paired(recording, to_be_recorded(model), wanted.match) for recording in recordings]
     for pairing in pairings:
         check_names(pairing, wanted)
+    # the start's motion, and what is compared of it
     steps = Steps(starts, len(parameters.paths), progress)
     run = simulate(model, **table.settings, audit=False, progress=steps.watch)
     measured: Measured
@@ -92,6 +95,7 @@ def fit_motion(
         measured, simulator, notes = steady_motion(run, recordings[0], (pairings[0], wanted), table, steps.watch)
     else:
         measured, simulator, notes = run_up_motion(run, recordings, (pairings, wanted), table, steps.watch)
+    # the least-squares problem, its search and the notes of it
     problem = MotionProblem(measured, simulator, model, parameters, prior, steps.count)
     steps.count()
     searched, judged, said = _searched(problem, starts, seed)
@@ -101,8 +105,10 @@ def fit_motion(
             *said,
             "no profiles: of a motion that does not repeat itself only slopes are known, over a small range.",
         ]
+    # notes of pairs and records
     of_records = [note for pair in zip(pairings, recordings, strict=True) for one in pair for note in one.notes]
     said = [*notes, *said, *dict.fromkeys(of_records)]
+    # standard errors and intervals at the minimum
     has_profile = profile and is_smooth
     fitted = estimates(model, judged, parameters, searched, notes=said, profile=has_profile, progress=progress)
     if isinstance(judged.of.recorded, MeasuredRunUp):
@@ -149,9 +155,11 @@ class Steps:
 
 def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, Judged, list[str]]:
     """Return the minima, the problem by which the best of them is judged, and what must be said of the search."""
+    # the noise of a motion that does not repeat itself, at the start
     origin = np.zeros(len(problem.parameters.paths))
     if problem.jitter(origin) > ROUGH:
         problem = problem.scattering(origin, seed)
+    # one simulation at every start; the best ones that lie apart are followed
     points, failed, reason = _tried(problem, starts, seed)
     if not points:
         raise ConvergenceError(f"none of {counted(starts, 'start')} has a motion: {reason}", remedy="narrower bounds")
@@ -161,19 +169,23 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
         points = sorted(((problem.chi_square(point), point) for _, point in points), key=lambda one: one[0])
         points = [(chi, point) for chi, point in points if chi <= _WORSE * points[0][0]]
     followed = _apart(points, problem.parameters.box)
+    # local searches, with the step of the differences by the jitter
     differences = problem.differences(problem.jitter(followed[0]))
     effort = _JUMPING if rough else _SMOOTH
     minima, lost = search(differences.residuals, followed, problem.parameters.box, effort)
     said = [f"{counted(starts, 'start')} tried, the {len(followed)} that fit best followed."] if len(points) > 1 else []
     if failed:
         said.append(f"{counted(failed, 'start')} had no motion that could be compared: {reason}")
+    # choose the compared lines anew at the best minimum
     searched = problem
     problem = problem.judged_at(minima[0].x)
     after = problem.jitter(minima[0].x)
+    # a motion that scatters is settled on a response surface
     if after > ROUGH:
         problem = problem.scattering(minima[0].x, seed)
         best, judged = settle(problem.differences(problem.jitter(minima[0].x)), minima[0])
         return Searched((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
+    # otherwise search again where residuals or compared lines have changed
     jumped = rough or differences.step > 3.0 * problem.step(after)  # the start's motion jumps, the best one's does not
     if jumped or not problem.recorded.compares_as(searched.recorded):
         differences = problem.differences(after)

@@ -112,6 +112,7 @@ def run_up_motion(
     ModelError
         repeats with other channels, speeds that are not simulated, too few blocks, what ``order_cuts`` refuses.
     """
+    # orders that all records and the simulation have
     pairings, wanted = asked
     channels = pairings[0].measured
     check_repeats(recordings, pairings)
@@ -201,6 +202,7 @@ def _measured_blocks(
     ModelError
         too few of them, or a speed that falls where the simulated one rises.
     """
+    # mean speeds of the blocks, where the speed rises or falls steadily
     cuts = [
         order_cuts(recording, channel.name, orders.tolist(), speed=table.shaft or None, turns=table.turns)
         for channel in pairing.measured
@@ -212,6 +214,7 @@ def _measured_blocks(
         way = "rises" if rises else "falls"
         rule = "the measured speed and that of the model's sweep must change the same way: motions may differ by it"
         raise ModelError(Problem(f"{recording.source}: speed", way, rule, "turn the sweep round: from, to"))
+    # blocks at speeds that the simulation has as well
     inside = (means[rows] >= simulated.speed[0]) & (means[rows] <= simulated.speed[-1])
     if np.count_nonzero(inside) < FEWEST:
         ends = [
@@ -224,6 +227,7 @@ def _measured_blocks(
     left = rows.size - int(np.count_nonzero(inside))
     if left:
         notes.append(f"{recording.source}: {counted(left, 'block')} at speeds that are not simulated left out.")
+    # complex amplitudes of the orders in these blocks
     kept = rows[inside]
     values = np.concatenate([cut["amplitude"].values[kept] * np.exp(1j * cut["phase"].values[kept]) for cut in cuts], 1)
     return (means[kept], values), notes

@@ -186,17 +186,21 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 
 def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
     """Return the minimum of the smoothed residuals near the best of those that jump, and the surface it is on."""
+    # the first region: the step of the differences, around the minimum of the search
     x, half = best.x, np.full(problem.count, problem.step)
     runs = _RUNS[0] * (1 + 2 * x.size)
     jitter = problem.of.scatter(x)
     clearest: tuple[Array, Array, int, int] | None = None
     for seed in range(_ROUNDS):
         region = x, half, runs, seed
+        # the parabola over runs in the region, and its minimum
         smooth = surface(problem.of, *region)
         (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+        # a minimum that the runs do not keep: a smaller region
         if problem.of.level(least.x) > problem.of.level(x) and np.any(half > _NARROW):
             half = np.maximum(0.5 * half, _NARROW)  # the parabola promised more than the runs keep
             continue
+        # what the slopes tell at the new point: standard errors, parameters noticed, bends
         x = least.x
         low, high = problem.of.parameters.box
         inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)
@@ -205,24 +209,29 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         noticed = np.any(jacobian != 0.0, axis=0)
         errors = np.where(noticed, errors, np.inf)
         bends = smooth.jitter > _BENDS * jitter
+        # parameters that are not noticed need a wider region and more runs
         if noticed.all():
             clearest = region
         elif not bends or np.all(half < problem.step):  # a wider region and more runs show more
             half = np.minimum(2.0 * half, problem.step)
             runs = min(2 * runs, _RUNS[1] * (1 + 2 * x.size))
             continue
+        # the size wanted: wide enough for the scatter, small enough for the parabola
         clear = max(_WIDE, _CLEAR * min(smooth.jitter, jitter) * np.sqrt(smooth.left.shape[1]))
         wanted = np.clip(clear * errors, _NARROW, half)  # so that the residuals change by more than they scatter
         if bends:
             tighter = np.maximum(0.5 * half, np.where(noticed, 0.5 * clear * errors, 0.0))
             wanted = np.minimum(wanted, np.maximum(tighter, _NARROW))
+        # end where the minimum lies near the centre and the region need not shrink
         central = np.abs(x - smooth.centre) < _CENTRAL * smooth.half  # where slopes are known best
         if np.all(central | (x <= low) | (x >= high)) and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
             break
         half = np.where(inside, np.maximum(wanted, _SHRUNK * half), half)
+    # the final parabola, weighted by the errors of its runs
     plain = replace(problem.of, recorded=problem.of.recorded.without_scatter())  # the mean of runs scatters less
     smooth = surface(plain, *(clearest or region)).weighted()
     (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+    # parameters on a bound
     low, high = plain.parameters.box
     at = np.where(least.x <= low, -1, np.where(least.x >= high, 1, 0)).astype(np.int64)
     return Minimum(least.x, least.chi_square, best.times, at), smooth

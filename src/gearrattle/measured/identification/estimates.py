@@ -124,21 +124,26 @@ def estimates(
     progress
         called with the finished share of that; what it raises ends the fit.
     """
+    # residuals, and the directions without information, at the best minimum
     minima = searched.minima
     best = minima[0]
     rows, jacobian = problem.data_residuals(best.x)
     null = null_space(jacobian)
     inside = best.at_bound == 0
+    # degrees of freedom; errors that were assumed are scaled to chi-square per degree one
     rank = int(inside.sum()) - null_space(jacobian[:, inside]).shape[1]
     chi_square = float(rows @ rows)
     freedom = rows.size - problem.scales - rank
     scale = math.sqrt(chi_square / freedom) if problem.assumed and freedom > 0 else 1.0
+    # covariance of the logarithms, and standard errors
     covariances = scale**2 * _covariance(problem, best, null)
     spread = np.sqrt(np.diag(covariances))
+    # profile-likelihood intervals
     ends: list[tuple[float, float] | None] = [None] * problem.count
     if profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
         ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
+    # the parameters, those on a bound named
     values = parameters.values(best.x)
     words = {-1: "lower", 0: "", 1: "upper"}
     table = [
@@ -154,6 +159,7 @@ def estimates(
         )
         for p, path in enumerate(parameters.paths)
     ]
+    # combinations that the data leave open
     open_ones = undetermined(parameters.paths, jacobian, split(problem.data_residuals, best.x, null), scale)
     return Fit(
         model=parameters.fitted(model, best.x),
@@ -235,6 +241,7 @@ def _profiles(
 def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
     """Say what holds for any data: errors assumed, residuals too large, rivals, bounds."""
     (scale, freedom), minima = numbers, searched.minima
+    # standard errors that were assumed, or that the residuals exceed
     notes = []
     if problem.assumed:
         notes.append(f"standard errors assumed: {'; '.join(problem.assumed)}.")
@@ -247,12 +254,14 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             f"the residuals are larger than the standard errors allow (probability {chance:.1g}): a datum, its "
             "standard error or the model is wrong, and the standard errors of the parameters are too small."
         )
+    # other minima that fit as well
     rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
     if rivals:
         notes.append(
             f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
             f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
+    # searches that failed, and parameters on a bound
     if searched.failed:
         notes.append(f"{searched.failed} of the starts did not converge.")
     if any(m for m in minima[0].at_bound):

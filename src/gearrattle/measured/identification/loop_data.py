@@ -101,6 +101,7 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
     ModelError
         no such file, a column or its unit missing, too few samples, no reversal, a loop that is not closed.
     """
+    # a file: columns with the units of its header
     if isinstance(data, str | os.PathLike):
         path = Path(data)
         if not path.exists():
@@ -112,6 +113,7 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
         loop = _cut(columns.values[angle], columns.values[torque], str(path))
         degrees = units.convert(f"1 {columns.unit(angle)}", units.ANGLE) == units.convert("1 deg", units.ANGLE)
         return replace(loop, angle_unit="deg" if degrees else "rad")
+    # arrays, which are checked
     try:
         deflection, torques = (np.asarray(values, dtype=np.float64) for values in data)
     except (TypeError, ValueError):
@@ -126,20 +128,24 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
 
 
 def _cut(deflection: Array, torque: Array, source: str) -> Loop:
+    # enough samples, which move
     if deflection.size < FEWEST:
         rule = f"too few points for a fit: a loop needs at least {FEWEST}"
         raise ModelError(Problem(source, counted(deflection.size, "sample"), rule, "sample the test more densely"))
     span = float(np.ptp(deflection))
     if not (span > 0.0 and np.ptp(torque) > 0.0):
         raise ModelError(Problem(source, "a constant angle or torque", "a loop needs an angle and a torque that move"))
+    # legs between the turns
     turns = _turns(deflection, _TURN * span)
     if len(turns) < 3:
         rule = "no reversal: the angle goes one way only, so friction cannot be separated from stiffness"
         raise ModelError(Problem(source, f"{len(turns) - 1} leg", rule, "give the way out and the way back"))
+    # one cycle that begins between its ends is joined where it closes
     if _is_one_cycle_begun_between_its_ends(deflection, torque, turns):
         order = np.r_[turns[1] : deflection.size, : turns[1] + 1]
         loop = _cut(deflection[order], torque[order], source)
         return replace(loop, notes=(*loop.notes, _JOINED))
+    # legs that go from one end to the other, on both ways
     low, high = float(deflection.min()), float(deflection.max())
     whole = [
         (first, last)
@@ -154,6 +160,7 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
         raise ModelError(
             Problem(source, turns_text, rule, "let the test go from one end to the other and back to the first")
         )
+    # the loop must close
     _meets(deflection, torque, whole, source)
     return _gathered(deflection, torque, whole, source)
 

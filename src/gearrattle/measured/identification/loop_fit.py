@@ -98,22 +98,27 @@ def _fitted(
     loop: Loop, stages: tuple[int, int] | None, coupling: tuple[str, tuple[str, str]], draws: tuple[int, int]
 ) -> LoopFit:
     """Search, settle what the samples tell, and put the findings together."""
+    # choose the stages, then fit the law over every sample
     chosen, steps = select(loop, stages)
     low, high = loop.ends
     settled = settle(Polish(Moments(loop, REACH * (high - low)), frozenset(idle(chosen))), chosen)
     polish, law = settled.polish, settled.law
+    # covariance of coefficients, breaks and reaches, and the density of every break
     fixed, known = polish.held, spread(polish, law)
     breaks = places(settled, known)
+    # the numbers of the coupling, their covariance and standard errors
     values, slopes = values_of(law, fixed), derivatives(law, fixed, known)
     slopes_told = slopes * smaller(settled, known, breaks)
     open_ = ~np.isfinite(np.diag(known.covariance))
     covariance = slopes_told @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes_told.T
     covariance[np.diag_indices(len(values))] += np.where(np.any(slopes[:, open_] != 0.0, axis=1), np.inf, 0.0)
     errors = dict(zip(values, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True))
+    # 95 % intervals; a stick stiffness has its error from its interval
     ends = intervals(settled, known, (values, errors), breaks)
     for stick in (key for key in values if key.endswith("stick_stiffness")):
         low_end, high_end = ends[stick]
         errors[stick] = 0.5 * (high_end - low_end) / NORMAL
+    # the bootstrap as a check
     checked: Mapping[str, float] = {}
     if draws[0] > 0:
         again = resampled(polish, law, *draws)

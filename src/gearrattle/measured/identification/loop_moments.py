@@ -109,16 +109,20 @@ def _kinks(shape: Shape, way: float, turn: float, reach: float) -> Array:
 
 def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
     """Deflections, torques and weights of two points for every stretch that has samples."""
+    # stretches between two neighbouring kinks
     x = legs.deflection
     cuts = np.where(kinks > 0.0, np.searchsorted(x, kinks, "right"), np.searchsorted(x, kinks, "left"))
     edges = np.unique(np.concatenate([[0], cuts, [x.size]]))
+    # moments of the samples in every stretch
     count, *sums = np.diff(legs.sums[:, edges], axis=1)
     mean, square, torque, product = (total / count for total in sums)
     spread, together = np.maximum(square - mean * mean, 0.0), product - mean * torque
+    # ways from the mean to the outermost samples; a stretch without spread is one point
     below = np.maximum(mean - x[edges[:-1]], 0.0)
     above = np.maximum(x[edges[1:] - 1] - mean, 0.0)
     flat = spread <= 1e-30 + 1e-15 * mean * mean
     flat |= (below <= 0.0) | (above <= 0.0)
+    # two points with the same moments, and their weights
     ratio = np.sqrt(np.where(flat, 1.0, below) / np.where(flat, 1.0, above))
     root = np.sqrt(np.where(flat, 0.0, spread))
     p, q = root * ratio, root / ratio

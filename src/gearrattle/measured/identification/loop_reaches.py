@@ -131,6 +131,7 @@ def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Sli
     """Return the density of every reach, and shapes from which a better minimum may be reached."""
     if not known.sliders:
         return {}, []
+    # tables of the sum of squares over grids of log r, and random places of the chains
     tables = _tables(polish, solution, known)
     random = np.random.default_rng(0)
     number, size = tables.logs.shape
@@ -138,20 +139,25 @@ def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Sli
     widths = np.log(np.gradient(tables.logs, axis=1))
     summed = np.zeros((number, size))
     starts: dict[tuple[int, ...], float] = {}
+    # Gibbs sampling, first at a higher temperature
     for sweep in range(_COOLING + _KEPT):
         heat = _HOT ** max(0.0, 1.0 - sweep / _COOLING)
+        # draw pairs of neighbouring sliders together
         for i, j in _close(tables.sliders):
             raised = -0.5 / heat * tables.of_pair(state, i, j) + widths[i][:, None] + widths[j]
             drawn = _draw(raised.reshape(_CHAINS, -1), random)
             state[:, i], state[:, j] = np.divmod(drawn, size)
+        # draw every reach by itself, and add up its conditional density
         for i in range(number):
             logs = -0.5 / heat * tables.conditional(state, i)
             state[:, i] = _draw(logs + widths[i], random)
             if sweep >= _COOLING:
                 share = np.exp(logs + widths[i] - np.max(logs + widths[i], axis=1, keepdims=True))
                 summed[i] += np.sum(share / share.sum(axis=1, keepdims=True), axis=0)
+        # keep the places of the chains as starts
         if sweep >= _COOLING:
             starts.update(zip(map(tuple, state.tolist()), tables.whole(state).tolist(), strict=True))
+    # densities of the logarithms, and the best starts
     heights = summed / np.exp(widths)
     made = {s: Density(tables.logs[i], heights[i] / heights[i].max()) for i, s in enumerate(tables.sliders)}
     return made, [_shape(solution, tables, key) for key in sorted(starts, key=lambda key: starts[key])[:_STARTS]]
@@ -181,6 +187,7 @@ def _close(sliders: tuple[Slider, ...]) -> list[tuple[int, int]]:
 
 
 def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
+    # grids of log r: the whole range, and finer about the value found
     bounds = [math.log(bound) for bound in polish.bounds()]
     first = known.covariance.shape[0] - len(known.sliders)
     grids = []
@@ -190,19 +197,23 @@ def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
         wide = _ERRORS * min(error if math.isfinite(error) else 1.0, 0.5)
         fine = np.linspace(max(here - wide, bounds[0]), min(here + wide, bounds[1]), _FINE)
         grids.append(np.sort(np.concatenate([np.linspace(bounds[0], bounds[1], _WIDE), fine + 1e-9])))
+    # points that stand for all samples, with kinks at every reach of the grids
     logs = np.array(grids)
     shapes = [_shape_at(solution.shape, known.sliders, column) for column in logs.T]
     points = polish.moments.regression(solution.shape, *shapes)
+    # project out preload, slopes and breaks
     root = np.sqrt(points.weight)[:, None]
     table = points.table(solution.shape, solution.labels)
     bulk = [label[0] != "slider" for label in solution.labels]
     nuisance = root * np.hstack([table[:, bulk], slopes_in(points.loop, solution, ())])
     basis = np.linalg.svd(nuisance / np.maximum(np.linalg.norm(nuisance, axis=0), 1e-300), full_matrices=False)
     kept = basis[0][:, basis[1] > 1e-10 * basis[1][0]]
+    # change of the torque by every reach of the grids, and the residuals
     moved = np.hstack([root * _moved(points, solution, s, row) for s, row in zip(known.sliders, logs, strict=True)])
     moved -= kept @ (kept.T @ moved)
     residual = root[:, 0] * (points.torque - table @ solution.coefficients)
     residual -= kept @ (kept.T @ residual)
+    # sums of squares of single reaches and of pairs
     number, size = logs.shape
     gram = (moved.T @ moved / known.variance).reshape(number, size, number, size).transpose(0, 2, 1, 3)
     pull = (moved.T @ residual / known.variance).reshape(number, size)

@@ -43,6 +43,7 @@ class Settled(NamedTuple):
 
 def settle(polish: Polish, shape_from: Solved) -> Settled:
     """Fit all, look at every slider, and give defaults to those that the samples leave open."""
+    # least squares with a reach for every slider
     low, high = polish.loop.ends
     shape = shape_from.shape
     for slider in shape.sliders():
@@ -50,6 +51,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     solution = polish.best(polish.at(shape))
     polish = replace(polish, without=polish.without | frozenset(idle(solution)))
     solution = polish.whole(polish.at(solution.shape))
+    # density of the reaches; a better start that it shows is fitted again
     made: dict[Slider, Density] = {}
     for _ in range(_ROUNDS):
         made, starts = densities(polish, solution, spread(polish, solution))
@@ -59,6 +61,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
         if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
             break
         solution = polish.whole(best)
+    # sliders whose stick stiffness the samples leave open keep the default
     sticks = {slider: stretched(solution, slider, reach) for slider, reach in made.items()}
     fixed = frozenset(_open(polish, solution, sticks))
     if not fixed:

@@ -130,6 +130,7 @@ def free_parameters(
     ModelError
         no path, a path that leads nowhere or to no positive number, bounds that do not hold the start.
     """
+    # check the arguments
     if not factor > 1.0 or not np.isfinite(factor):
         raise ModelError(Problem("factor", f"{factor:g}", "must be a finite number greater than 1"))
     if isinstance(free, str):
@@ -138,6 +139,7 @@ def free_parameters(
     if not free:
         rule = "no parameter is free: at least one path is needed"
         raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
+    # paths without their patterns; refuse what cannot be a parameter, and bounds of what is not free
     paths = expanded(tables, free)
     problems = [
         Problem(f"free: {path}", shown(value), rule, remedy)
@@ -152,6 +154,7 @@ def free_parameters(
     ]
     if problems:
         raise ModelError(problems)
+    # start and bounds
     start = np.array([float(value_at(tables, path)) for path in paths])
     lower, upper = start / factor, start * factor
     for p, path in enumerate(paths):
@@ -168,11 +171,13 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
     ModelError
         a parameter that is no factor of them; rigid elements that leave nothing to move.
     """
+    # exponents: double every parameter, and compare the coefficients
     base = _values(model, state)
     exponents = []
     for path, value in zip(parameters.paths, parameters.start.tolist(), strict=True):
         two, three = (_values(model.with_({path: factor * value}), state) for factor in (2.0, 3.0))
         powers = [np.round(_logarithm(new, old) / np.log(2.0), 6) for new, old in zip(two[:4], base[:4], strict=True)]
+        # tripled, the coefficients must follow the same power
         check = [
             np.max(np.abs(_logarithm(new, old) - s * np.log(3.0)), initial=0.0)
             for new, old, s in zip(three[:4], base[:4], powers, strict=True)
@@ -181,6 +186,7 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
             rule = "must be a factor of inertias, stiffnesses, dampings or drags; this is none"
             raise ModelError(Problem(f"free: {path}", f"{value:g}", rule, "leave it out of free"))
         exponents.append(powers)
+    # exponents by coefficient; slopes and dampings of rigid elements vanish
     by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
     names = assemble(model).layout.element_names
     held = [names.index(name) for name in state.rigid]

@@ -219,6 +219,7 @@ def check_modes(problem: FitProblem) -> None:
     ModelError
         all of them, and shapes without a number for which no elastic mode is left.
     """
+    # modes with a number: the model has them, and they are elastic
     problems = []
     spectra = {state: Spectrum(c, np.zeros(problem.count)) for state, c in problem.states.items()}
     waiting = dict.fromkeys(spectra, 0)
@@ -233,6 +234,7 @@ def check_modes(problem: FitProblem) -> None:
             rule = "is rigid motion, whatever the parameters: its frequency is zero and its shape kinematic"
             remedy = f"the first elastic mode has number {np.count_nonzero(omega == 0.0) + 1}"
             problems.append(Problem(mode.label, str(mode.number), rule, remedy))
+    # shapes without a number: enough elastic modes are left for them
     for state, count in waiting.items():
         omega = spectra[state].omega
         taken = {m.number for m in problem.data.modes if m.state == state and m.number is not None}

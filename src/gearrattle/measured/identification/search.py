@@ -165,10 +165,12 @@ def local(
 
 def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Effort, converged: bool) -> Array | None:
     """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
+    # parameters that the gradient presses against a bound
     rows, jacobian = residuals(x)
     gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
     low, high = (x <= box[0] + near) & (gradient > 0.0), (x >= box[1] - near) & (gradient < 0.0)
     held = low | high
+    # search the others with these on their bounds
     if held.any():
         whole = np.where(low, box[0], np.where(high, box[1], x))
 
@@ -181,6 +183,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
             part = box[0][~held], box[1][~held]
             ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
             whole[~held], converged = ended.x, bool(ended.status > 0)
+        # keep the point if it fits no worse and the bounds still hold
         there = residuals(whole)
         push = there[1].T @ there[0]
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) and np.all(push[low] >= 0) and np.all(push[high] <= 0):

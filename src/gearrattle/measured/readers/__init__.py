@@ -42,6 +42,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
     ModelError
         there is no such file, it is empty, or no format known.
     """
+    # the first bytes of the file
     file_path = Path(path)
     name = str(path)
     try:
@@ -55,9 +56,11 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise ModelError(unreadable(name, error)) from None
     if not head:
         raise ModelError(Problem(name, "", "the file is empty", "copy or export it again"))
+    # the reader that knows them
     for reader in READERS.values():
         if reader.knows(file_path, head):
             return reader.NAME
+    # no reader: name the likely cause
     if head[:3] == b"CDF":
         rule = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
         raise ModelError(Problem(name, "a netCDF 3 file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
@@ -152,6 +155,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     >>> gr.read("rig.h5")["load"].unit
     'N*m'
     """
+    # formats that can be written, and their suffixes
     target = Path(path)
     able = {name: reader for name, reader in READERS.items() if name != run.NAME}
     endings = {suffix: reader for reader in reversed(able.values()) for suffix in reader.SUFFIXES}
@@ -162,6 +166,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     if not format and target.suffix.lower() not in endings:
         rule = f"the ending tells the format: {listed(reader.SUFFIXES[0] for reader in able.values())}"
         raise ModelError(Problem(str(path), target.suffix or "no ending", rule, "or give format"))
+    # write beside the target, then replace it
     reader = able[format] if format else endings[target.suffix.lower()]
     if not recording.channels or recording.time.size < 2:
         rule = "a recording to be written needs a channel, and two samples"

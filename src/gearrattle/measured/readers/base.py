@@ -139,16 +139,19 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
         there are no times, they are not those of the column, or two columns wanted have one name.
     """
     refuse_doubles(columns, str(path), request)
+    # an interval was stated: count the samples
     if request.interval is not None:
         step = request.interval
         made = {size: np.arange(size, dtype=np.float64) for size in {c.values.size for c in columns}}
         for times in made.values():
             np.multiply(times, step, out=times)
         return tuple(replace(column, time=made[column.values.size]) for column in columns)
+    # the column of times of every signal, in s
     axes = _axes(columns, path, request)
     used = {name for name in axes.values() if name}
     by_name = {column.name: column for column in columns}
     read = {name: _in_seconds(path, by_name[name], request.time_unit) for name in used}
+    # give every signal its times
     timed = []
     without = []
     for column in columns:
@@ -162,6 +165,7 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
             timed.append(replace(column, time=read[axes[column.name]]))
         else:
             without.append(column)
+    # refuse a wanted signal without times
     wanted = [c for c in without if request.names is not None and c.name in request.names]
     if wanted or not timed:
         names = listed(shown(c.name) for c in wanted or columns)

@@ -55,12 +55,14 @@ def read(path: Path, request: Request) -> Raw:
     scales: list[str] = []
     scaled: list[str] = []
     origins: dict[str, int] = {}
+    # find the signals, and ask for the memory of those wanted
     with opened_hdf5(path, in_parts=True) as file:
         _check_origin(_text(file.attrs.get("format", "")), path)
         signals = [signal for signal in itertools.starmap(_Signal, datasets(file)) if signal.names]
         wanted = [signal for signal in signals if signal.is_wanted(request)]
         lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
         ask_for(lengths, request, max((signal.extra for signal in wanted), default=0))
+        # read the wanted signals and unpack their numbers
         read_ones = {id(signal) for signal in wanted}
         for signal in signals:
             table = [np.empty(0)] * len(signal.names)
@@ -70,6 +72,7 @@ def read(path: Path, request: Request) -> Raw:
                 for values in table:
                     unpack(values, packing)
                 scaled += [signal.name] if packing.scales else []
+            # columns with unit, quantity and subject
             said = [signal.said(key) for key in ("quantity", "subject")]
             columns += [
                 Column(full, signal.unit, values, None, *said) for full, values in zip(signal.names, table, strict=True)
@@ -78,6 +81,7 @@ def read(path: Path, request: Request) -> Raw:
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
+    # notes on scaled numbers and origins of times
     notes = [f"scaled by scale_factor and add_offset of the file: {', '.join(scaled)}"] if scaled else []
     notes += [f"times count from {origin} {unit}" for unit, origin in origins.items()]
     return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME, tuple(notes))

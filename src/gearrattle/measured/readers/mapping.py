@@ -177,6 +177,7 @@ def _mapped(
     row: ChannelTable, raw: Raw, columns: Mapping[str, Column], where: str, *, is_last_use: bool
 ) -> tuple[Mapped, list[str]]:
     """Find a channel's column and bring it to SI, where it stands if no other channel is made of it."""
+    # the column of the file
     name = row.source or row.name
     column = columns.get(name)
     if column is None:
@@ -185,6 +186,7 @@ def _mapped(
         key = "name" if row.source is None else "source"
         remedy = did_you_mean(name, names[:100]) or 'source = "..." tells what the file calls it'
         raise ModelError(Problem(f"{where}.{key}", shown(name), rule, remedy))
+    # its unit, and the factor to SI
     measured = row.measured or row.quantity
     notes = []
     if row.unit is not None and column.unit and row.unit.strip() != column.unit.strip():
@@ -195,6 +197,7 @@ def _mapped(
         raise ModelError(
             Problem(f"{where}.unit", shown(column.unit), f"{raw.source}: {error.rule}", error.remedy)
         ) from None
+    # values in SI, with scale and offset
     values = column.values if is_last_use else column.values.copy()
     values *= row.scale
     values += row.offset

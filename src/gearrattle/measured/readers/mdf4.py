@@ -61,6 +61,7 @@ def _is_unfinished(head: bytes) -> bool:
 
 def read(path: Path, request: Request) -> Raw:
     """Return its channels of numbers."""
+    # refuse files that are damaged or not finished
     mdf = _library(path)
     with opened(path) as stream:
         if _is_unfinished(stream.read(_IDENTIFICATION)):
@@ -70,17 +71,20 @@ def read(path: Path, request: Request) -> Raw:
     with redirect_stdout(io.StringIO()), _opened(mdf, path) as file:  # the library prints what it cannot decode
         _check_long_records(file)
         _check_records(file)
+        # channels other than the masters, in the order of the file; names made distinct
         places = {_master(file, group) for group in range(len(file.groups))}
         channels = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
         count = Counter(name for name, _, _ in channels)
         entries = [(name if count[name] == 1 else f"{name}[{group}]", group, index) for name, group, index in channels]
         entries.sort(key=lambda entry: entry[1:])
+        # read the columns, if the memory suffices
         _check_size(file, entries, request)
         columns, skipped, without_times = _columns(file, entries, request, path)
     if not columns and without_times:
         raise without_times[0]
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
+    # notes on channels and groups left out
     notes = [f"no signals, left out: {', '.join(skipped)}"] if skipped else []
     for error in without_times:
         problem = error.problems[0]
@@ -98,6 +102,7 @@ def _columns(
     ModelError
         a channel that is asked for by its name has no times.
     """
+    # the times of every group, read once
     columns: list[Column] = []
     skipped: list[str] = []
     times: dict[int, Array | ModelError] = {}
@@ -115,11 +120,13 @@ def _columns(
             continue
         if request.names is None and (group, index) in chosen:
             continue
+        # numbers of the channel; texts and arrays are no signals
         signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
         values = np.asarray(signal.samples)
         if values.ndim != 1 or values.dtype.kind not in "fiu":
             skipped.append(name)
             continue
+        # invalid numbers become gaps
         values = _valid(file, group, index, signal)
         said = _comment_entries(signal.comment or "")
         columns.append(Column(name, signal.unit or "", values, own, **said))

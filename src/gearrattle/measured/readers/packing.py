@@ -77,6 +77,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
     ModelError
         a scale or an offset that is no finite number, or a scale of zero.
     """
+    # scale and offset; numbers that are stored as signed and meant unsigned
     scale = _factor(attributes, "scale_factor", 1.0, location)
     offset = _factor(attributes, "add_offset", 0.0, location)
     unsigned = kind.kind == "i" and _text(attributes.get("_Unsigned", "")).lower() == "true"
@@ -88,9 +89,11 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
         rounded = numbers.astype(kind).astype(np.float64) if kind.kind == "f" else numbers
         return [float(x) + (wraps if x < 0.0 else 0.0) for x in rounded]
 
+    # stored numbers that are gaps
     missing = [x for name in ("_FillValue", "missing_value") for x in stored(name)]
     if "_FillValue" not in attributes and fill == _FILLS.get(f"{kind.kind}{kind.itemsize}"):
         missing.append(fill + (wraps if fill < 0.0 else 0.0))
+    # the valid range, of stored numbers or of values
     both = stored("valid_range")
     lowest, highest = both if len(both) == 2 else (-np.inf, np.inf)
     for lower in stored("valid_min")[:1]:

@@ -37,6 +37,7 @@ def read(path: Path, request: Request) -> Raw:
     columns = []
     with opened_hdf5(path) as file:
         check_format(file.attrs["format"], path, "run")
+        # variables of a run, by the axis they lie along, with their units
         time = np.array(file["time"][...])
         tables = tomllib.loads(str(file.attrs["model"]))
         meshes = {row["name"] for row in tables.get("mesh", ())}
@@ -47,6 +48,7 @@ def read(path: Path, request: Request) -> Raw:
             "force": ("clearance", "N*m", "N"),
             "element_torque": ("element", "N*m", "N*m"),
         }
+        # a column for every wanted inertia and element
         for variable, (axis, torsional, linear) in kept.items():
             quantity = "torque" if variable == "element_torque" else variable
             for k, subject in enumerate(file[axis].asstr()[...]):
@@ -54,6 +56,7 @@ def read(path: Path, request: Request) -> Raw:
                 if request.wants(name):
                     unit = "" if plain else linear if subject in meshes else torsional
                     columns.append(Column(name, unit, np.array(file[variable][:, k]), time, quantity, subject))
+        # the speed of a sweep
         if "speed" in file:
             columns.append(Column("speed", "" if plain else "rad/s", np.array(file["speed"][...]), time, "speed"))
         title = str(file.attrs.get("title", ""))

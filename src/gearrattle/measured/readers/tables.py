@@ -207,6 +207,7 @@ class ChannelTable(Table):
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches between what was measured, its unit and what it becomes."""
+        # a quantity must follow from what was measured
         quantity = table.get("quantity")
         measured = table.get("measured") or quantity
         if quantity not in QUANTITIES or measured not in QUANTITIES:
@@ -221,6 +222,7 @@ class ChannelTable(Table):
             rule = f"{with_article(measured)} does not become {with_article(quantity)}"
             remedy = "angle, velocity, acceleration, shaft angle and speed become one another"
             yield Breach(("measured",), measured, rule, f"{remedy}, but for an acceleration a mean rotation")
+        # keys that belong to other channels
         if table.get("tacho") is not None and (measured != "pulses" or quantity == "pulses"):
             rule = "belongs to pulses that become an angle or a speed"
             yield Breach(("tacho",), table["tacho"], rule, 'measured = "pulses"')
@@ -229,6 +231,7 @@ class ChannelTable(Table):
         if table.get("align") is not None and table.get("file") is None:
             rule = "belongs to a channel of a second file"
             yield Breach(("align",), table["align"], rule, 'such as file = "second.wav"')
+        # the unit must be one of what was measured
         if isinstance(table.get("unit"), str):
             try:
                 factor(table["unit"], measured)

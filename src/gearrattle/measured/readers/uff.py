@@ -187,6 +187,7 @@ def _history(block: Block, location: str) -> _History:
     ModelError
         its header cannot be read.
     """
+    # the header: kind and number of values, first time and step
     if len(block.lines) < HEADER:
         raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {HEADER} lines of header"))
     factor, notes = _seconds(block)
@@ -198,6 +199,7 @@ def _history(block: Block, location: str) -> _History:
     if even and not step > 0.0:
         rule = "must have samples a step above zero apart"
         raise ModelError(Problem(f"{location}, record 7", block.lines[6].strip(), rule))
+    # times repeated in full digits by this package's own writer
     exact = _TIMES.search(block.lines[3])
     if exact and factor == 1.0 and abs(float(exact[2]) - step) <= _DIGITS * step:
         first = float(exact[1])

@@ -121,6 +121,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
     ModelError
         the file is shorter than its header says, or has no samples.
     """
+    # kind of file and order of bytes
     size = os.fstat(stream.fileno()).st_size
     kind = stream.read(12)[:4]
     if kind not in _KINDS:
@@ -128,6 +129,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
     order = ">" if kind == b"RIFX" else "<"
     form = b""
     long = 0
+    # go from block to block until the samples
     while len(chunk := stream.read(8)) == 8:
         name, length = struct.unpack(f"{order}4sI", chunk)
         start = stream.tell()
@@ -140,6 +142,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
             return _Samples(kind, order, form, taken, notes)
         if length > rest:
             raise _shorter(path, rest, "a header", length)
+        # lengths and form of the samples
         if name == b"ds64":  # lengths of RF64, which holds more than 4 GB
             long = int(struct.unpack("<QQ", stream.read(16))[1])
         if name == b"fmt ":

@@ -114,10 +114,12 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
         rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
         samples in a cycle.
     """
+    # errors of the measured and the simulated level are relative to the measured one
     ratio = level.simulated / level.measured if level.measured > 0.0 else float("nan")
     share = 100.0 * ratio
     noise, calibration, samples = stated
     scatter = [share * float(spread[row, channel]) for spread in known.scatter]
+    # the contributions
     rows = [
         Contribution("measured scatter", scatter[0], "cycle to cycle, block bootstrap; unstated noise is in it"),
         Contribution("simulated scatter", scatter[1], "cycle to cycle, block bootstrap"),
@@ -137,10 +139,12 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
         Contribution("numerical", share * float(known.numerical[row, channel]), known.numerical_words),
         Contribution("parameters", share * float(known.parameters[row, channel]), known.parameters_words),
     ]
+    # expanded uncertainty: Student's factor for the scatters, 1.96 for the others
     others = [row.value for row in rows[2:] if np.isfinite(row.value)]
     relative = [np.asarray(spread[row, channel]) for spread in known.scatter]
     reach = float(factor((relative[0], relative[1]), known.freedoms)) * float(np.hypot(scatter[0], scatter[1]))
     expanded = float(np.hypot(reach, NORMAL * np.sqrt(np.sum(np.square(others)))))
+    # the remainder beyond it
     beyond = max(0.0, abs(level.sigma) - expanded) if np.isfinite(level.sigma) else float("nan")
     return replace(
         level, budget=tuple(rows), expanded=expanded, remainder=float(np.copysign(beyond, level.sigma)) + 0.0

@@ -161,6 +161,7 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
     ModelError
         fewer than ``FEWEST`` cycles.
     """
+    # the span that filters leave, in whole cycles
     margin, step = margin_of(period, setting), period / setting.samples
     begin, end = max(bounds[0], source.first + margin), min(bounds[1], source.last - margin)
     if whole_start:
@@ -171,15 +172,18 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         rule = f"is too short: at least {FEWEST} cycles are needed to tell scatter from difference"
         remedy = f"a longer record or run; {margin:.3g} s at each end go to filters"
         raise ModelError(Problem(source.name, value, rule, remedy))
+    # the grid of samples, from the start of the record to its end
     before = int(np.floor((begin - source.first) / step + 1e-9))
     total = before + int(np.floor((source.last - begin) / step + 1e-9)) + 1
     grid = np.clip(begin + step * (np.arange(total) - before), source.first, source.last)
     used = slice(before, before + count * setting.samples)
+    # resample, filter and treat the trend, channel by channel
     kept, treated = [], []
     for near in resample(source.values, source.interval, source.first, grid, 1.0 / step).T:
         kept.append(near[used])
         band = filtered(near, 1.0 / step, "highpass", (setting.lowest,), _HIGH_PASS) if setting.lowest else near
         treated.append(_levelled(grid[used], band[used], setting.trend))
+    # cut into cycles
     shape = (len(kept), count, setting.samples)
     both = (np.moveaxis(np.reshape(array, shape), 0, -1) for array in (treated, kept))
     values, whole = (np.ascontiguousarray(array) for array in both)

@@ -127,15 +127,18 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
     """Return the bands of every channel: thirds of an octave that hold a bin, within ``band`` [Hz]."""
     measured, simulated = spectra
     frequency = simulated.frequency
+    # edges of the bands: thirds of an octave
     first = max(band[0], 0.75 * float(frequency[1]))
     edges = first * 2.0 ** (np.arange(int(np.ceil(3.0 * np.log2(band[1] / first))) + 1) / 3.0)
     edges[-1] = band[1] * (1.0 + 1e-9)
+    # power of every channel in the whole band compared
     whole = [spectrum.density[frequency <= band[1]].sum(axis=0) for spectrum in spectra]
     bands: list[list[Band]] = [[] for _ in range(measured.density.shape[1])]
     for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         inside = (frequency >= low) & (frequency < high)
         if not inside.any():
             continue
+        # power in the band; a band of rounding alone is left out
         for c, rows in enumerate(bands):
             one, other = measured.density[inside, c], simulated.density[inside, c]
             power = float(one.sum()), float(other.sum())
@@ -144,6 +147,7 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
             )
             if min(power) <= 0.0 or share < _ROUNDING:
                 continue
+            # limits of the ratio by the F distribution
             n = averages(measured.periodograms[inside, c]), averages(simulated.periodograms[inside, c])
             ratio = power[0] / power[1]
             middle, least, most = (float(10.0 * np.log10(value)) for value in (ratio, *limits(ratio, *n)))

@@ -47,17 +47,21 @@ def explained(
     cycles, draws
         measured, simulated.
     """
+    # effects of the parameters on the levels, and the differences of the levels
     slopes, errors = effects(drawn)
     ratio = np.array([[_log(pair.levels[m]) for pair in pairs] for m in range(len(MEASURES))])
     used = np.flatnonzero(np.isfinite(ratio[_RMS]))
     if not np.isfinite(slopes).all() or not used.size:
         return None
+    # parameters of largest posterior probability, and their covariance
     g, d = slopes[:, _RMS, used].T, ratio[_RMS, used]
     v = _covariance(pairs, cycles, draws)[np.ix_(used, used)] + np.diag(np.sum(errors[:, _RMS, used] ** 2, axis=0))
     shift, spread = update(g, d, v, drawn.correlation)
+    # squared differences before and after
     left = d - g @ shift
     squares = float(d @ np.linalg.solve(v, d)), float(left @ np.linalg.solve(v, left))
     names = tuple(pairs[c].name for c in used.tolist())
+    # effects of every parameter on every level
     parameters = []
     for p, (path, (value, error)) in enumerate(drawn.errors.items()):
         channel_effects = tuple(
@@ -121,6 +125,7 @@ def correlation(covariance: Array) -> Array:
 
 def sentences(explanation: Explained) -> list[str]:
     """Say which parameter could explain most, and which cannot be told apart."""
+    # the parameter that alone explains a channel soonest
     texts = []
     seen = [
         (abs(effect.needed), parameter, effect)
@@ -136,11 +141,13 @@ def sentences(explanation: Explained) -> list[str]:
                 f"{channel}: of the parameters alone {parameter.path} explains the rms soonest, {needed:.2g} of its "
                 "standard errors away."
             )
+    # all parameters together
     texts.append(
         f"Together the parameters take the squared differences of {counted(len(explanation.channels), 'channel')} from "
         f"{explanation.chi_square[0]:.3g} to {explanation.chi_square[1]:.3g} standard errors squared, moved by "
         f"{max((abs(p.shift) for p in explanation.parameters), default=0.0):.2g} of their own at most."
     )
+    # pairs of parameters that the levels leave exchangeable
     names = [parameter.path for parameter in explanation.parameters]
     for i, row in enumerate(explanation.estimated):
         for j, value in enumerate(row[:i]):

@@ -94,14 +94,17 @@ def compare_impacts(
     ModelError
         a threshold for what is no clearance, for what was not measured, or not above zero.
     """
+    # exact impacts of the run, and the ends of the cycles
     names = trajectory.layout.clearance_names
     counted = counted_of(names, channels, thresholds)
     impacts, simulated = find_impacts(trajectory), cycles[1]
     edges = simulated.start + simulated.period * np.arange(simulated.count + 1)
     compared = []
     for k, name in enumerate(names):
+        # exact rate and its standard error
         exact = np.histogram(impacts.of(k).time, edges)[0].astype(np.float64)
         error = float(draws[1].error(draws[1].means(exact))) if np.ptp(exact) else 0.0
+        # a clearance that is not counted, and why
         if name not in counted:
             nan = float("nan")
             measurable = any(subject == name for _, subject in _countable(channels).values())
@@ -109,8 +112,10 @@ def compare_impacts(
             words = f"not counted in the measurement: {why}"
             compared.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))
             continue
+        # passings of the threshold in both records, counted alike
         i, threshold = counted[name]
         one, other = (passings(cycle.whole[:, :, i], threshold) for cycle in cycles)
+        # interval of the difference of the rates
         errors = draws[0].error(draws[0].means(one)), draws[1].error(draws[1].means(other))
         reach = float(factor(errors, (draws[0].freedom, draws[1].freedom)) * np.hypot(*errors))
         apart = float(one.mean() - other.mean())

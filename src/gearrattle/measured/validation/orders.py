@@ -132,6 +132,7 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     frequency
         of it [Hz].
     """
+    # standard errors of the lines, along and across their direction, and their intervals
     errors = measured.draws.error(measured.along()), simulated.draws.error(simulated.along())
     turned = measured.draws.error(measured.across()), simulated.draws.error(simulated.across())
     freedoms = measured.draws.freedom, simulated.draws.freedom
@@ -140,14 +141,17 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     spread = factor(turned, freedoms) * together
     compared = []
     for c in range(measured.mean.shape[1]):
+        # strongest lines of the channel
         one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
         chosen, there = strongest((one, other), (errors[0][:, c], errors[1][:, c]))
         rows = []
+        # relative error of the amplitude, and its interval
         for k in chosen:
             a = float(one[k])
             b = float(other[k])
             far = float(reach[k, c])
             ratio = 100.0 / a if there[0][k] else float("nan")
+            # phase on one clock; open where an amplitude is lost in its scatter
             phase = float(np.angle(measured.mean[k, c] * np.conj(simulated.mean[k, c]), deg=True))
             both = there[0][k] and there[1][k]
             phase, error, wide = (

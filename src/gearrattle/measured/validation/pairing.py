@@ -51,6 +51,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     ModelError
         a name that is not there, no pair at all, units that differ.
     """
+    # pairs stated by name
     problems = [
         Problem("match", name, f"is no channel of {recording.source}; there are {listed(recording.names)}")
         for recording, names in ((measured, match.keys()), (simulated, match.values()))
@@ -60,6 +61,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     if problems:
         raise ModelError(problems)
     pairs: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
+    # pairs by quantity and subject; a velocity comes before a speed
     notes = []
     for channel in sorted(measured.channels, key=lambda channel: channel.quantity == "speed"):
         if channel.name in match or not channel.quantity:
@@ -75,11 +77,13 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
             notes.append(f"{channel.name}: {partner.name} is compared with {taken[0]} already; left out")
             continue
         pairs.append((channel, partner))
+    # refuse no pair at all, and units that do not agree
     if not pairs:
         raise ModelError(_nothing(measured, simulated))
     wrong = [_unit(one, other, measured.source) for one, other in pairs if other.unit not in one.unit.split(" or ")]
     if wrong:
         raise ModelError(wrong)
+    # a speed is compared without its mean; channels without partner
     pairs = [(_like(replace(one, unit=other.unit), other, notes), other) for one, other in pairs]
     with_partner = {one.name for one, _ in pairs}, {other.name for _, other in pairs}
     alone = tuple(name for name in measured.names if name not in with_partner[0])

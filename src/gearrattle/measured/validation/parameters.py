@@ -35,12 +35,14 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
     ModelError
         a path that does not exist, a value that is not a positive number, an error that is not between 0 and the value.
     """
+    # standard errors by path
     stated = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables = model.to_tables()
     errors = {path: error for named, error in stated.items() for path in paths_at(tables, named)}
     names = model.paths()
     problems = []
     values = {}
+    # refuse unknown paths, and errors or values that are not positive
     for path, error in errors.items():
         if path not in names:
             remedy = did_you_mean(path, names)

@@ -97,6 +97,7 @@ def validate(
     >>> [(level.measure, round(level.sigma, 1)) for level in gr.validate(run, rig).pairs[0].levels]
     [('peak-to-peak', 2.0), ('rms', 1.9)]
     """
+    # check the arguments
     check_arguments(progress=(CALLBACK, progress))
     wanted = Wanted(
         match or {},
@@ -116,6 +117,7 @@ def validate(
     problems = list(problems_of(wanted))
     if problems:
         raise ModelError(problems)
+    # the recording, and the model or run
     recording = measurement if isinstance(measurement, Recording) else read(measurement)
     driveline = opened(model)
     if isinstance(driveline, Model):

@@ -84,6 +84,7 @@ def _elements(part: Part, order: str) -> Iterator[_Element]:
 
 def _variable(part: Part, order: str, prefix: str, depth: int, is_closed: bool) -> Iterator[Variable]:
     """Yield one matrix, or the fields of a structure."""
+    # flags, shape and name
     elements = _elements(part, order)
     flags = _numbers(next(elements, None), f"{order}u4")
     if not flags:
@@ -94,6 +95,7 @@ def _variable(part: Part, order: str, prefix: str, depth: int, is_closed: bool) 
     name = f"{prefix}.{own}" if prefix and own else prefix or own
     if not name:
         return  # what objects of MATLAB hold stands behind all variables, in one without a name
+    # one variable, by its class
     if kind == _OPAQUE:
         next(elements, None)
     if kind in (_OPAQUE, _OBJECT, _FUNCTION):
