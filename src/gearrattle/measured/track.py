@@ -24,6 +24,8 @@ class Track(Record):
     ----------
     channel, partner
         measured and simulated one.
+    unit
+        of the amplitudes.
     order
         multiple of the shaft's speed [1].
     speed

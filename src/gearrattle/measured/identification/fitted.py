@@ -40,8 +40,12 @@ class FittedParameter:
         as ``Model.with_`` takes it.
     start
         value in the model given.
+    value
+        fitted value.
     standard_error
         of the value, to first order; inf if the data leave it open, NaN on a bound.
+    lower, upper
+        bounds.
     at_bound
         "lower", "upper" or empty.
     interval

@@ -58,6 +58,8 @@ class Combination:
     factor
         the standard error of s as a factor: it is known to within times or divided by this; inf if structural
         or not noticed to first order.
+    words
+        the same in a sentence.
     """
 
     exponents: Mapping[str, float]

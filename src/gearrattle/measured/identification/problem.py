@@ -41,6 +41,8 @@ class Residual:
         SI unit; empty for amplitudes of a shape.
     measured, fitted
         values; of a shape the fitted one is scaled to the measured one.
+    standard_error
+        of the measured value.
     residual
         (fitted - measured) / standard_error.
     """

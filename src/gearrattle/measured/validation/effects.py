@@ -13,6 +13,8 @@ class Effect(Record):
 
     Attributes
     ----------
+    channel
+        measured one.
     measure
         "rms" or "peak-to-peak".
     value
@@ -37,12 +39,16 @@ class Parameter(Record):
 
     Attributes
     ----------
+    path
+        in the model.
     value, standard_error
         as stated [SI].
     shift
         by how many standard errors the levels pull it, all parameters together [1].
     left
         standard error after the levels, as a share of the stated one [1].
+    effects
+        on every level.
     """
 
     path: str
@@ -73,6 +79,8 @@ class Explained(Record):
         (C,) what is left of it at the shifts [%].
     chi_square
         (2,) squares of both in standard errors of all but the parameters, added up.
+    runs
+        behind the effects.
     """
 
     parameters: tuple[Parameter, ...]

@@ -26,8 +26,12 @@ class Contribution(Record):
 
     Attributes
     ----------
+    source
+        what may be wrong.
     value
         its standard uncertainty [% of the measured level]; NaN where it is not known.
+    how
+        how the value was obtained.
     """
 
     source: str
@@ -51,6 +55,8 @@ class Level(Record):
         interval of sigma from the scatter of the cycles on both sides [%].
     standard_error
         of sigma, from the same scatter [%].
+    budget
+        contributions to the uncertainty of sigma.
     expanded
         root of their sum of squares, times the factor of a 95 % interval [%].
     remainder
@@ -184,6 +190,8 @@ class Pair(Record):
     ----------
     name
         of the measured channel.
+    partner
+        of the simulated one.
     quantity, subject, unit
         what both are; SI.
     levels
@@ -194,6 +202,8 @@ class Pair(Record):
         ascending.
     agreement
         correlation of the two mean cycles on one clock [1].
+    curves
+        for figures.
     """
 
     name: str
@@ -222,6 +232,8 @@ class Impacts(Record):
 
     Attributes
     ----------
+    clearance
+        its name.
     exact, exact_error
         rate from the crossings of the run, and its standard error [1/cycle].
     channel
@@ -232,6 +244,8 @@ class Impacts(Record):
         rates of passings of the threshold, counted alike in both channels [1/cycle].
     low, high
         interval of measured less simulated [1/cycle].
+    words
+        what was done, or why not.
     """
 
     clearance: str
@@ -262,6 +276,8 @@ class Clock(Record):
         of the delay [s].
     agreement
         correlation at that delay.
+    rival
+        largest correlation at a delay apart from it.
     period
         of the model [s].
     measured_period
