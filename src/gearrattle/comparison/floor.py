@@ -15,9 +15,9 @@ A motion whose error is c e may differ from the reference by no more than
     impact rate           one impact: it may lie on either side of the edge of the cycles compared
     impulse               RESOLVED of their rms
 
-``halving`` is what leaving out every second sample changes of pp(x): a peak is known no better than samples show it. So
-a motion whose error is below a hundredth of every signal has no different level, spectrum or ratio of levels: it is the
-same motion, and its error is what there is to say. One that is farther off gets no more than that hundredth.
+``halving`` is the change of pp(x) when every second sample is left out: a peak is known only as well as the samples
+show it. So a motion whose error is below a hundredth of every signal has no different level, spectrum or ratio of
+levels: it is the same motion, and only its error is given. Of a larger error only that hundredth counts.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Exact motions from nearby starts: differences for which no algorithm is to blame.
 
-A motion begun a thousandth of a half-gap away is as true as the one asked for; where it comes to differ in its
-statistics, rounding or a tolerance may lead as well. Twenty of them and the exact motion itself are the fewest against
-which another can be told apart in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is one of them
-because a motion may be singular among its neighbours: it rests where they swing to rest.
+A motion that begins a thousandth of a half-gap away is as correct as the one asked for. Where its statistics differ,
+rounding or a tolerance may cause the same difference. Twenty such motions and the exact one itself are the fewest with
+which a correct motion is called different in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is
+among them because it may be singular: it may rest where its neighbours still swing.
 """
 
 from __future__ import annotations

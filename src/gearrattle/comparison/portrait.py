@@ -1,7 +1,7 @@
 """Statistics of a motion: levels, spectra, rates of impacts and their impulses.
 
-Two right motions beyond the predictability horizon have nothing else in common. A portrait is small beside the motion
-it is taken of, so that many can be kept.
+Beyond the predictability horizon two correct motions have only these in common. A portrait needs much less memory than
+its motion, so many can be kept.
 """
 
 from __future__ import annotations

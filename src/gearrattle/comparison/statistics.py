@@ -1,15 +1,20 @@
 """Statistics of a motion against those of exact ones, beyond the predictability horizon.
 
-How far may these be apart? The exact solution is asked: twenty-one exact motions, begun within a thousandth of a
-half-gap of the same start (``peers``), show what a correct motion may come to. A motion's statistic is called
-*different* if it lies farther from theirs than any of theirs from the others, which chance gives one motion in
-twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come in bursts, and levels wander.
+Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics. Twenty-one
+exact motions, begun within a thousandth of a half-gap of the same start (``peers``), show how far correct motions
+differ. A motion's statistic is called *different* if it lies farther from theirs than any of theirs from the others,
+which chance gives one motion in twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come
+in bursts, and levels wander.
 
-Nothing is called different, however certain, that the motion's own error explains (``floor``), where that error is
-known: motions that repeat themselves have no scatter, and accurate ones differ in the last digits of their tolerance.
-Nor if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``), nor by less than ``NEGLIGIBLE`` of the loudest
-cycle of the whole motion, start-up included: what is left when a motion has come to rest is rounding and tolerance.
-Such statistics are *equal*. With many items some are called different by chance; their expected number is given.
+Three kinds of difference do not count, however certain they are; such statistics are *equal*:
+
+* one that the motion's own error explains (``floor``), where that error is known: motions that repeat themselves have
+  no scatter, and accurate ones differ in the last digits of their tolerance;
+* one of less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``);
+* one of less than ``NEGLIGIBLE`` of the loudest cycle of the whole motion, start-up included: when a motion has come to
+  rest, only rounding and tolerance are left.
+
+With many items some are called different by chance; their expected number is given.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@
 
 and kappa, its mean over the first five harmonics (Padmanabhan et al. 1995, sec. 8: 128 points, 4 ensembles). From few
 segments it is far from zero even for independent signals: for Gaussian ones its density is (n - 1)(1 - x)^(n - 2)
-whatever their spectra, so its mean is 1/n and its 95 % point 1 - 0.05^(1/(n - 1)) (G. C. Carter, C. H. Knapp,
-A. H. Nuttall 1973, IEEE Trans. Audio Electroacoust. AU-21, 337-344). Four segments: 0.25 and 0.63. Both go with every
-value. Gain and delay do not lower a coherence: it tells of a shared origin, not of a small error.
+whatever their spectra, so its mean is 1/n and its 95 % point 1 - 0.05^(1/(n - 1)) (G. C. Carter, C. H. Knapp, A. H.
+Nuttall 1973, IEEE Trans. Audio Electroacoust. AU-21, 337-344). Four segments: 0.25 and 0.63. Both are given with every
+value. Gain and delay do not lower a coherence: it shows a common origin, not a small error.
 """
 
 from __future__ import annotations

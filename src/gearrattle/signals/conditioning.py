@@ -7,8 +7,8 @@
 with fc = 0.45 f and w a Kaiser window of 86 dB (J. F. Kaiser 1974, Proc. IEEE Int. Symp. Circuits and Systems, 20-23):
 what lies below 0.4 f passes within 1e-4, what lies above 0.5 f is lower by 80 dB, so nothing folds back. Any ratio of
 rates will do. The kernel reaches 30 / f to either side. Beyond its ends a signal is continued by its point reflection
-there, which is not how it went on: nearer to an end than this reach nothing is promised, and what lies at 0.4 f is off
-by up to 0.42 of its amplitude. ``reach`` says it.
+there, which is not the true signal: nearer to an end than this reach the errors above do not hold, and a line at 0.4 f
+is wrong by up to 0.42 of its amplitude. ``reach`` returns this length.
 
 *Filters* are digital Butterworth sections run forwards and backwards: no phase, twice the order. A low pass has
 the gain

@@ -23,7 +23,7 @@ N. R. Goodman 1965, AFFDL-TR-65-57) is good for n > 20 only.
     r^2 = ((1 - p)^(-1 / (n - 1)) - 1) (1 - x) / x
 
 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed. 2010, sec. 9.2: the F quantile of 2 and 2 n - 2 degrees of freedom in
-closed form); gain and phase lie within |H| (1 +- r) and arcsin r at once, so each by itself is safer than stated.
+closed form); gain and phase lie within |H| (1 +- r) and arcsin r both at once, so the probability of each is above p.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The sums begin at zero, every chunk of a motion adds to them, and their size does not grow with the number of chunks. A
 contact that a chunk ends within is kept open, with force integral, speed and time at its start; the first crossing of
-the same corner in a later chunk closes it, so that what counts is the whole contact. The compiled loop
-(``kernels.tallies``) is the one that batches of variants use.
+the same corner in a later chunk closes it, so the whole contact counts. Batches of variants use the same compiled loop
+(``kernels.tallies``).
 """
 
 from __future__ import annotations

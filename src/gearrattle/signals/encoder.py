@@ -2,8 +2,8 @@
 
 An encoder falls by its span from one sample to the next. An analogue output that was filtered, or sampled in the fall,
 has samples in between: there the steps are far from those around them, modulo the span. Such samples are replaced by
-the cubic spline through all others. What counts is the step less the usual one, the median of those around: over a
-fall it sums up to minus the span, however many steps it takes.
+the cubic spline through all others. The excess of a step over the usual one, the median of those around, is added up:
+over a fall the sum is minus the span, however many steps the fall takes.
 """
 
 from __future__ import annotations

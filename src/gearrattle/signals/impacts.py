@@ -9,9 +9,9 @@ forces Q and the error e,
 
     m_eff delta'' = F_0 - F,    F_0 = m_eff (w M^-1 Q - e''),    integral of (F - F_0) dt = m_eff (v - v').
 
-The *contact impulse*, the integral of F itself, has the static load in it and grows with the length of the contact.
-A contact still closed when the motion ends is *censored*: its contact impulse and duration count up to the end, and
-v' is taken as 0, for it has not rebounded. In a staged clutch damper every stage that is entered from within is such a
+The *contact impulse*, the integral of F itself, has the static load in it and grows with the length of the contact. A
+contact still closed when the motion ends is *censored*: its contact impulse and duration count up to the end, and v' is
+taken as 0, as there is no rebound yet. In a staged clutch damper every stage that is entered from within is such a
 contact. (Where delta = 0 is a corner and just one of the two pieces that meet there is a gap, passing from the gap into
 the other is an impact as well.)
 """

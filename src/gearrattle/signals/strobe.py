@@ -2,13 +2,13 @@
 
 A driven motion seen at t = t_0 + k T is a sequence of points x_k. It repeats after n periods iff x_{k+n} = x_k, and a
 settled motion is then described by n points, its *orbit*; the same motion begun some periods later is the same orbit,
-its points rotated (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Nothing measured is ever quite equal, so:
+its points rotated (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Computed points are never exactly equal, so:
 
 * n is the smallest number for which, over the last half of the points, every x_{k+n} is within ``tolerance`` of x_k. A
   motion that still creeps, is quasi-periodic, chaotic or longer than the points can show has none;
 * the distance of two orbits is the largest of their points' distances, in the best of the n ways to turn one of them.
-  Orbits nearer than ``same`` to the first of their group are one group. The distance of groups is given (``room``),
-  for a threshold proves nothing unless there is empty space about it.
+  Orbits nearer than ``same`` to the first of their group are one group. The distance of groups is given (``room``):
+  a threshold is reliable only if no distances lie near it.
 
 Points are given in units of their own (half a clearance, say); distances are the largest of their components.
 """

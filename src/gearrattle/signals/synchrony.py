@@ -5,8 +5,8 @@
     c(d) = sum x(t) y(t - d) / sqrt(sum x(t)^2 sum y(t - d)^2)
 
 over the samples both have is largest (C. H. Knapp, G. C. Carter 1976, IEEE Trans. ASSP 24, 320-327), refined by the
-parabola through three points. *Phase.* For a motion at steady speed, the phases of one frequency f are compared; what
-they tell repeats with 1/f, so the delay nearest to zero is meant.
+parabola through three points. *Phase.* For a motion at steady speed, the phases of one frequency f are compared; the
+delay is known up to multiples of 1/f, and the one nearest to zero is returned.
 
 The delay [s] is added to the times of the second record.
 """

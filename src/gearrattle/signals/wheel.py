@@ -9,12 +9,12 @@ compared: that the shaft did so, that up to five pulses in a row are lost, that 
 reading is the sum of the squared logarithms of its intervals over the wheel's, and ``_EDIT`` for every pulse lost or
 too many; the cheapest one is taken (A. J. Viterbi 1967, IEEE Trans. Inf. Theory 13, 260-269). On a full wheel a pulse
 is lost from about 1.63 intervals on. A step of the speed, a run-up or a vibration does not become cheaper by such a
-reading, for the median follows it.
+reading, as the median follows it.
 
 On a wheel with gaps the next gap decides. On a full one a repair must be certain as well: the shaft does not slow down
 towards the interval on either side, as it does before and after a standstill; and on a wheel with fewer than ``_FINE``
-teeth, over one of which a real speed may change by half, and near the ends, it must turn evenly there. What is not
-certain is left as it is and told. What recurs every turn is no fault of single pulses, but another wheel.
+teeth, over one of which a real speed may change by half, and near the ends, it must turn evenly there. A repair that is
+not certain is not made, but reported. A fault that recurs every turn means another wheel, not a lost pulse.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ second difference of the residuals over a step of 1e-7 is rounding where the mot
 simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
 central difference is best at the step h = (3 e / S)^(1/3).
 
-What is compared of a motion is not known here: lines of a mean cycle (``recorded``), or orders over speed (``run_up``).
+The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up`` (orders over speed).
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
 """Residuals of a recorded run-up in standard errors: amplitude and phase of every order over speed.
 
-A change of speed has no period. What a measured and a simulated run-up have in common are the orders of the shaft at
-every speed: complex amplitudes z of blocks of turns that overlap by half (``signals.order_tracking``). The simulated
-ones, s, are fitted over blocks that have the measured mean speeds. Of every channel, order and block
+A change of speed has no period. A measured and a simulated run-up have in common the orders of the shaft at every
+speed: complex amplitudes z of blocks of turns that overlap by half (``signals.order_tracking``). The simulated ones, s,
+are fitted over blocks that have the measured mean speeds. Of every channel, order and block
 
     r = Re(s exp(i o phi) conj(z) / |z|) - |z|,   Im(s exp(i o phi) conj(z) / |z|),   over sigma,
 
 phi the angle between the zeros of both shafts, one value a record that is fitted as well; without phases the sizes.
 
-Standard errors come from the scatter between blocks. Of e = z - s exp(i o phi) what is smooth over the blocks is the
-model's fault; what the second difference of neighbours leaves is noise. Blocks that overlap by half share, with Hann's
-weights, a sixth of their noise, so that
+Standard errors come from the scatter between blocks. The part of e = z - s exp(i o phi) that is smooth over the blocks
+is an error of the model; the second difference of neighbours leaves the noise. Blocks that overlap by half share, with
+Hann's weights, a sixth of their noise, so that
 
     E |e_(b-1) - 2 e_b + e_(b+1)|^2 = (6 - 8 / 6) E |e_b|^2.
 

@@ -1,8 +1,9 @@
 """Mean cycles of a model's motion from its output grid, which has a whole number of samples in each cycle.
 
-Lines of a band-limited record and of the run's own samples are the same within what resampling leaves open, as long as
-nothing folds back into the band; a validation's budget tells that. Accelerations jump at impacts, so that their samples
-fold back, and change by stairs as an impact passes a sample. So they are derivatives of the velocities, which do not.
+Lines of a band-limited record and of the run's own samples agree within the error of resampling, as long as nothing
+folds back into the band; the budget of a validation shows whether it does. Accelerations jump at impacts: their samples
+fold back, and change in steps as an impact passes a sample. Velocities do neither, so accelerations are computed as
+their derivatives.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reading of a data file, or of the same tables from Python, into ``Measurements``.
 
-What can be judged only beside the model is judged here too: names of inertias and elements, numbers of modes, the order
-of frequencies. Errors that were not given are assumed, and that is said.
+Checks that need the model are made here too: names of inertias and elements, numbers of modes, the order of
+frequencies. Standard errors that were not given are assumed, with a note.
 """
 
 from __future__ import annotations

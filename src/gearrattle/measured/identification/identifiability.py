@@ -1,7 +1,7 @@
 """Identifiability: combinations of parameters that the data do not determine.
 
 At the solution the residuals change with the logarithms of the parameters as J dx. Its null space is found from rows of
-unit length, so it does not depend on the standard errors, and is split by asking at other points too:
+unit length, so it does not depend on the standard errors, and is split by comparing it with those at other points:
 
 exact
     directions in the null space everywhere: p -> p s^n changes no datum, whatever s. Frequencies and shapes alone
@@ -16,8 +16,8 @@ weak
     directions v of the singular value decomposition J = U diag(s) V^T whose standard error 1/s exceeds ``WEAK``: the
     data bound them, but not to within a factor of e.
 
-The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a
-part in a structural direction has no standard error.
+The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a part
+in a structural direction has no standard error.
 """
 
 from __future__ import annotations

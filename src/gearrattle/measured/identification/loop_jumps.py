@@ -17,8 +17,8 @@ again.
     density of b  ~  sum over the density of r of  exp(-(S(b') - S(b)) / (2 tau s^2)) / W(r),
 
 W the integral over b' of the same without the jump, of which the density of r knows nothing, is the posterior with a
-flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its
-quantiles are exact intervals where a law is only shifted.
+flat prior, the best estimate of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its quantiles
+are exact intervals where a law is only shifted.
 """
 
 from __future__ import annotations

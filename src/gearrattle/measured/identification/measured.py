@@ -1,7 +1,8 @@
 """Measured modes and frequency responses in SI, each with the state the driveline was in.
 
 A *state* says which slope applies to every element (contact ratios, regions) and which elements are taken as rigid.
-Natural frequencies published for a lumped model are data of the full model with some elements rigid.
+Natural frequencies published for a lumped model are data of the full model with some elements rigid. ``data_file``
+reads the data, ``problem`` compares them with a model.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Axis, unit, counted values and scaling, declared for every reader.
 
-A reader that takes the wrong thing for an answer gives wrong numbers without a word. So each format has one row here.
-The table of docs/howto/measured-data.md is this one, and every cell has its test.
+A reader that gets one of these wrong gives wrong numbers without a message. So each format has one row here. The table
+of docs/howto/measured-data.md is this one, and every cell has its test.
 """
 
 from __future__ import annotations

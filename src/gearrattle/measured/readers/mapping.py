@@ -10,7 +10,7 @@
     of = "flywheel"
     unit = "rpm"
 
-Nothing is processed here: what is to be done stands in the tables, and ``calls`` has it done.
+Nothing is processed here: the tables state the processing, and ``gearrattle.measured.read`` does it.
 """
 
 from __future__ import annotations

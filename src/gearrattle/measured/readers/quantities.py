@@ -1,7 +1,7 @@
 """Quantities of channels, and the factors of their units to SI.
 
-The units are those of a model file, angle a dimension among them; spellings that measuring systems use beside them
-(``Nm``, ``1/min``, ``g``) are understood in measured files only.
+The units are those of a model file, with angle as a dimension. Other spellings of measuring systems (``Nm``, ``1/min``,
+``g``) are understood in measured files only.
 """
 
 from __future__ import annotations

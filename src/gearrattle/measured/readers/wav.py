@@ -1,10 +1,10 @@
 """WAV: samples at a whole rate, without names and without units; the mapping must tell them.
 
-Whole numbers are read as parts of full scale, -1 to 1, real numbers as they are. A recording is written as 64-bit real
-numbers in SI, not scaled: a player takes what exceeds 1 as too loud. A header without the length of the samples, of a
-recorder that was stopped or a program that wrote into a pipe, is read to the end of the file. Formats: IBM, Microsoft,
-Multimedia Programming Interface and Data Specifications 1.0 (1991); real numbers are format tag 3; ITU-R BS.2088 (RF64,
-BW64).
+Integers are read as fractions of full scale, -1 to 1, floating-point numbers as they are. A recording is written as
+64-bit floating-point numbers in SI, not scaled: a player clips numbers above 1. A header without the length of the
+samples, of a recorder that was stopped or a program that wrote into a pipe, is read to the end of the file. Formats:
+IBM, Microsoft, Multimedia Programming Interface and Data Specifications 1.0 (1991); real numbers are format tag 3;
+ITU-R BS.2088 (RF64, BW64).
 
 The columns of a file are called "1", "2", ...
 """

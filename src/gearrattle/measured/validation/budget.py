@@ -2,8 +2,8 @@
 
 Sources that are known are taken as independent and their squares add up (ASME V&V 20-2009: the comparison error E is
 set against u_val^2 = u_num^2 + u_input^2 + u_D^2): scatter of both records, noise and calibration as stated, sampling,
-the certified tolerance, parameters. The interval's factor is Student's t for the two scatters, 1.96 for the others.
-What of sigma lies beyond is the *remainder*: by at least that the model, or a source that was not named, is wrong.
+the certified tolerance, parameters. The interval's factor is Student's t for the two scatters, 1.96 for the others. The
+part of sigma beyond that interval is the *remainder*: by at least that the model is wrong, or a source is missing.
 """
 
 from __future__ import annotations

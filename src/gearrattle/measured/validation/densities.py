@@ -9,9 +9,9 @@ with r = 1, 2/3, 1/6 between bins of a Hann window, and K segments of which neig
 (P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; J. S. Bendat, A. G. Piersol, Random Data, ch. 8). The
 ratio of two such powers then has the limits ratio / F(0.975; 2n, 2m) and ratio / F(0.025; 2n, 2m).
 
-Rattle is not Gaussian: impacts come in bursts that raise all bins of a band at once and last for cycles. So n is no
-more than the scatter of the band's power from segment to segment says, mean^2 / variance of the mean, with the
-correlation of neighbours in it. Lines that repeat themselves scatter less than this grants: there orders tell more.
+Rattle is not Gaussian: impacts come in bursts that raise all bins of a band at once and last for cycles. So n is at
+most mean^2 / variance of the mean of the band's power over the segments, with the correlation of neighbours in it.
+Lines that repeat themselves scatter less than these limits allow: for them orders are the better comparison.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Impacts per cycle: exactly from the run's crossings, and counted alike in both records where a channel allows it.
 
 A measured record shows impacts only where it has the force or the deflection of a clearance, and only by a threshold
-that is stated: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated
-channel, in the same band, is counted in the same way; what that misses shows against the exact rate.
+that is stated: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated channel,
+in the same band, is counted in the same way; its difference from the exact rate shows the missed impacts.
 """
 
 from __future__ import annotations

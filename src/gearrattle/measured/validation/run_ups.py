@@ -1,13 +1,13 @@
 """``validate_run_up``: a simulated run-up against measured ones, order by order over speed.
 
-A change of speed has no period, so there are no cycles to average over: what two of them have in common is the
-amplitude of every order at every speed. Orders are fitted over blocks of as many turns in both (``order_cuts``), read
-at the same speeds by straight lines between blocks, and compared there,
+A change of speed has no period, so there are no cycles to average over. Two run-ups have in common the amplitude of
+every order at every speed. Orders are fitted over blocks of as many turns in both (``order_cuts``), read at the same
+speeds by straight lines between blocks, and compared there,
 
     sigma(n) = (measured - simulated) / measured,        over the run-up by the rms of the amplitudes over speed.
 
-What chance does shows only in repeated run-ups: with two or more the measured amplitude is their mean, its interval
-Student's. Phases are not compared, each shaft having a zero of its own; nor is what lies between orders.
+Random scatter shows only in repeated run-ups: with two or more the measured amplitude is their mean, its interval
+Student's. Phases are not compared, as each shaft has a zero of its own; nor is the signal between orders.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A sampled signal of a run or a recording, and the shaft that turns beside it, for spectra and orders.
 
-A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so what moves faster
-than half the rate folds back, and a note says where that can be. A recording is taken as it is, if its samples are
-uniform.
+A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so frequencies above
+half the rate fold back, and a note says where that can be. A recording is taken as it is, if its samples are uniform.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 netCDF has no complex numbers (Unidata, NetCDF User's Guide, data model); what h5netcdf writes of them is a file that
 other tools may refuse. So a cross density and a transfer function stand as real and imaginary part, and as magnitude
-and phase, each a labelled variable. What they are, and which limits enclose them, is said in ``densities``.
+and phase, each a labelled variable. Their definitions and limits stand in ``densities``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Meaning of the variables of a MAT file: signals, their names, and their times.
 
-A MAT file has no units and often no times, so what recorders put beside their signals is understood: ``Name`` and
-``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i; ``Tstart``,
-``Tinterval`` and ``Length`` as the times of the vectors beside them.
+A MAT file has no units and often no times. So the variables that recorders store beside their signals are understood:
+``Name`` and ``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i;
+``Tstart``, ``Tinterval`` and ``Length`` as the times of the vectors beside them.
 """
 
 from __future__ import annotations
