@@ -128,7 +128,7 @@ def side_by_side(
     progress: Progress | None = None,
     **grid: Any,
 ) -> Comparison:
-    """The same, as a Comparison; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
+    """Return the comparison of algorithms; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
     # check contenders, budget and settings before anything runs
     everyone = contenders(algorithms)
     check_names([reference, *(contender.algorithm for contender in everyone)])
@@ -196,7 +196,7 @@ def window_of(truth: Run, tolerance: float) -> float:
 
 
 class _Share:
-    """Deals one progress out to several runs."""
+    """One progress report, divided among several runs."""
 
     def __init__(self, progress: Progress | None, runs: int) -> None:
         self.progress = progress
@@ -205,7 +205,7 @@ class _Share:
         self.reached = 0.0
 
     def next(self) -> Progress:
-        """The progress of the next run; a run that is timed again does not go back."""
+        """Return the progress of the next run; repeated timing of a run does not move it back."""
         done, self.begun = self.begun, self.begun + 1
 
         def report_share(share: float) -> None:
@@ -251,7 +251,7 @@ def judged(
 
 
 def _where_there_is_enough(compute: Any) -> Any:
-    """What is computed, or None where the run is too short for it."""
+    """Return the result of a computation, or None where the run is too short for it."""
     try:
         return compute()
     except ModelError:

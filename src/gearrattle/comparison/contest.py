@@ -43,7 +43,7 @@ class Contender:
 
 @dataclass(frozen=True)
 class Result:
-    """How a contender did.
+    """Run of a contender, or the reason why there is none.
 
     Attributes
     ----------

@@ -67,7 +67,7 @@ class Floor:
 
 
 def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None = None) -> Floor:
-    """Return what the error of a motion explains of the differences in its statistics.
+    """Return the differences of statistics that the error of a motion explains.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _ratios(error: Array, signal: Array, base: int) -> tuple[Array, Array]:
 
 
 def _ratio(level: Array, moved: Array, base: int) -> Array:
-    """(n,) how far levels over that of ``base`` may move if each level does by ``moved``."""
+    """(n,) bounds of the change of levels over that of ``base`` if each level changes by ``moved``."""
     if level[base] <= moved[base]:
         return np.full(level.size, np.inf)
     return np.asarray((level + moved) / (level[base] - moved[base]) - level / level[base])

@@ -56,7 +56,7 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
 
 def _free_end(layout: Layout, element: int) -> int:
-    """The last inertia between which an element lies, of those whose motion is not prescribed."""
+    """Return the last inertia of an element whose motion is not prescribed."""
     free = [i for i in np.flatnonzero(layout.rows[element]).tolist() if i not in layout.prescribed]
     return max([i for i in layout.between[element].tolist() if i in free] or free)
 

@@ -28,7 +28,7 @@ PASSED = (1e-6, 1e-3, 1e-1)
 
 @dataclass(frozen=True)
 class PointwiseError(Record):
-    """The largest errors inside a window, and when the error outgrew what.
+    """The largest errors inside a window, and the times at which errors pass thresholds.
 
     Attributes
     ----------

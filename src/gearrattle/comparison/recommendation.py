@@ -21,7 +21,7 @@ _STABLE = 1.0 + 1e-9
 
 
 def is_sound(row: Row) -> bool:
-    """Whether nothing in its row speaks against an algorithm."""
+    """Whether no reason speaks against an algorithm."""
     if row.error is None or row.impacts is None:
         return False
     impacts = row.impacts.total
@@ -31,7 +31,7 @@ def is_sound(row: Row) -> bool:
 
 
 def _is_strange(row: Row) -> bool:
-    """Whether too many of its statistics lie outside."""
+    """Whether too many statistics of a motion lie outside those of exact ones."""
     return row.statistics is not None and row.statistics.different > STRANGE * len(row.statistics.items)
 
 
@@ -54,7 +54,7 @@ def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
 
 
 def _reasons(row: Row) -> Iterator[str]:
-    """What speaks against a motion."""
+    """Return the reasons against a motion."""
     assert row.error is not None and row.impacts is not None  # noqa: PT018 - it came to an end
     impacts = row.impacts.total
     if row.growth is not None and row.growth > _STABLE:

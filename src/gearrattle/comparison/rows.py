@@ -110,5 +110,5 @@ class Comparison(Result, Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user must know of the runs, each with the label of the run."""
+        """Notes of the runs, each with the label of its run."""
         return tuple(f"{row.label}: {note}" for row in self.rows[:-1] for note in row.notes)

@@ -192,7 +192,7 @@ def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[
 
 
 def _judged(distances: Array, *, large: bool, scatter: bool) -> tuple[float, Verdict, float]:
-    """p, verdict of the first, and how often chance alone calls one different."""
+    """Return p, the verdict on the first motion, and the probability that chance calls a motion different."""
     if distances.size * SIGNIFICANT <= 1.0 or np.isnan(distances).any():
         return float("nan"), "undecided", 0.0
     p, chance = rank(distances), 1.0 / distances.size if scatter else 0.0

@@ -33,7 +33,7 @@ def check_names(algorithms: Iterable[str]) -> None:
 
 
 def check_budget(budget: float) -> None:
-    """Check that a time is one.
+    """Check that a budget is a positive time.
 
     Raises
     ------

@@ -114,7 +114,7 @@ def compare_transmissibility(
 
 
 def elements_from(layout: Layout, start: int) -> IntArray:
-    """Return (n,) how many elements lie between each inertia and ``start``; -1 where no way leads, ground left out."""
+    """Return (n,) the number of elements between each inertia and ``start``; -1 without a way, ground left out."""
     distance = np.full(len(layout.inertia_names), -1, dtype=np.int64)
     distance[start] = 0
     touches = layout.rows != 0.0

@@ -28,7 +28,7 @@ _BESIDE = 1e-5  # of an interval: times that differ by less are the same
 
 
 class Conditioned(NamedTuple):
-    """A channel as it becomes: its own times, values, unit, and what was assumed."""
+    """Times, values and unit of a channel after its conversion, with notes on assumptions."""
 
     time: Array
     values: Array
@@ -37,7 +37,7 @@ class Conditioned(NamedTuple):
 
 
 def became(channel: Mapped) -> Conditioned:
-    """Bring a channel to the quantity that it becomes, at its own times.
+    """Convert a channel to the quantity it shall have, at its own times.
 
     Raises
     ------
@@ -100,12 +100,12 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
 
 
 def _gap(channel: Mapped, at: int) -> str:
-    """Return what stands in the place of a number, and where."""
+    """Return what the file has in place of a number, and where."""
     return f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at % channel.values.size})"
 
 
 def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
-    """Let an angle go on where its encoder starts over."""
+    """Make the angle of an encoder continuous where it starts over."""
     try:
         angle = unwrapped(channel.values, span)
     except FallError as error:
@@ -180,13 +180,13 @@ class Even(NamedTuple):
     were_even: bool
 
     def places(self, grid: Array) -> Array | None:
-        """Return which sample lies at each time of a grid of the same rate; None if they lie beside them."""
+        """Return the sample at each time of a grid of the same rate; None if samples lie beside these times."""
         at = (grid - self.first) / self.interval
         whole = np.rint(at)
         return whole.astype(np.int64) if np.all(np.abs(at - whole) <= _BESIDE) else None
 
     def beyond(self, grid: Array, rate: float) -> float:
-        """Return how much at each end a grid of this rate cannot have within 1e-4 [s]."""
+        """Return the margins at both ends at which a grid of this rate is not known within 1e-4 [s]."""
         same = abs(self.interval * rate - 1.0) <= _BESIDE and self.places(grid) is not None
         return 0.0 if same else REACH / min(1.0 / self.interval, rate)
 
@@ -201,7 +201,7 @@ def uniform(own: Conditioned) -> Even:
 
 
 def brought(even: Even, grid: Array, rate: float) -> Array:
-    """Bring a channel to the times of the recording; where they are its own, it stays as it is.
+    """Resample a channel at the times of the recording; at its own times it stays as it is.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
 
 
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
-    """Take away the trend and filter.
+    """Remove the trend, then filter.
 
     Raises
     ------

@@ -120,7 +120,7 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
 
 
 def _measured(measurement: Measurement) -> Recording:
-    """Have done what a mapping says."""
+    """Process the channels as a mapping states."""
     tables, notes = measurement.tables, list(measurement.notes)
     own: dict[str, Conditioned] = {}
     for channel in measurement.channels:
@@ -144,7 +144,7 @@ def _measured(measurement: Measurement) -> Recording:
 
 
 def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
-    """Bring a channel between start and end to its quantity; for another rate with what its kernel needs around."""
+    """Convert a channel between start and end to its quantity; for another rate with the margin of its kernel."""
     exact = _cut(channel, tables.start, tables.end)
     if tables.rate is None or exact is channel or channel.table.begins_at_zero:
         return became(exact)
@@ -158,7 +158,7 @@ def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
 
 
 def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
-    """Leave out of a channel of the first file what lies before the start and after the end."""
+    """Remove from a channel of the first file all before the start and after the end."""
     if channel.table.file is not None or (start is None and end is None):
         return channel
     inside = _between(channel.time, start, end)
@@ -170,20 +170,20 @@ def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
 
 
 def _between(time: Array, start: float | None, end: float | None) -> slice:
-    """Return which of ascending times lie from a start to an end."""
+    """Return the slice of ascending times from a start to an end, both included."""
     first = 0 if start is None else int(np.searchsorted(time, start, "left"))
     last = time.size if end is None else int(np.searchsorted(time, end, "right"))
     return slice(first, max(first, last))
 
 
 def _part(array: Array, inside: slice) -> Array:
-    """Return a part of an array; a small one by itself, so that the array can go."""
+    """Return a part of an array; a small one as a copy, so that the array can be freed."""
     part = array[inside]
     return part.copy() if _SMALL * part.size < array.size else part
 
 
 def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[tuple[str, float, str]]:
-    """Return for every second file that is aligned what is added to its times [s], and a note."""
+    """Return for every second file that is aligned the shift of its times [s], and a note."""
     notes = []
     for channel in channels:
         row = channel.table
@@ -228,7 +228,7 @@ def _correlated(first: Conditioned, second: Conditioned, most: float) -> Delay:
 
 
 def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple[Array, list[Array], list[str]]:
-    """Bring all channels to one time axis: the rate's, or the one that they share."""
+    """Bring all channels to one time axis: that of the rate, or the one that they share."""
     parts = list(own.values())
     within = [
         _within(channel, part, measurement.tables) for channel, part in zip(measurement.channels, parts, strict=True)
@@ -301,7 +301,7 @@ def _at_rate(
 
 
 def _known(channel: Mapped, samples: Even, grid: Array, rate: float) -> tuple[NDArray[np.bool_], list[str]]:
-    """Tell at which times of a grid a channel is known within 1e-4, and say which are left out.
+    """Return at which times of a grid a channel is known within 1e-4, and a note on those left out.
 
     Raises
     ------

@@ -110,7 +110,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class SignalSums:
-    """What is kept of the signals of the chunks so far.
+    """Sums over the signals of the chunks so far.
 
     Attributes
     ----------

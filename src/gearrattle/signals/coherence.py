@@ -32,7 +32,7 @@ _CELLS = 1000  # of the grid on which densities are folded
 
 @dataclass(frozen=True)
 class ChanceCoherence:
-    """What independent Gaussian signals give.
+    """Coherence of independent Gaussian signals.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class ChanceCoherence:
 
 @dataclass(frozen=True)
 class Coherence:
-    """Coherence at the harmonics, and all that is needed to read it.
+    """Coherence at the harmonics, with its settings and its chance level.
 
     Attributes
     ----------
@@ -235,7 +235,7 @@ def _thinned(signal: Array, every: int, anti_alias: bool) -> Array:
 
 
 def _notes(position: Array, value: Array) -> Iterator[str]:
-    """Say where the reading is doubtful; ``place`` is that of the harmonics, in bins."""
+    """Return notes where the reading is doubtful; ``place`` is that of the harmonics, in bins."""
     off = np.abs(position - np.rint(position))
     if off.max() > 1e-6:
         yield f"harmonics fall between bins, by up to {off.max():.2f} of a bin; the nearest bin is read"

@@ -44,7 +44,7 @@ _FARTHEST = 9.0  # artanh sqrt of the largest coherence: 1 - 6e-8
 
 
 def averages(window: Array, step: int, segments: int) -> float:
-    """Return what overlapping segments are worth, in segments that do not overlap.
+    """Return the number of segments without overlap that overlapping ones are worth.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def averages(window: Array, step: int, segments: int) -> float:
 
 
 def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
-    """Return what an estimated density is multiplied with for its lower and upper limit.
+    """Return the factors of a density's lower and upper limit.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def _density(y: Array, eta: Array, count: float) -> Array:
 
 
 def _quantiles(eta: Array, count: float, probability: float) -> Array:
-    """Return y below which an estimate stays with some probability: Newton's method kept within brackets."""
+    """Return the quantiles y of an estimate: Newton's method kept within brackets."""
     low, high = np.zeros(eta.size), eta + 12.0 / np.sqrt(2.0 * (count - 1.0)) + 20.0 / (count - 1.0)
     y = eta + 0.5 / (count - 1.0)
     for _ in range(_STEPS):
@@ -170,7 +170,7 @@ def _quantiles(eta: Array, count: float, probability: float) -> Array:
 
 
 def coherence_threshold(count: float, level: float = LEVEL) -> float:
-    """Return what the estimated coherence of independent signals stays below with a probability of ``level``."""
+    """Return the coherence below which independent signals stay with a probability of ``level``."""
     return 1.0 - (1.0 - level) ** (1.0 / (count - 1.0)) if count > 1.0 + 1e-9 else 1.0
 
 

@@ -40,7 +40,7 @@ WINDOWS = tuple(_COSINES)
 
 @dataclass(frozen=True)
 class Segments:
-    """How a record is cut.
+    """Segments of a record.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Segments:
 
     @property
     def averages(self) -> float:
-        """What the segments are worth, in segments that do not overlap."""
+        """Number of segments without overlap that these are worth."""
         return averages(self.window, self.step, self.count)
 
 
@@ -110,7 +110,7 @@ def taper(name: str, length: int) -> Array:
 
 
 def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
-    """Return how a record is cut into overlapping segments.
+    """Return the overlapping segments of a record.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def groups(signal: Array, segments: Segments) -> Iterator[Array]:
 
 
 def transformed(group: Array, segments: Segments) -> NDArray[np.complex128]:
-    """Return (..., f) Fourier sums of tapered segments (..., L), without their means unless that is not wanted."""
+    """Return (..., f) Fourier sums of tapered segments (..., L), their means removed where ``segments.centred``."""
     if segments.centred:
         group = group - group.mean(axis=-1, keepdims=True)
     return np.asarray(np.fft.rfft(group * segments.window, axis=-1))
@@ -154,7 +154,7 @@ def frequencies(segments: Segments, rate: float) -> Array:
 
 
 def one_sided(sums: Array, length: int) -> Array:
-    """Double what stands for two sides of a spectrum; the last axis is frequency."""
+    """Double the values that stand for two sides of a spectrum; the last axis is frequency."""
     sums[..., 1 : (length + 1) // 2] *= 2.0
     return sums
 
@@ -214,13 +214,13 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
 
 
 def _scale(rate: float, segments: Segments) -> Array:
-    """Return (f,) what makes a one-sided density of a squared Fourier sum."""
+    """Return (f,) factors from a squared Fourier sum to a one-sided density."""
     sides = one_sided(np.ones(segments.length // 2 + 1), segments.length)
     return sides / (rate * float(segments.window @ segments.window))
 
 
 def _squared(sums: NDArray[np.complex128]) -> Array:
-    """Return squared moduli, in one array: another of its size would take longer than the squares."""
+    """Return squared moduli, in one array: a second one of its size would take longer than the squares."""
     modulus = np.abs(sums)
     modulus *= modulus
     return modulus

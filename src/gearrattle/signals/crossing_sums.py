@@ -79,7 +79,7 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 
 @dataclass(frozen=True)
 class Contacts:
-    """What the contacts of one clearance that begin in the window add up to.
+    """Sums over the contacts of one clearance that begin in the window.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Contacts:
 
 
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
-    """Return what the contacts of one clearance add up to.
+    """Return the sums over the contacts of one clearance.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 
 @dataclass(frozen=True)
 class Sides:
-    """Where a clearance spends its time, and how its impacts change flanks.
+    """Time of a clearance in its regions, and its changes of flank at impacts.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class Sides:
 
 
 def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sides:
-    """Return where one clearance spends its time, and how its impacts change flanks.
+    """Return the times of one clearance in its regions, and its changes of flank at impacts.
 
     Parameters
     ----------
@@ -163,13 +163,13 @@ def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sid
 
 
 def corners_of(layout: Layout, clearance: int) -> slice:
-    """Return where a clearance's corners lie among those of all."""
+    """Return the range of a clearance's corners among those of all."""
     before = sum(corners.size for corners in layout.corners[:clearance])
     return slice(before, before + layout.corners[clearance].size)
 
 
 def pieces_of(layout: Layout, clearance: int) -> slice:
-    """Return where a clearance's pieces lie among those of all."""
+    """Return the range of a clearance's pieces among those of all."""
     before = sum(stiffness.size for stiffness in layout.stiffness_of_piece[:clearance])
     return slice(before, before + layout.stiffness_of_piece[clearance].size)
 

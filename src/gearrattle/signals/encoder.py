@@ -30,7 +30,7 @@ _WHOLE = 0.1  # of the span: how closely a fall must sum up to it
 
 
 class FallError(ValueError):
-    """Falls of an encoder that cannot be told from its turning; says the rule and what to try."""
+    """Falls of an encoder that cannot be distinguished from its rotation, with rule and remedy."""
 
     def __init__(self, rule: str, remedy: str) -> None:
         super().__init__(rule)
@@ -39,7 +39,7 @@ class FallError(ValueError):
 
 
 class Unwrapped(NamedTuple):
-    """An angle that goes on.
+    """A continuous angle.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Unwrapped(NamedTuple):
 
 
 def unwrapped(values: Array, span: float) -> Unwrapped:
-    """Return an angle that goes on where an encoder starts over.
+    """Return a continuous angle where an encoder starts over.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def unwrapped(values: Array, span: float) -> Unwrapped:
 
 
 def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span: float) -> Unwrapped:
-    """Let an angle go on over falls of several steps.
+    """Make an angle continuous over falls of several steps.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span
 
 
 def _usual(steps: Array, span: float, around: int) -> tuple[Array, Array]:
-    """Return the usual step around each, modulo the span, and how far each is from it."""
+    """Return the usual step around each step, modulo the span, and the distance of each from it."""
     from scipy.ndimage import median_filter
 
     usual = median_filter(_within(steps, span), size=min(around, steps.size), mode="nearest")

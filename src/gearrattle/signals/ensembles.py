@@ -52,7 +52,7 @@ def mean_of_others(values: Array) -> Array:
 
 
 def number_distances(values: Array) -> Array:
-    """Return (m,) how far each number is from the mean of the others, in their unit."""
+    """Return (m,) distance of each number from the mean of the others, in their unit."""
     return np.asarray(np.abs(values - mean_of_others(values)))
 
 

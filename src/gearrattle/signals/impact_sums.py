@@ -12,7 +12,7 @@ from gearrattle.trajectory import Array, Layout
 
 
 class Hardness(NamedTuple):
-    """How hard the impacts of one clearance are: magnitudes, NaN without impacts.
+    """Hardness of the impacts of one clearance: magnitudes, NaN without impacts.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class ImpactSummary:
 
 
 def summarise_impacts(sums: Sums, layout: Layout, clearance: int) -> ImpactSummary:
-    """Return the statistics of one clearance; an open contact counts with what it has gathered."""
+    """Return the statistics of one clearance; an open contact counts up to the end of the motion."""
     return ImpactSummary(
         count=int(sums["count"][clearance]),
         drive=int(sums["drive"][clearance]),

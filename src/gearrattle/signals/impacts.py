@@ -32,7 +32,7 @@ from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
 
 @dataclass(frozen=True)
 class Impacts:
-    """A table of impacts in the order of their begin.
+    """A table of impacts in the order of their start.
 
     Attributes
     ----------
@@ -94,11 +94,11 @@ class Impacts:
 
     @property
     def drive(self) -> NDArray[np.bool_]:
-        """Return (I,) which impacts are met with growing deflection: those on the drive side."""
+        """Return (I,) whether impacts are on the drive side, met with growing deflection."""
         return np.asarray(self.region >= 0, dtype=np.bool_)
 
     def where(self, chosen: NDArray[np.bool_]) -> Impacts:
-        """Return those of the impacts that are marked, (I,)."""
+        """Return the impacts of a mask (I,)."""
         return Impacts(
             self.time[chosen],
             self.clearance[chosen],

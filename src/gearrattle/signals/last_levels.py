@@ -54,7 +54,7 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
 
 
 def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArray, count: int) -> None:
-    """Write the levels of some bodies by their samples, and what these miss."""
+    """Write the levels of some bodies by their samples, and the error of these."""
     per_cycle = trajectory.samples_per_cycle
     samples = steady(trajectory).closed(trajectory.acceleration)[-(count * per_cycle + 1) :, bodies]
     for c in range(count):
@@ -66,7 +66,7 @@ def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArr
 
 
 def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> list[int]:
-    """Write the levels of the exact motion, where they are known; the bodies of which they are."""
+    """Write the exact levels where they are known; return the bodies that have them."""
     if trajectory.exact is None:
         return []
     signals = [signal for signal in trajectory.exact.signals(trajectory) if signal[0] == "acceleration"]
@@ -94,14 +94,14 @@ def rms_of(state: Mapping[str, Array]) -> Level:
 
 
 def _together(levels: Array) -> Array:
-    """(n,) root mean square of those of cycles (cycles, n): squares neither overflow nor vanish."""
+    """(n,) root mean square over the cycles (cycles, n), scaled against overflow and underflow."""
     largest = levels.max(axis=0)
     scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)
     return np.asarray(scale * np.sqrt(np.mean((levels / scale) ** 2, axis=0)))
 
 
 def shortened(what: str, cycles: int) -> str:
-    """Say that fewer cycles remain than a level is taken over; empty where they do not."""
+    """Return a note where fewer cycles remain than a level is taken over, else an empty text."""
     if cycles >= LAST_CYCLES:
         return ""
     remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"

@@ -47,7 +47,7 @@ def thinned(samples: Array) -> list[Array]:
 
 
 def rms_missed(signal: Array) -> Array:
-    """Return (...) the estimated error of ``rms``: the largest by which that of ``thinned`` samples is off it."""
+    """Return (...) the estimated error of ``rms``: its largest difference from the rms of ``thinned`` samples."""
     periodic = signal[:-1]
     largest = np.max(np.abs(signal), axis=0)
     scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)

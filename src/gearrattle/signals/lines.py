@@ -47,7 +47,7 @@ def _amplitudes(signal: Array) -> Array:
 
 
 def _standing_out(amplitudes: Array, bins: IntArray, spacing: int, reference: float) -> NDArray[np.bool_]:
-    """Return which bins hold a line, where candidate lines are ``spacing`` bins apart."""
+    """Return the mask of bins that hold a line, where candidate lines are ``spacing`` bins apart."""
     reach = (spacing - 1) // 2
     offsets = np.concatenate([np.arange(-reach, 0), np.arange(1, reach + 1)])
     height = amplitudes[bins]
@@ -141,7 +141,7 @@ def sub_harmonics(
 def _unexcited(
     signal: Array, samples_per_cycle: int, fundamental: float, orders: Array, known: dict[int, Array]
 ) -> list[Line]:
-    """Return the lines present at k g that are no excited order."""
+    """Return the lines present at k g that are no excited orders."""
     if np.size(orders) == 0:
         return []
     numerators, amplitudes, _ = _lines(signal, samples_per_cycle, 1, known)

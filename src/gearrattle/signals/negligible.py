@@ -35,7 +35,7 @@ def are_negligible(state: Sums, layout: Layout, clearance: int) -> Array:
 
 
 def are_touches(impacts: Impacts, layout: Layout) -> NDArray[np.bool_]:
-    """Return (I,) which impacts are touches."""
+    """Return (I,) whether impacts are touches."""
     limits = layout.negligible
     is_mesh = layout.is_mesh[layout.clearance[impacts.clearance]]
     slowest = np.where(is_mesh, limits.speed, limits.angular_speed)
@@ -44,7 +44,7 @@ def are_touches(impacts: Impacts, layout: Layout) -> NDArray[np.bool_]:
 
 
 def limits_words(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
-    """Say which impacts are negligible."""
+    """Return the limits of negligible impacts in words."""
     sizes = (
         ("energy", limits.energy, "J", ""),
         ("approach speed", limits.speed, "m/s", " of a mesh"),

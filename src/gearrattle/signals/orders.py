@@ -18,7 +18,7 @@ _WHOLE = 1e-12  # of the turns in a period: as much is rounding
 
 
 def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
-    """Return which orders lie strictly between zero and half the sampling rate.
+    """Return the mask of orders strictly between zero and half the sampling rate.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array, *, trend:
 
 
 def order_sums(signal: Array, time: Array, omega: float, orders: Array, *, periods: int = 1) -> tuple[Array, Array]:
-    """Return the two sums the same least squares rest on; those of consecutive samples add up.
+    """Return the two sums of the least squares of ``harmonics``; those of consecutive samples add up.
 
     Where every order turns whole times in a period, sines and cosines repeat: samples of equal phase are added first.
 

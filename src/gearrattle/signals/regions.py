@@ -47,7 +47,7 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 
 
 def centre_words(layout: Layout, clearance: int) -> str:
-    """Say which regions are the centre where delta = 0 is a corner, for formulas; empty elsewhere.
+    """Return in words the regions of the centre where delta = 0 is a corner, for formulas; empty elsewhere.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def centre_words(layout: Layout, clearance: int) -> str:
 
 
 def judged_of(layout: Layout) -> Judged:
-    """Return what compiled code needs to know of the clearances: their pieces, and which of them are the centre."""
+    """Return the arrays of the clearances for compiled code: their pieces, and those of the centre."""
     sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
     inner = [
         int(first + piece in centre(layout, k))
@@ -77,7 +77,7 @@ def judged_of(layout: Layout) -> Judged:
 
 
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
-    """Return which of the region labels of one clearance are contact.
+    """Return the mask of the region labels of one clearance that are contact.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 
 
 def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
-    """Return the error for a crossing that does not lead on from where the one before led, to a region beside it.
+    """Return the error for a crossing that does not lead from the last region to a neighbouring one.
 
     Parameters
     ----------

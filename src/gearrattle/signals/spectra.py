@@ -76,6 +76,6 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
 
 
 def averaged(cycles: int, segments: int) -> str:
-    """Return in words how a density of so many segments of so many cycles was made."""
+    """Return in words the segments and cycles of a density."""
     counted = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
     return f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"

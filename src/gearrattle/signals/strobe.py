@@ -56,7 +56,7 @@ def orbit_distances(orbits: Array, one: Array) -> Array:
 
 
 def apart(one: Array, other: Array) -> float:
-    """Return the distance of two orbits (n, q) and (m, q), each gone through until both begin anew."""
+    """Return the distance of two orbits (n, q) and (m, q), compared over their common period."""
     length = lcm(len(one), len(other))
     if length > _LONGEST_TURN:
         return float("inf")
@@ -84,7 +84,7 @@ class Groups:
 
 
 def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
-    """Tell orbits apart.
+    """Group equal orbits.
 
     Parameters
     ----------

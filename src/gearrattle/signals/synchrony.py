@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Delay:
-    """What was found.
+    """Delay between two records.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 
 
 class LargestRatio(NamedTuple):
-    """The largest ratio over a time, and by how much the true one may lie above it."""
+    """The largest ratio over a time, and the bound of the true one above it."""
 
     value: float
     miss: float

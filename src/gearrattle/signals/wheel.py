@@ -50,7 +50,7 @@ _FEWEST_RECURRING = 4
 
 
 class PulseError(ValueError):
-    """Pulses from which no angle follows; says the rule and what to try."""
+    """Pulses from which no angle follows, with rule and remedy."""
 
     def __init__(self, rule: str, remedy: str) -> None:
         super().__init__(rule)
@@ -83,7 +83,7 @@ class Teeth(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """Teeth of every interval, and what was found on the way, by numbers of intervals."""
+    """Teeth of every interval, and the faults, by numbers of intervals."""
 
     teeth: Array
     edits: list[tuple[int, int, int]]  # interval, pulses too many, pulses lost
@@ -91,7 +91,7 @@ class _Reading(NamedTuple):
 
 
 def teeth_passed(times: Array, per_turn: float, gaps: Gaps = ()) -> Teeth:
-    """Return which pulses count and how many teeth have passed at each.
+    """Return the pulses that count, and the teeth passed at each.
 
     Parameters
     ----------
@@ -172,12 +172,12 @@ def _given(per_turn: int, gaps: Gaps) -> tuple[int, ...]:
 
 
 def _turns_alike(turn: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the one of a turn's rotations that stands for all: a turn may begin at any gap."""
+    """Return one rotation of a turn that stands for all: a turn may begin at any gap."""
     return max(turn[at:] + turn[:at] for at, step in enumerate(turn) if step > 1)
 
 
 def _other_wheel(times: Array, whole: NDArray[np.int64], per_turn: int, sizes: list[int]) -> PulseError:
-    """Return the refusal of pulses none of whose turns is that of the wheel, with what they show."""
+    """Return the error for pulses none of whose turns is that of the wheel, with what they show."""
     wheel = "-".join(str(number) for number in (per_turn, *sizes))
     rule = f"no whole turn of a wheel {wheel} is among the intervals"
     long = np.flatnonzero(whole > 1)
@@ -313,7 +313,7 @@ def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern
 
 
 def _only_certain(times: Array, units: Array, reading: _Reading, per_turn: float) -> _Reading:
-    """Take back what a real motion of the shaft may have done; refuse where pulses fail for longer.
+    """Undo repairs that a real motion of the shaft may explain; refuse where pulses fail for longer.
 
     Raises
     ------
@@ -348,13 +348,13 @@ def _repaired(times: Array, reading: _Reading) -> Array:
 
 
 def _slows(logarithms: Array, first: int, last: int) -> bool:
-    """Tell whether intervals grow towards some on either side: the shaft stops there."""
+    """Return whether intervals grow towards given ones on either side: the shaft stops there."""
     sides = (logarithms[max(first - 6, 0) : first][::-1], logarithms[last + 1 : last + 7])
     return any(side.size == 6 and float(np.median(side[:3]) - np.median(side[3:])) > _SLOWS for side in sides)
 
 
 def _fits_closely(units: Array, teeth: Array, at: int, extra: int) -> bool:
-    """Tell whether a repair is certain without both sides or on few teeth: it fits, and all around is even."""
+    """Return whether a repair is certain without both sides or on few teeth: it fits, and all around is even."""
     last = at + extra + 1
     sides = (slice(max(at - 5, 0), at), slice(last, last + 5))
     around = np.concatenate([np.log(units[side] / np.maximum(teeth[side], 1.0)) for side in sides])

@@ -63,7 +63,7 @@ class Window:
         return signal[self.first : self.last]
 
     def contains(self, time: Array) -> NDArray[np.bool_]:
-        """Return which of the times [s] lie in the window, its bounds included."""
+        """Return the mask of the times [s] in the window, its bounds included."""
         return np.asarray((time >= self.start) & (time <= self.end), dtype=np.bool_)
 
 

@@ -25,7 +25,7 @@ _BY_CHANCE = 1e-4
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which lines of which channels are compared.
+    """Lines and channels that are compared.
 
     Attributes
     ----------

@@ -120,7 +120,7 @@ def fit_motion(
 
 
 def sets_the_period(path: str) -> tuple[str, str] | None:
-    """Say why a value cannot be fitted to a motion; None for any other."""
+    """Return why a value cannot be fitted to a motion; None for any other."""
     if path.startswith("simulation."):
         return "is a setting of the simulation, not of the driveline", "leave it out of free"
     if path.startswith("excitation.") or path.rsplit(".", 1)[-1] == "order":
@@ -129,7 +129,7 @@ def sets_the_period(path: str) -> tuple[str, str] | None:
 
 
 class Steps:
-    """What of a fit is done, in simulations.
+    """Progress of a fit, in simulations.
 
     Parameters
     ----------
@@ -148,13 +148,13 @@ class Steps:
         self.watch(0.0)
 
     def watch(self, _share: float) -> None:
-        """Tell the share."""
+        """Report the share that is done."""
         if self._progress is not None:
             self._progress(self._done / self._all)
 
 
 def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, Judged, list[str]]:
-    """Return the minima, the problem by which the best of them is judged, and what must be said of the search."""
+    """Return the minima, the problem by which the best of them is judged, and notes on the search."""
     # the noise of a motion that does not repeat itself, at the start
     origin = np.zeros(len(problem.parameters.paths))
     if problem.jitter(origin) > ROUGH:
@@ -196,7 +196,7 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
 
 
 def _anew(problem: MotionProblem, minima: Sequence[Minimum]) -> list[Minimum]:
-    """Return minima with their chi-square in the standard errors that the best one is judged by."""
+    """Return minima with their chi-square in the standard errors of the best one."""
     judged = [replace(minimum, chi_square=problem.level(minimum.x)) for minimum in minima]
     return sorted(judged, key=lambda minimum: minimum.chi_square)
 
@@ -214,7 +214,7 @@ def _tried(problem: MotionProblem, starts: int, seed: int) -> tuple[list[tuple[f
 
 
 def _apart(tried: Sequence[tuple[float, Array]], box: tuple[Array, Array]) -> list[Array]:
-    """Return the best starts that are not in one valley."""
+    """Return the best starts that lie in different valleys."""
     chosen: list[Array] = []
     for _, point in tried:
         if len(chosen) == FOLLOWED:

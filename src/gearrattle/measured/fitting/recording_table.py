@@ -144,7 +144,7 @@ class RecordingTable(Table):
                 yield Breach(("match", name), partner, rule, 'such as a3 = "acceleration.hub"')
 
     def wanted(self, seed: int) -> Wanted:
-        """Return how the two are compared."""
+        """Return the arguments of the comparison."""
         low, high = self.band or (0.0, None)
         return Wanted(
             match=dict(self.match),

@@ -38,7 +38,7 @@ _GRID = 0.1  # of a block, between the blocks whose mean speeds are tabulated
 
 @dataclass(frozen=True)
 class RunUpSimulator:
-    """How a model's run-up is computed and read.
+    """Simulation of a model's run-up, and the reading of its orders.
 
     Attributes
     ----------
@@ -83,11 +83,11 @@ class RunUpSimulator:
         return np.asarray(np.swapaxes(blocks.amplitude, 1, 2).reshape(self.starts.size, -1))
 
     def motion_of(self, samples: Complex) -> Complex:
-        """Return them as they are."""
+        """Return the amplitudes as they are."""
         return samples
 
     def remarks(self, _samples: Complex) -> list[str]:
-        """Say nothing: a run-up need not settle."""
+        """Return no notes: a run-up need not settle."""
         return []
 
 
@@ -154,7 +154,7 @@ def run_up_motion(
 
 @dataclass(frozen=True)
 class _SimulatedSpeeds:
-    """Which mean speed a block of a simulated run-up has by the angle at which it begins.
+    """Mean speed of a block of a simulated run-up by the angle at which it begins.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ class _SimulatedSpeeds:
 
     @classmethod
     def of(cls, run: Run, name: str, turns: float) -> _SimulatedSpeeds:
-        """Tabulate those of a run."""
+        """Tabulate the mean speeds of a run."""
         signal = sampled(run, name)
         shaft = required(run, signal, None)
         span = TURN * turns
@@ -195,7 +195,7 @@ class _SimulatedSpeeds:
 def _measured_blocks(
     recording: Recording, pairing: Pairing, orders: Array, table: RecordingTable, simulated: _SimulatedSpeeds
 ) -> tuple[tuple[Array, Complex], list[str]]:
-    """Return mean speeds and (B, m) amplitudes of the blocks of a record that the simulation has as well; with notes.
+    """Return mean speeds and (B, m) amplitudes of a record's blocks at simulated speeds; with notes.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def _measured_blocks(
 
 
 def _cut(recording: Recording, wanted: Wanted) -> Recording:
-    """Return a record from its start to its end, as far as they are said."""
+    """Return a record between its start and its end, where they are given."""
     low = -np.inf if wanted.start is None else wanted.start
     high = np.inf if wanted.end is None else wanted.end
     inside = (recording.time >= low) & (recording.time <= high)

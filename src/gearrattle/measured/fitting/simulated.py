@@ -32,7 +32,7 @@ SETTLED = 1e-3
 
 @dataclass(frozen=True)
 class Simulator:
-    """How a model's motion is computed and read.
+    """Simulation of a model's motion, and the reading of its cycles.
 
     Attributes
     ----------
@@ -60,16 +60,16 @@ class Simulator:
         return simulate(model, **self.settings, audit=False, progress=self.watched)
 
     def motion(self, model: Model) -> Motion:
-        """Return what is compared of a model's motion."""
+        """Return the compared values of a model's motion."""
         return self.motion_of(self.samples(model))
 
     def motion_of(self, cycles: Cycles) -> Motion:
-        """Return what is compared of cycles that begin at a multiple of the period."""
+        """Return the compared values of cycles that begin at a multiple of the period."""
         lines = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : self.lines + 1] * (2.0 / cycles.values.shape[1])
         return Motion(lines, power_in(cycles.values, cycles.period, self.band))
 
     def remarks(self, cycles: Cycles) -> list[str]:
-        """Say where the motion has not settled."""
+        """Return notes: where the motion has not settled."""
         restless = 100.0 * float(np.max(unrest(cycles), initial=0.0))
         if restless <= 100.0 * SETTLED:
             return []
@@ -123,7 +123,7 @@ def band_limited(recording: Recording, name: str, judged: slice, interval: float
 
 
 def unrest(cycles: Cycles) -> Array:
-    """(C,) rms of what changes from cycle to cycle, as a share of the rms."""
+    """(C,) rms of the change from cycle to cycle, as a share of the rms."""
     away = cycles.values - cycles.values.mean(axis=0)
     moving = cycles.values - cycles.values.mean(axis=(0, 1))
     size = np.sqrt(np.mean(moving**2, axis=(0, 1)))

@@ -75,7 +75,7 @@ def steady_motion(
 
 
 def _check_levels(recorded: Recorded) -> None:
-    """Refuse a record in which nothing stands out, and noise that is louder than what was measured."""
+    """Refuse a record without a strong line, and noise that is louder than the record."""
     by_rms = recorded.chosen.by_rms
     power = recorded.motion.power[by_rms]
     names = [channel.name for channel in recorded.channels]
@@ -92,7 +92,7 @@ def _check_levels(recorded: Recorded) -> None:
 
 
 def _off(measured: float, period: float) -> list[str]:
-    """Say that the record has a period of its own."""
+    """Return a note where the record has a period of its own."""
     off = measured / period - 1.0
     way = "longer" if off > 0.0 else "shorter"
     return [f"the measured cycle is {100.0 * abs(off):.3g} % {way} than the model's."] if off else []

@@ -40,7 +40,7 @@ _RUNS = 6, 24  # for a coefficient, and as many as that where nothing is seen of
 
 @dataclass(frozen=True)
 class Surface(Judged):
-    """A motion problem around a point.
+    """A motion problem smoothed around a point.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Surface(Judged):
 
     @property
     def jitter(self) -> float:
-        """Scatter of a run's residuals about it, in standard errors."""
+        """Scatter of a run's residuals about the parabola, in standard errors."""
         return float(np.sqrt(np.sum(self.left**2) / self.left.shape[1] / self._freedom))
 
     @property
@@ -94,7 +94,7 @@ class Surface(Judged):
 
     @property
     def _scatter(self) -> Array:
-        """(N,) variance of a run's residuals about it."""
+        """(N,) variance of a run's residuals about the parabola."""
         return np.asarray(np.sum(self.left**2, axis=0) / self._freedom)
 
     def _of_slopes(self, x: Array) -> Array:
@@ -123,27 +123,27 @@ class Surface(Judged):
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
     def covariance_of_rows(self, x: Array) -> Covariance:
-        """Return that of the measured motion and of the runs' mean together."""
+        """Return the covariance of the measured motion and of the runs' mean together."""
         return self._with_runs(self.of.recorded.covariance, x)
 
     def covariance_for_values(self, x: Array) -> Covariance:
-        """Return the same, from which intervals are made."""
+        """Return the same covariance, as used for intervals."""
         return self._with_runs(self.of.recorded.covariance_for_values, x)
 
     def _with_runs(self, measured: Covariance, x: Array) -> Covariance:
-        """Add that of the runs' mean."""
+        """Add the covariance of the runs' mean."""
         terms = self._terms(x)
         share = float(terms @ self.inverse @ terms) / self._freedom
         return measured.weighted(self.weight).plus(np.sqrt(share) * self.left)
 
     def weighted(self) -> Surface:
-        """Return it with the standard errors of the runs' mean in those of the rows."""
+        """Return the surface with the standard errors of the runs' mean in those of the rows."""
         of_mean = self.inverse[0, 0] * np.sum(self.left**2, axis=0) / self._freedom
         weight = 1.0 / np.sqrt(1.0 + of_mean)
         return replace(self, coefficients=self.coefficients * weight, left=self.left * weight, weight=weight)
 
     def remarks(self, _x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
-        """Say that the motion does not repeat itself, and what was done."""
+        """Return the note that the motion does not repeat itself, and how it was fitted."""
         wide = 100.0 * float(np.expm1(self.half.max()))
         return [
             "the simulated motion does not repeat itself: what is compared of it scatters from run to run, however "
@@ -185,7 +185,7 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 
 
 def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
-    """Return the minimum of the smoothed residuals near the best of those that jump, and the surface it is on."""
+    """Return the minimum of the smoothed residuals near the best of those that jump, and its surface."""
     # the first region: the step of the differences, around the minimum of the search
     x, half = best.x, np.full(problem.count, problem.step)
     runs = _RUNS[0] * (1 + 2 * x.size)

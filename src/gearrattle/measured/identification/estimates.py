@@ -39,7 +39,7 @@ STARTS = 16
 
 
 class DataProblem(Protocol):
-    """A least-squares problem: what was measured against a model at logarithms x of its P parameters."""
+    """A least-squares problem: data against a model at logarithms x of its P parameters."""
 
     @property
     def count(self) -> int:
@@ -55,7 +55,7 @@ class DataProblem(Protocol):
 
     @property
     def assumed(self) -> Sequence[str]:
-        """What had no standard error of its own, in words."""
+        """Data without a standard error of their own, in words."""
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
         """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
@@ -73,12 +73,12 @@ class DataProblem(Protocol):
         """Probability of a chi-square of the data this large or larger."""
 
     def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """What must be said of these data alone."""
+        """Notes on these data alone."""
 
 
 @dataclass(frozen=True)
 class Searched:
-    """What a search ended with.
+    """Result of a search.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class Searched:
 
 
 def check_settings(starts: int, seed: int, prior: float | None) -> None:
-    """Refuse numbers that no search takes.
+    """Refuse settings that no search can have.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def estimates(
     profile: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Judge the best minimum and put it in words.
+    """Return the fit at the best minimum: errors, intervals, open combinations and notes.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def _profiles(
 
 
 def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
-    """Say what holds for any data: errors assumed, residuals too large, rivals, bounds."""
+    """Return notes for any data: assumed errors, large residuals, rival minima, bounds."""
     (scale, freedom), minima = numbers, searched.minima
     # standard errors that were assumed, or that the residuals exceed
     notes = []

@@ -69,7 +69,7 @@ class Combination:
 
 
 def null_space(jacobian: Array) -> Array:
-    """(P, q) an orthonormal basis of what no row of a Jacobian (N, P) notices."""
+    """(P, q) an orthonormal basis of the directions that change no row of a Jacobian (N, P)."""
     length = np.linalg.norm(jacobian, axis=1)
     rows = jacobian[length > 0.0] / length[length > 0.0][:, None]
     if not len(rows):
@@ -88,7 +88,7 @@ class Open(NamedTuple):
 
 
 def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Array) -> Open:
-    """Tell what in a null space holds everywhere, what nearby, and what at x only.
+    """Split a null space: directions that hold everywhere, nearby, and at x only.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def _structural(paths: Sequence[str], row: Array) -> Combination:
 
 
 def _curved(paths: Sequence[str], row: Array, structural: bool) -> Combination:
-    """Say what holds for small changes: along a curve, or at this point alone."""
+    """Return in words where an open direction holds: along a curve, or at this point alone."""
     row = row / row[int(np.argmax(np.abs(row)))]
     exponents = {path: value for path, value in zip(paths, row.tolist(), strict=True) if abs(value) > _WHOLE}
     names = _powers(exponents)
@@ -204,7 +204,7 @@ def _powers(exponents: Mapping[str, float]) -> str:
 
 
 def _neat(value: float) -> float:
-    """Return a simple fraction if the value is one to the accuracy it was found with."""
+    """Return a simple fraction if the value is one within its accuracy."""
     for denominator in (1, 2, 3, 4):
         near = round(value * denominator) / denominator
         if abs(value - near) < _WHOLE:
@@ -213,7 +213,7 @@ def _neat(value: float) -> float:
 
 
 def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
-    """Say what may change unnoticed."""
+    """Return in words the change that no datum shows."""
     if len(exponents) == 1:
         return f"{next(iter(exponents))}: no datum depends on it"
     up = [path for path, value in exponents.items() if value == 1.0]
@@ -230,7 +230,7 @@ def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
 
 
 def _listed(chosen: Sequence[str], paths: Sequence[str]) -> str:
-    """Join paths; a kind of which all free ones are meant is said in one."""
+    """Join paths; a kind of which all free paths are meant is named once."""
     words: dict[str, None] = {}
     for path in chosen:
         kind = _kind(path)

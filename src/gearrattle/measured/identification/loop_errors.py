@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 class Spread(NamedTuple):
-    """How far a law is known.
+    """Standard errors of a law over every sample.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def spread(polish: Polish, solution: Solved) -> Spread:
 
 
 def _covariance(normal: Array, variance: float) -> Array:
-    """Of all parameters; those whose column is empty are open."""
+    """Covariance of all parameters; those with an empty column are open."""
     size = np.sqrt(np.diag(normal))
     used = size > 0.0
     scaled = normal[np.ix_(used, used)] / size[used][:, None] / size[used]

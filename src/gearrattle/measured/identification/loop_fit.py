@@ -97,7 +97,7 @@ def fit_loop(
 def _fitted(
     loop: Loop, stages: tuple[int, int] | None, coupling: tuple[str, tuple[str, str]], draws: tuple[int, int]
 ) -> LoopFit:
-    """Search, settle what the samples tell, and put the findings together."""
+    """Choose the stages, fit the law and its errors, and return the result."""
     # choose the stages, then fit the law over every sample
     chosen, steps = select(loop, stages)
     low, high = loop.ends

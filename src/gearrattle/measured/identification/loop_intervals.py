@@ -68,7 +68,7 @@ def intervals(
 
 
 def _widened(stretch: Stretch, value: float | None, rest: float) -> tuple[float, float]:
-    """Add to an interval what the height leaves open, a standard error of its logarithm."""
+    """Widen an interval by the uncertainty of the height, a standard error of its logarithm."""
     if value is None:
         return stretch.low, stretch.high
     low, high = stretch.low, stretch.high

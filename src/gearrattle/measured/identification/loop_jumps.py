@@ -61,7 +61,7 @@ class _Near(NamedTuple):
 
 
 def best_place(linear: Linear, solution: Solved, where: tuple[str, int]) -> float:
-    """Return the magnitude of deflection at which a break fits best, all else giving way [rad]."""
+    """Return the magnitude of deflection at which a break fits best, all other parameters fitted again [rad]."""
     near = _near(linear, solution, *where)
     low, high = near.here - near.wide, near.here + near.wide
     position = near.here
@@ -135,7 +135,7 @@ def _residual(moments: Moments, solution: Solved, part: Loop) -> Array:
 
 
 def _places(near: _Near, low: float, high: float) -> Array:
-    """Places within two ends: between all samples if they are few, else at equal distances; and where it is now."""
+    """Places between two ends: between all samples if they are few, else at equal distances; and the present one."""
     back = near.back[0]
     inside = back[(back > low) & (back < high)]
     if inside.size > _PLACES:
@@ -172,7 +172,7 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
 
 
 def _yielding(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
-    """Curvature C and pull G in one parameter when the others give way: the Schur complement of the normal matrix."""
+    """Curvature C and pull G in one parameter with the others eliminated: Schur complement of the normal matrix."""
     free, number = np.diag(matrix) > 0.0, solution.coefficients.size
     free[1:number] &= solution.coefficients[1:] > 0.0
     if not free[first]:

@@ -36,7 +36,7 @@ _PARTS = 5  # of a cell, in which columns are looked at before they are averaged
 
 @dataclass(frozen=True)
 class Shape:
-    """What of a law is not linear: which stages there are, where they end, and how far sliders stretch.
+    """The nonlinear part of a law: its stages, their ends, and the reaches of the sliders.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Shape:
                     yield side, i
 
     def reach_of(self, slider: tuple[str, int], default: float) -> float:
-        """How far a slider stretches, or a default."""
+        """Reach of a slider, or a default."""
         return dict(self.reach).get(slider, default)
 
     def with_reach(self, slider: tuple[str, int], value: float) -> Shape:
@@ -167,7 +167,7 @@ class Regression:
         self._pull = self._root * self.torque
 
     def labels(self, shape: Shape, without: frozenset[tuple[str, int]]) -> tuple[tuple[str, str, int], ...]:
-        """What the columns of a shape are; ``without`` leaves some sliders out."""
+        """Labels of the columns of a shape; ``without`` leaves some sliders out."""
         first = [("slope", side, 0) for side in ((DRIVE, COAST) if shape.parted else (CENTRE,))]
         more = [("slope", side, i + 1) for side in (DRIVE, COAST) for i in range(len(shape.breaks(side)))]
         sliders = [("slider", *slider) for slider in shape.sliders() if slider not in without]
@@ -254,7 +254,7 @@ def stretch(loop: Loop, side: str, start: float, reach: float) -> Array:
 
 
 def _within(gram: Array, right: Array) -> Array:
-    """The same with all coefficients but the first not negative (Lawson and Hanson, 1974, ch. 23)."""
+    """Least squares with all coefficients but the first not negative (Lawson and Hanson, 1974, ch. 23)."""
     from scipy.optimize import nnls
 
     root = np.linalg.cholesky(gram)  # |root^T x - root^-1 right| is the residual

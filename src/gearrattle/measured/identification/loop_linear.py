@@ -20,7 +20,7 @@ Slider = tuple[str, int]
 
 
 class Linear:
-    """A law and its derivatives in everything, over points that stand for all samples.
+    """A law and its derivatives in all parameters, over points that stand for all samples.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Linear:
         return scaled.T @ self.columns, scaled.T @ self.residual
 
     def with_column(self, index: int, column: Array) -> Linear:
-        """Return the same with another column."""
+        """Return the linear law with another column."""
         made = copy(self)
         made.columns = self.columns.copy()
         made.columns[:, index] = column

@@ -34,10 +34,12 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class Polish:
-    """What does not change while a law is polished.
+    """Constants of the final least squares of a law.
 
     Attributes
     ----------
+    without
+        sliders that the law has not.
     held
         sliders whose reach stays as it is.
     """
@@ -60,7 +62,7 @@ class Polish:
         return tuple(s for s, height in heights_of(solution).items() if height > 0.0 and s not in self.held)
 
     def linear(self, solution: Solved) -> Linear:
-        """Return the law made linear in all that is free."""
+        """Return the law made linear in all free parameters."""
         return Linear(self.moments, solution, self.free(solution))
 
     def smooth(self, solution: Solved) -> Solved:
@@ -144,7 +146,7 @@ class Polish:
 
 
 def _step(matrix: Array, right: Array, solution: Solved, damping: float) -> Array:
-    """Of all parameters; coefficients that lie on their bound of zero stay there."""
+    """Step of all parameters; coefficients on their bound of zero stay there."""
     free = np.ones(right.size, dtype=bool)
     free[1 : solution.coefficients.size] = solution.coefficients[1:] > 0.0
     size = np.sqrt(np.diag(matrix))

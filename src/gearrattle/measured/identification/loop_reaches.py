@@ -42,7 +42,7 @@ _OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound th
 
 @dataclass(frozen=True)
 class Density:
-    """What the samples say of one reach.
+    """Density of one reach, by the samples.
 
     Attributes
     ----------
@@ -67,13 +67,13 @@ class Density:
         return 0.0 if open_low else math.exp(low_log), math.inf if open_high else math.exp(high_log)
 
     def at(self, shares: Array) -> Array:
-        """Reaches up to which some shares of the density lie [rad]."""
+        """Quantiles of the reach for some shares of the density [rad]."""
         parts = np.diff(self.logs) * 0.5 * (self.density[1:] + self.density[:-1])
         below = np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
         return np.asarray(np.exp(np.interp(shares, below, self.logs)), dtype=np.float64)
 
     def _falls(self, last: int, way: int) -> float:
-        """Where the density falls below the level of an open end."""
+        """Whether the density falls below the level of an open end."""
         beyond = last + way
         if not 0 <= beyond < self.logs.size:
             return float(self.logs[last])
@@ -90,7 +90,7 @@ class Stretch(NamedTuple):
 
 
 def stretched(solution: Solved, slider: Slider, density: Density) -> Stretch:
-    """Return the interval of a slider's stick stiffness, its height as it is, from the density of its reach."""
+    """Return the interval of a slider's stick stiffness from the density of its reach, at its height."""
     shorter, longer = density.ends()
     height = heights_of(solution)[slider]
     return Stretch(height / longer, height / shorter if shorter > 0.0 else math.inf)
@@ -171,7 +171,7 @@ def _shape(solution: Solved, tables: _Tables, state: tuple[int, ...]) -> Shape:
 
 
 def _draw(logs: Array, random: np.random.Generator) -> NDArray[np.int64]:
-    """One place of every row, by its weight."""
+    """Draw one place of every row, by its weight."""
     below = np.cumsum(np.exp(logs - logs.max(axis=1, keepdims=True)), axis=1)
     places = np.sum(below < random.random((logs.shape[0], 1)) * below[:, -1:], axis=1)
     return np.asarray(np.minimum(places, logs.shape[1] - 1), dtype=np.int64)
@@ -182,7 +182,7 @@ def _pairs(number: range) -> list[tuple[int, int]]:
 
 
 def _close(sliders: tuple[Slider, ...]) -> list[tuple[int, int]]:
-    """Pairs that share a turn."""
+    """Pairs of sliders that share a turn."""
     return [(i, j) for i, j in _pairs(range(len(sliders))) if {sliders[i][0], sliders[j][0]} != {DRIVE, COAST}]
 
 

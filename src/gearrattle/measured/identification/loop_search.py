@@ -117,7 +117,7 @@ class Search:
         return _closer(solution, trial, here, ends, (2.0, _CLOSE_LOG))
 
     def with_more(self, solution: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
-        """Yield the best of every way to make a shape richer by one thing."""
+        """Yield the best of every way to add one thing to a shape."""
         shape = solution.shape
         for side, most in zip((DRIVE, COAST), limits, strict=True):
             if len(shape.breaks(side)) + 1 < most:
@@ -135,7 +135,7 @@ class Search:
 
 
 def with_centre(shape: Shape) -> Iterator[Shape]:
-    """Yield the shapes whose first stages differ in one thing more."""
+    """Yield the shapes with one thing more in their first stages."""
     if not shape.parted:
         yield replace(shape, parted=True)
     if not shape.rubs:
@@ -191,7 +191,7 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
 
 
 def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
-    """Reach of every slider that sticks ``ratio`` times as stiff as its stage [rad]."""
+    """Reach of every slider that is ``ratio`` times as stiff as its stage [rad]."""
     return {
         slider: height / (ratio * slope)
         for slider, height in heights_of(solution).items()
@@ -200,7 +200,7 @@ def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
 
 
 def idle(solution: Solved) -> Iterator[tuple[str, int]]:
-    """Yield the sliders whose height is nothing beside the highest."""
+    """Yield the sliders whose height is negligible beside the highest."""
     heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
 

@@ -42,7 +42,7 @@ class Settled(NamedTuple):
 
 
 def settle(polish: Polish, shape_from: Solved) -> Settled:
-    """Fit all, look at every slider, and give defaults to those that the samples leave open."""
+    """Fit all parameters, find the density of every reach, and give defaults to sliders that the samples leave open."""
     # least squares with a reach for every slider
     low, high = polish.loop.ends
     shape = shape_from.shape

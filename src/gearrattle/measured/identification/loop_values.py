@@ -18,7 +18,7 @@ _STEP = 1e-6
 
 
 def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
-    """The slider behind every stick stiffness, by its name in a coupling; sliders without height have none."""
+    """The slider of every stick stiffness, by its name in a coupling; sliders without height have none."""
     heights, made = heights_of(solution), {}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
         for i in range(len(solution.shape.breaks(side)) + 1):

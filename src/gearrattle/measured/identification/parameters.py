@@ -53,7 +53,7 @@ class Parameters:
     upper: Array
 
     def values(self, x: Array) -> Array:
-        """(P,) values at logarithms x; a bound that was reached is met to the last digit."""
+        """(P,) values at logarithms x; at a bound exactly the bound."""
         return np.asarray(np.clip(self.start * np.exp(x), self.lower, self.upper))
 
     @property
@@ -99,7 +99,7 @@ class Coefficients:
 
 
 def of_friction(path: str) -> tuple[str, str] | None:
-    """Say that friction cannot be a parameter of what is linear; None for any other value."""
+    """Return why friction cannot be a parameter of a linear system; None for any other value."""
     if path.rsplit(".", 1)[-1] not in ("hysteresis", "stick_stiffness"):
         return None
     return "friction enters neither modes nor linear responses", "leave it out of free"
@@ -164,7 +164,7 @@ def free_parameters(
 
 
 def coefficients(model: Model, parameters: Parameters, state: State) -> Coefficients:
-    """Return a state's coefficients, and how each parameter enters them.
+    """Return a state's coefficients, and their exponents in each parameter.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def unused(parameters: Parameters, states: Sequence[Coefficients]) -> list[str]:
 
 
 def _not_positive(value: object) -> tuple[str, str]:
-    """Say why a value cannot be a parameter; empty if it can."""
+    """Return why a value cannot be a parameter; empty if it can."""
     if value is None:
         return "has no value in the model: a start is needed", "give it one in the model file"
     if isinstance(value, bool) or not isinstance(value, (int, float)):

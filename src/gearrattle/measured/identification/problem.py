@@ -98,7 +98,7 @@ class FitProblem:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What had no standard error of its own, in words."""
+        """Data without a standard error of their own, in words."""
         return self.data.assumed
 
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
@@ -114,7 +114,7 @@ class FitProblem:
         return float(chi2.sf(rows @ rows, freedom))
 
     def remarks(self, _x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """What must be said of these data alone."""
+        """Notes on these data alone."""
         if self.data.responses or not any(_is_scale(c) for c in open_ones):
             return []
         return [
@@ -123,7 +123,7 @@ class FitProblem:
         ]
 
     def _evaluated(self, x: Array) -> Iterator[tuple[tuple[Array, Array], Callable[[], list[Residual]]]]:
-        """Yield residuals and Jacobian of one datum after another, and what tells them in records."""
+        """Yield residuals and Jacobian of one datum after another, and the entries of its records."""
         spectra = {state: Spectrum(c, x) for state, c in self.states.items()}
         for mode, index in zip(self.data.modes, self._matched(spectra), strict=True):
             if mode.omega is not None:

@@ -30,7 +30,7 @@ _LEVEL = 1e-9  # relative change of chi-square that projection may make
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a local search goes.
+    """Limits of a local search.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def search(
 
 
 def starts(residuals: Residuals, box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
-    """Return the model itself, then a Latin hypercube in the bounds, without what no datum notices.
+    """Return the model itself, then a Latin hypercube in the bounds, both without directions that change no datum.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def local(
 
 
 def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Effort, converged: bool) -> Array | None:
-    """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
+    """Put parameters that press against a bound onto it and settle the others: the method alone is slow there."""
     # parameters that the gradient presses against a bound
     rows, jacobian = residuals(x)
     gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
@@ -193,7 +193,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
 
 
 def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], effort: Effort) -> Any:
-    """Return what SciPy's trust-region method finds."""
+    """Return the result of SciPy's trust-region method."""
     from scipy.optimize import least_squares
 
     kept: list[tuple[bytes, Array, Array]] = []
@@ -231,7 +231,7 @@ def _inside(box: tuple[Array, Array]) -> tuple[Array, Array]:
 
 
 def _flat(rows: Array, jacobian: Array) -> bool:
-    """Whether a Gauss-Newton step would gain next to nothing: rounding may keep a search from its own criteria."""
+    """Whether a Gauss-Newton step gains next to nothing: rounding may keep a search from its own criteria."""
     if not jacobian.shape[1]:
         return True
     gain = jacobian @ np.linalg.lstsq(jacobian, rows, rcond=1e-12)[0]
@@ -239,7 +239,7 @@ def _flat(rows: Array, jacobian: Array) -> bool:
 
 
 def _watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
-    """Report with every evaluation."""
+    """Return residuals that report progress at every evaluation."""
     if progress is None:
         return residuals
 
@@ -251,7 +251,7 @@ def _watched(residuals: Residuals, progress: Callable[[float], None] | None, sha
 
 
 def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[Array, float, Array]:
-    """Take out of a minimum what no datum notices, if that is allowed; return it, chi-square, standard errors."""
+    """Project unnoticed directions out of a minimum where allowed; return it, chi-square, standard errors."""
     rows, jacobian = residuals(x)
     null = split(residuals, x, null_space(jacobian)).exact
     moved = x - null @ (null.T @ x)
@@ -266,7 +266,7 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
 
 
 def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
-    """Put equal minima together."""
+    """Merge equal minima."""
     low, high = box
     groups: list[tuple[Array, float, Array, int]] = []
     for x, chi, spread in sorted(optima, key=lambda item: item[1]):

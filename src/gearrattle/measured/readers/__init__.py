@@ -108,7 +108,7 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
 
 
 def _with_samples(raw: Raw, request: Request) -> Raw:
-    """Leave out columns of less than two samples where all are wanted; say so, and where a rate told has no use."""
+    """Leave out columns of less than two samples where all are wanted, with notes; also on a rate without use."""
     columns = raw.columns
     notes = list(raw.notes)
     if request.names is None:
@@ -124,7 +124,7 @@ def _with_samples(raw: Raw, request: Request) -> Raw:
 
 
 def _is_sampled(column: Column, interval: float) -> bool:
-    """Tell whether the first two times of a column are as far apart as told."""
+    """Return whether the first two times of a column have the stated interval."""
     return column.time is not None and column.time.size > 1 and column.time[1] - column.time[0] == interval
 
 

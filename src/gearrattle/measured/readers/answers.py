@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Answers(NamedTuple):
-    """What a reader takes for times, and which numbers it gives.
+    """Times and values of a format: what its reader takes for them.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ _MOST_COLUMNS = 100_000
 
 
 class Request(NamedTuple):
-    """What is wanted of a file, where it does not say so itself.
+    """Columns wanted of a file, and statements on its times that the file lacks.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Request(NamedTuple):
     copies: int = 0
 
     def wants(self, name: str) -> bool:
-        """Tell whether a column is asked for."""
+        """Return whether a column is asked for."""
         return self.names is None or name in self.names
 
 
@@ -87,7 +87,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """What a file holds.
+    """Columns of a file, with notes.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Reader(Protocol):
     """Endings of such files, the usual one first."""
 
     def knows(self, path: Path, head: bytes, /) -> bool:
-        """Tell whether a file of this beginning is of the format."""
+        """Return whether a file with this beginning is of the format."""
         ...
 
     def read(self, path: Path, request: Request, /) -> Raw:
@@ -218,17 +218,17 @@ def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> 
 
 
 def is_time(name: str, unit: str) -> bool:
-    """Tell a column of times by its name, the last part of a path, or by its unit."""
+    """Return whether a column holds times, by its name (the last part of a path) or by its unit."""
     return _is_named_time(name) or (bool(unit) and _is_unit_of_time(unit))
 
 
 def _is_named_time(name: str) -> bool:
-    """Tell whether the last part of a path is a name of time."""
+    """Return whether the last part of a path is a name of time."""
     return name.rsplit("/", 1)[-1].rsplit(".", 1)[-1] in TIME_NAMES
 
 
 def _is_unit_of_time(unit: str) -> bool:
-    """Tell units in which times are given; no unit is one."""
+    """Return whether a unit is one of time; no unit is none."""
     return not unit or " since " in unit or unit in _TIME_UNITS
 
 
@@ -293,7 +293,7 @@ def seconds(unit: str) -> float:
 
 
 def _in_seconds(path: Path, column: Column, unit: str) -> Array:
-    """Return times in s, changed where they stand; what they are counted from is left out."""
+    """Return times in s, changed in place; the origin they count from is left out."""
     text = (unit or column.unit or "s").partition(" since ")[0].strip()
     try:
         factor = seconds(text)
@@ -328,7 +328,7 @@ def column_names(name: str, shape: Sequence[int]) -> list[str]:
 
 
 def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
-    """Ask, once and before anything is unpacked, whether a file may take as much memory as it needs.
+    """Ask, once and before anything is unpacked, whether the memory that a file needs is allowed.
 
     Parameters
     ----------
@@ -350,5 +350,5 @@ def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
 
 
 def unfit(path: Path, value: str, rule: str, remedy: str = "") -> ModelError:
-    """Return the refusal to write what a format cannot hold."""
+    """Return the error for a recording that a format cannot hold."""
     return ModelError(Problem(str(path), value, rule, remedy))

@@ -29,7 +29,7 @@ _FORBIDDEN = set(",;\t[]\n\r#\"'")
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell a text with several columns."""
+    """Return whether a file is a text with several columns."""
     encoding = encoding_of(head)
     if encoding is None:
         return False

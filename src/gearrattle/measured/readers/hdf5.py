@@ -45,12 +45,12 @@ _EXACT = 2**53  # the largest whole number up to which a double holds all
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the signature, at the beginning or behind a user block as MATLAB writes it."""
+    """Return whether a file has the signature, at the beginning or behind a user block as MATLAB writes it."""
     return any(head[at : at + 8] == HDF5_SIGNATURE for at in _PLACES)
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its vectors; those that are not asked for are named only."""
+    """Return its vectors; those that are not asked for have a name only."""
     columns: list[Column] = []
     scales: list[str] = []
     scaled: list[str] = []
@@ -88,7 +88,7 @@ def read(path: Path, request: Request) -> Raw:
 
 
 class _Signal:
-    """A dataset that may hold signals, and what is known of it before it is read.
+    """A dataset that may hold signals, before it is read.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class _Signal:
         return plain and " since " in self.unit and self.item.dtype.kind in "iu" and self.item.dtype.itemsize == 8
 
     def is_wanted(self, request: Request) -> bool:
-        """Tell whether it is read: a column of it is asked for, or it may hold times."""
+        """Return whether it is read: a column of it is asked for, or it may hold times."""
         if request.names is None:
             return True
         may_hold_times = not request.time and (self.is_scale_of_times or is_time(self.name, self.unit))
@@ -137,7 +137,7 @@ class _Signal:
 
     @property
     def extra(self) -> int:
-        """Bytes that reading takes beside its numbers: a chunk before and after it is unpacked, a block of rows."""
+        """Bytes that reading needs besides its numbers: a chunk before and after it is unpacked, a block of rows."""
         kind = self.item.id.get_type().get_class()
         if kind not in _PLAIN:
             return int(self.item.size * self.item.dtype.itemsize)
@@ -168,7 +168,7 @@ def write(recording: Recording, path: Path) -> None:
 
 
 def _is_numeric(name: str, item: Any) -> bool:
-    """Tell real numbers, of which neither MATLAB nor netCDF says that they are no signal."""
+    """Return whether a dataset holds real numbers that neither MATLAB nor netCDF marks as no signal."""
     return (
         "/#" not in f"/{name}"  # MATLAB's references
         and bool(item.shape)
@@ -179,7 +179,7 @@ def _is_numeric(name: str, item: Any) -> bool:
 
 
 def _packing(signal: _Signal, path: Path) -> Packing:
-    """Return what the attributes of a dataset say of its numbers."""
+    """Return the packing of a dataset by its attributes."""
     fill = signal.item.fillvalue
     known = {key: signal.item.attrs[key] for key in ATTRIBUTES if key in signal.item.attrs}
     return packing_of(known, signal.item.dtype, float(fill or 0.0), f"{path}: {signal.name}")

@@ -39,7 +39,7 @@ KIND = "mapping file"
 
 @dataclass(frozen=True, eq=False)
 class Mapped:
-    """A channel before anything was done to it.
+    """A channel before it is processed.
 
     Attributes
     ----------
@@ -58,13 +58,13 @@ class Mapped:
     place: str
 
     def wrong(self, key: str, value: str, rule: str, remedy: str = "") -> ModelError:
-        """Return the refusal of one of its keys, or of the whole channel."""
+        """Return the error for one of its keys, or for the whole channel."""
         return ModelError(Problem(f"{self.place}.{key}" if key else self.place, value, rule, remedy))
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a mapping names."""
+    """Channels and tables of a mapping."""
 
     tables: MeasurementTables
     channels: tuple[Mapped, ...]
@@ -110,7 +110,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
 
 
 def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
-    """Return the record that a mapping file names, how its times are told, its format, and the further files.
+    """Return the record that a mapping file names, how its times are stated, its format, and the further files.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tup
 
 
 def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[MeasurementTables, Positions, Path]:
-    """Return the tables of a mapping, where its keys stand, and the folder of its files.
+    """Return the tables of a mapping, the positions of its keys, and the folder of its files.
 
     Raises
     ------
@@ -152,13 +152,13 @@ def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Measure
 
 
 def _request(tables: MeasurementTables, names: Sequence[str] | None) -> Request:
-    """Return what is wanted of the first file."""
+    """Return the request for the first file."""
     interval = None if tables.sampled is None else 1.0 / tables.sampled
     return Request(tables.time, tables.time_unit, interval)._replace(**_named(names))
 
 
 def _named(names: Sequence[str] | None) -> dict[str, Any]:
-    """Return the names of columns that are wanted, and how many are wanted again; None: all."""
+    """Return the names of wanted columns, and how many are wanted more than once; None: all."""
     if names is None:
         return {}
     once = frozenset(names)
@@ -166,7 +166,7 @@ def _named(names: Sequence[str] | None) -> dict[str, Any]:
 
 
 def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
-    """Read one of the files; how times are told is said of the first."""
+    """Read one of the files; how times are stated holds for the first."""
     names = tuple(row.source or row.name for row in tables.channels if row.file == file)
     if file is not None:
         return read_raw(folder / file, Request(**_named(names)))
@@ -176,7 +176,7 @@ def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
 def _mapped(
     row: ChannelTable, raw: Raw, columns: Mapping[str, Column], where: str, *, is_last_use: bool
 ) -> tuple[Mapped, list[str]]:
-    """Find a channel's column and bring it to SI, where it stands if no other channel is made of it."""
+    """Convert the column of a channel to SI, in place if no other channel uses it."""
     # the column of the file
     name = row.source or row.name
     column = columns.get(name)

@@ -50,12 +50,12 @@ _COPIES = 6  # of one record, that the library makes where it is longer than wha
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the identification block, finished or not."""
+    """Return whether a file has the identification block, finished or not."""
     return head[:8] in (b"MDF     ", b"UnFinMF ")
 
 
 def _is_unfinished(head: bytes) -> bool:
-    """Tell a file that the library would finish in a copy of it: by its name, or by flags of what is left to do."""
+    """Return whether the library would finish a file in a copy: by its name, or by flags of open work."""
     return head[:8] == b"UnFinMF " or (head[8:16] >= b"4.10" and any(head[_LEFT_TO_DO:]))
 
 
@@ -95,7 +95,7 @@ def read(path: Path, request: Request) -> Raw:
 def _columns(
     file: Any, entries: list[tuple[str, int, int]], request: Request, path: Path
 ) -> tuple[list[Column], list[str], list[ModelError]]:
-    """Return columns, names of what is no signal, and why groups are left out that have no times.
+    """Return columns, names of channels that are no signals, and errors of groups without times.
 
     Raises
     ------

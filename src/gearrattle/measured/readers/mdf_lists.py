@@ -17,7 +17,7 @@ _NEXT, _PARTS = 24, 32  # where a block of version 4 names the next, and a chann
 
 
 class _Format(NamedTuple):
-    """Where addresses stand.
+    """Positions of addresses in the blocks of a version.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ _FILLS = {
 
 
 class Packing(NamedTuple):
-    """How stored numbers become values.
+    """Conversion of stored numbers to values.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Packing(NamedTuple):
 
 
 def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
-    """Return what the attributes of a variable say.
+    """Return the packing of a variable by its attributes.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
     wraps = 2.0 ** (8 * kind.itemsize) if unsigned else 0.0
 
     def stored(name: str) -> list[float]:
-        """Numbers of an attribute, as they would be stored and read."""
+        """Return the numbers of an attribute as they would be after storage and reading."""
         numbers = _numbers(attributes.get(name))
         rounded = numbers.astype(kind).astype(np.float64) if kind.kind == "f" else numbers
         return [float(x) + (wraps if x < 0.0 else 0.0) for x in rounded]
@@ -109,7 +109,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
 
 def unpack(numbers: Array, packing: Packing) -> None:
-    """Turn stored numbers into values where they stand; gaps become NaN.
+    """Convert stored numbers to values in place; gaps become NaN.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def _outside(numbers: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
 
 
 def _factor(attributes: Mapping[str, Any], name: str, default: float, location: str) -> float:
-    """Return a scale or an offset; one that cannot be read must not be passed over."""
+    """Return a scale or an offset; one that cannot be read is an error."""
     if name not in attributes:
         return default
     numbers = _numbers(attributes[name])

@@ -88,7 +88,7 @@ def factor(unit: str, quantity: str) -> tuple[float, str]:
 
 
 def guess(unit: str) -> str:
-    """Return the quantity that a unit alone tells; empty where it tells none."""
+    """Return the quantity that a unit alone determines; empty where it determines none."""
     for quantity in _GUESSES:
         try:
             factor(unit, quantity)

@@ -22,7 +22,7 @@ _OF_INERTIAS = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 
 
 def knows(path: Path, head: bytes) -> bool:
-    """Tell the format that the root group names."""
+    """Return whether the root group names the format of a run."""
     if head[:8] != HDF5_SIGNATURE:
         return False
     try:
@@ -65,5 +65,5 @@ def read(path: Path, request: Request) -> Raw:
 
 
 def write(_recording: Recording, path: Path) -> None:
-    """Refuse: a recording is no run."""
+    """Raise an error: a recording is no run."""
     raise unfit(path, path.suffix, "a recording cannot be written as a run", "such as .h5")

@@ -90,7 +90,7 @@ class _Missing(Reader):
 
 
 class TachoTable(Table):
-    """How pulses tell the turns of a shaft."""
+    """Pulses of a wheel on a shaft: teeth, gaps, threshold."""
 
     pulses_per_turn: Annotated[float, Plain("positive")]
     """Teeth of the wheel, missing ones counted; with a gear between, any number."""
@@ -136,7 +136,7 @@ def _gap_breaches(gaps: list[Any], teeth: int) -> Iterator[Breach]:
 
 
 class AlignTable(Table):
-    """How the clock of a second file is set by that of the first."""
+    """Alignment of a second file's clock with that of the first."""
 
     with_: Annotated[str, Field(alias="with"), Label()]
     """Channel of another file that shows the same motion."""
@@ -160,7 +160,7 @@ class AlignTable(Table):
 
 
 class ChannelTable(Table):
-    """One channel: what it is, where it stands, what is done to it."""
+    """One channel: its quantity, its column, its processing."""
 
     name: Annotated[str, Label()]
     """What the recording calls it."""
@@ -280,7 +280,7 @@ class MeasurementTables(Table):
 
 
 def _becomes(measured: str, quantity: str) -> bool:
-    """Tell whether a quantity follows from what was measured; an acceleration does not know the mean rotation."""
+    """Return whether a quantity follows from the measured one; an acceleration leaves the mean rotation open."""
     whole = quantity in ("speed", "shaft angle")
     return {measured, quantity} <= set(DERIVATIVES) and not (measured == "acceleration" and whole)
 

@@ -47,7 +47,7 @@ _DIGITS = 1e-5  # relative: what E13.5 keeps
 
 
 class _Axis(NamedTuple):
-    """What stands along an axis: its specific data type, label and unit; empty where the file has NONE."""
+    """Entries of an axis: specific data type, label and unit; empty where the file has NONE."""
 
     kind: int
     label: str
@@ -70,7 +70,7 @@ class _History(NamedTuple):
 
     @property
     def numbers(self) -> int:
-        """How many the header tells."""
+        """Count of numbers by the header."""
         return self.samples if self.even else 2 * self.samples
 
     @property
@@ -80,17 +80,17 @@ class _History(NamedTuple):
 
 
 class _LeftOut(Exception):
-    """Why a dataset is no time history."""
+    """Reason why a dataset is no time history."""
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the line of -1 and the number of a dataset after it."""
+    """Return whether a file begins with the line of -1 and the number of a dataset."""
     lines = [line for line in head.splitlines()[:4] if line.strip()]
     return len(lines) > 1 and lines[0].strip() == b"-1" and re.match(rb"\s*\d{1,5}\b|\s*58[bB]", lines[1]) is not None
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its real time histories; those that are not asked for are named only."""
+    """Return its real time histories; those that are not asked for have a name only."""
     histories: list[_History] = []
     notes: list[str] = []
     with opened(path) as stream:
@@ -172,13 +172,13 @@ def _times(first: float, step: float, count: int) -> Array:
 
 
 def _shortest(column: Column, count: Counter[str]) -> Column:
-    """Leave the node out of a name that is the only one without it."""
+    """Remove the node from a name that is unique without it."""
     name = column.name.rpartition(" @ ")[0]
     return replace(column, name=name) if count[name] == 1 else column
 
 
 def _history(block: Block, location: str) -> _History:
-    """Return what the header of a dataset says.
+    """Return the entries of a dataset's header.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _history(block: Block, location: str) -> _History:
 
 
 def _seconds(block: Block) -> tuple[float, list[str]]:
-    """Return the factor of the abscissa to s, and a note if the file does not say that it is a time.
+    """Return the factor of the abscissa to s, and a note if the file does not state that it is a time.
 
     Raises
     ------

@@ -77,7 +77,7 @@ class Samples:
 
 
 def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
-    """Cut an open file into datasets; binary ones by the number of bytes they tell.
+    """Cut an open file into datasets; binary ones by the stated number of bytes.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
 
 
 class _Cutter:
-    """Goes through an open file line by line; ``at`` is where it stands, ``end`` where the file ends."""
+    """Reader of an open file line by line; ``at`` is its position, ``end`` the end of the file."""
 
     def __init__(self, stream: BinaryIO, path: Path) -> None:
         self.stream = stream
@@ -112,7 +112,7 @@ class _Cutter:
         return text
 
     def binary(self, head: str) -> Block:
-        """Return a dataset 58b, whose first line tells its lines of header and bytes."""
+        """Return a dataset 58b, whose first line states its lines of header and bytes."""
         fields = [int(word) for word in head[7:].split()]
         count = fields[2]
         size = fields[3]
@@ -153,7 +153,7 @@ class _Cutter:
 
 
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
-    """Return the bytes of a sample, 0 of a text; refuse a header that tells more than the dataset can hold.
+    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 
 
 def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, location: str) -> int:
-    """Read numbers of a text; return how many of its last line are more than those: that line is filled up.
+    """Read numbers of a text; return the count of surplus numbers that fill up its last line.
 
     Parameters
     ----------

@@ -43,12 +43,12 @@ _LONGEST_FORM = 10_000  # bytes of a header that are looked at
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell a RIFF file of waves."""
+    """Return whether a file is RIFF with WAVE."""
     return head[:4] in _KINDS and head[8:12] == b"WAVE"
 
 
 class _Samples(NamedTuple):
-    """Where the samples stand in an open file: what says their form, and how many bytes they are."""
+    """Form, position and byte count of the samples of an open file."""
 
     kind: bytes
     order: str
@@ -68,7 +68,7 @@ class _Samples(NamedTuple):
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return one column a track; tracks that are not asked for are named only."""
+    """Return one column a track; tracks that are not asked for have a name only."""
     with opened(path) as stream:
         samples = _samples(stream, path)
         names = [str(k + 1) for k in range(samples.tracks)]
@@ -114,7 +114,7 @@ def _read(stream: BinaryIO, samples: _Samples, wanted: list[int]) -> tuple[Array
 
 
 def _samples(stream: BinaryIO, path: Path) -> _Samples:
-    """Return what the file says of its samples, and leave it where they begin.
+    """Return the form of a file's samples, with the file positioned at them.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
 
 
 def _taken(length: int, rest: int, block: int, path: Path) -> tuple[int, tuple[str, ...]]:
-    """Return how many bytes of samples are read, all that the header tells; where it tells none, to the end.
+    """Return how many bytes of samples are read: the count of the header, or without one all to the end.
 
     Raises
     ------
@@ -170,13 +170,13 @@ def _taken(length: int, rest: int, block: int, path: Path) -> tuple[int, tuple[s
 
 
 def _shorter(path: Path, rest: int, what: str, length: int) -> ModelError:
-    """Return the refusal of a file that is shorter than its header says."""
+    """Return the error for a file that is shorter than its header states."""
     rule = f"its header says {length}: the file is truncated"
     return ModelError(Problem(str(path), f"{rest} bytes of {what}", rule, "copy or export it again"))
 
 
 def _are_chunks(stream: BinaryIO, rest: int, order: str) -> bool:
-    """Tell whether what follows are chunks that end with the file, and no samples; stays where it is in the file."""
+    """Return whether chunks up to the end of the file follow, no samples; the position in the file is kept."""
     start = stream.tell()
     end = start + rest
     at = start
@@ -212,7 +212,7 @@ def _bytes_a_sample(form: bytes, order: str) -> int:
 
 
 def _rebuilt(kind: bytes, order: str, form: bytes, samples: bytes) -> io.BytesIO:
-    """Return a file of these samples."""
+    """Return the bytes of a file with these samples."""
     length = 20 + len(form) + len(samples)
     head = struct.pack(f"{order}4sI4s", b"RIFX" if kind == b"RIFX" else b"RIFF", min(length, _UNKNOWN), b"WAVE")
     if length > _UNKNOWN:
@@ -239,7 +239,7 @@ def write(recording: Recording, path: Path) -> None:
 
 
 def wav_bytes(values: NDArray[np.float64], rate: int, bits: int) -> bytes:
-    """A WAV file.
+    """Return the bytes of a WAV file.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _CYCLES = 16  # looked at for what sampling does
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of each channel, relative to its own level.
+    """Relative uncertainties of each channel's levels.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
 
 
 def _noise(level: Level, noise: float, samples: int) -> Contribution:
-    """What stated noise adds to a measured level: not taken off, but counted as uncertainty."""
+    """Contribution of stated noise to a measured level: not subtracted, but counted as uncertainty."""
     if not np.isfinite(noise):
         return Contribution("stated noise", float("nan"), "not stated")
     if level.measure == "rms":

@@ -30,7 +30,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Found:
-    """A delay.
+    """Delay of a clock, with its correlation.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ def step(cross: Complex, delay: float, period: float) -> Array:
 
 
 def period_by_clock(amplitudes: Complex, power: float, period: float, *, refine: bool = False) -> float:
-    """Return how long a cycle is by the clock of a record.
+    """Return the length of a cycle by the clock of a record.
 
     Parameters
     ----------

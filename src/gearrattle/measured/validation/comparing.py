@@ -37,7 +37,7 @@ _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say 
 
 @dataclass(frozen=True)
 class _Matter:
-    """What all parts of the comparison work on: measured first, simulated second.
+    """Inputs of all parts of the comparison: measured first, simulated second.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
 
 
 def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
-    """Refuse, before a model is simulated, all that its run could not be compared by.
+    """Refuse, before a model is simulated, all arguments that its run cannot have.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
 
 
 def _known(matter: _Matter) -> budget.Known:
-    """Gather what is known of every channel."""
+    """Return the uncertainties of every channel."""
     # change of the levels between samples, and by a coarser output grid
     run = matter.run
     sources = matter.sources
@@ -231,7 +231,7 @@ def _known(matter: _Matter) -> budget.Known:
 def _repeated(
     matter: _Matter, errors: dict[str, tuple[float, float]], progress: Callable[[float], None] | None
 ) -> Drawn:
-    """Repeat the simulation with parameters drawn."""
+    """Repeat the simulation with drawn parameters."""
     wanted = matter.wanted
     together = correlations(errors, wanted.parameters)
     return repeated(
@@ -246,7 +246,7 @@ def _repeated(
 
 
 def _few(drawn: Drawn | None, explanation: Explained | None) -> list[str]:
-    """Say why nothing is reported for each parameter separately."""
+    """Return a note where nothing is reported for each parameter separately."""
     if drawn is None or explanation is not None:
         return []
     count, free = drawn.standard.shape
@@ -267,7 +267,7 @@ def _levels(run: Run, matter: _Matter) -> Array:
 def _pairs(
     matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[orders.Lines, orders.Lines]
 ) -> tuple[Pair, ...]:
-    """Put together what is known of every channel."""
+    """Return every channel with its levels, orders, bands and budget."""
     layout, spectra = matter.run.trajectory.layout, densities.densities(*matter.cycles)
     base = 2.0 * np.pi / (layout.period * layout.omega)
     levelled = levels.compare_levels(*matter.cycles, matter.drawn)
@@ -300,7 +300,7 @@ def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
 
 
 def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
-    """Say what the reader must know: motions that are not steady, signs, clocks that repeat."""
+    """Return notes for the reader: motions that are not steady, signs, clocks that repeat."""
     # motions that are not steady: their halves differ
     notes = []
     for cycle, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
@@ -333,5 +333,5 @@ def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
 
 
 def _grid(level: Level) -> float:
-    """What the output grid adds to the uncertainty of a level [%]."""
+    """Contribution of the output grid to the uncertainty of a level [%]."""
     return next(term.value for term in level.budget if term.source == "output grid")

@@ -29,7 +29,7 @@ _ROUNDING = 1e-12  # of a signal: what is left without its trend, if no more, is
 
 @dataclass(frozen=True)
 class Setting:
-    """How records become cycles.
+    """Settings by which records become cycles.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Source:
         return self.first + self.interval * (len(self.values) - 1)
 
     def thinned(self) -> Source:
-        """Return every second sample: what a grid half as fine would have recorded."""
+        """Return every second sample: those of a grid half as fine."""
         return Source(self.values[::2], 2.0 * self.interval, self.first, self.name)
 
 
@@ -139,7 +139,7 @@ def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Sour
 
 
 def margin_of(period: float, setting: Setting) -> float:
-    """Return how much at each end of a record filters spoil [s]."""
+    """Return the margin at each end of a record that filters spoil [s]."""
     high_pass = _SETTLED / setting.lowest if setting.lowest else 0.0
     return _KERNEL * period / setting.samples + high_pass
 

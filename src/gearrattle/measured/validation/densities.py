@@ -80,7 +80,7 @@ def averages(powers: Array) -> float:
 
 
 def gaussian_averages(density: Array, segments: int) -> float:
-    """Return that number for a Gaussian signal.
+    """Return the equivalent number of averages for a Gaussian signal.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def gaussian_averages(density: Array, segments: int) -> float:
 
 
 def observed_averages(powers: Array) -> float:
-    """Return that number from the scatter of the powers (K,) of successive segments, correlation included; K >= 3."""
+    """Return the equivalent number of averages by the scatter of successive powers (K,), with correlation; K >= 3."""
     count = powers.size
     away = powers - powers.mean()
     spread = float(away @ away) / max(count - 1, 1)
@@ -110,7 +110,7 @@ def observed_averages(powers: Array) -> float:
 
 
 def limits(ratio: float, first: float, second: float) -> tuple[float, float]:
-    """Return between what the true ratio of two powers lies, in 95 of 100 cases.
+    """Return the limits of the true ratio of two powers in 95 of 100 cases.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ _RMS = MEASURES.index("rms")
 def explained(
     drawn: Drawn, pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tuple[Draws, Draws]
 ) -> Explained | None:
-    """Return what the parameters could explain; None where the runs are too few for their effects.
+    """Return the part of the differences that parameters explain; None where runs are too few for their effects.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def correlation(covariance: Array) -> Array:
 
 
 def sentences(explanation: Explained) -> list[str]:
-    """Say which parameter could explain most, and which cannot be told apart."""
+    """Return sentences: the parameter that explains most, and parameters that the levels cannot tell apart."""
     # the parameter that alone explains a channel soonest
     texts = []
     seen = [
@@ -177,7 +177,7 @@ def _covariance(pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tup
 
 
 def _others(level: Level) -> float:
-    """What the other sources of a budget come to, of the logarithm."""
+    """Contribution of the other sources of a budget, of the logarithm."""
     values = [term.value for term in level.budget if term.source not in _APART and np.isfinite(term.value)]
     ratio = level.simulated / level.measured if level.measured > 0.0 else 0.0
     return float(np.sqrt(np.sum(np.square(values)))) / (100.0 * ratio) if ratio > 0.0 else 0.0

@@ -25,7 +25,7 @@ FALLEN_BACK = 0.1
 
 
 def passings(values: Array, threshold: float) -> Array:
-    """(N,) how often |x| rises to a threshold in every cycle.
+    """(N,) number of rises of |x| to a threshold in every cycle.
 
     Parameters
     ----------

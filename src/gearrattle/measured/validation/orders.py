@@ -52,7 +52,7 @@ class Lines:
         return np.asarray(self._turned().imag / np.where(size > 0.0, size, np.inf))
 
     def _turned(self) -> Complex:
-        """Deviations, in the direction of the line each."""
+        """Deviations in the direction of each line."""
         size = np.abs(self.mean)
         direction = np.where(size > 0.0, self.mean / np.where(size > 0.0, size, 1.0), 1.0)
         return np.asarray((self.replicates - self.mean) * np.conj(direction))

@@ -93,7 +93,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
 
 
 def _like(one: Channel, other: Channel, notes: list[str]) -> Channel:
-    """Return a measured channel without the mean rotation where it is a speed and its partner a velocity; note it."""
+    """Return a measured channel without its mean rotation where it is a speed and its partner a velocity; note it."""
     if (one.quantity, other.quantity) != ("speed", "velocity"):
         return one
     mean = float(one.values.mean())

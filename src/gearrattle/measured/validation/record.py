@@ -159,7 +159,7 @@ class Band(Record):
 
 @dataclass(frozen=True)
 class Curves:
-    """What figures show of a channel.
+    """Curves of a channel for figures.
 
     Attributes
     ----------

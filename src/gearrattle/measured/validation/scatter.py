@@ -57,7 +57,7 @@ class Draws:
 
 
 def block_length(levels: Array, lines: Array | None = None) -> int:
-    """Return how many cycles make a block: until levels, and lines on average, are correlated no longer.
+    """Return the cycles of a block: as long as levels, and lines on average, are correlated.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def block_length(levels: Array, lines: Array | None = None) -> int:
 
 
 def _related(values: Array, lag: int) -> Array:
-    """Correlation of every column that moves with itself so many cycles later."""
+    """Correlation of every column that moves with itself ``lag`` cycles later."""
     away = values - values.mean(axis=0)
     power = np.sum(away**2, axis=0)
     moving = power > 1e-18 * len(values) * np.max(np.abs(values), axis=0) ** 2
@@ -107,7 +107,7 @@ def draws(
 
 
 def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
-    """Return by what the root of the sum of two squared standard errors is multiplied for a 95 % interval.
+    """Return the factor of a 95 % interval on the root of the sum of two squared standard errors.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ CLOCKS = ("cycle", "phase", "none")
 
 @dataclass(frozen=True)
 class Wanted:
-    """How two motions are compared; attributes as the arguments of ``validate``."""
+    """Arguments of a comparison; attributes as those of ``validate``."""
 
     match: Mapping[str, str] = field(default_factory=dict)
     start: float | None = None
@@ -34,7 +34,7 @@ class Wanted:
 
 
 def problems_of(wanted: Wanted) -> list[Problem]:
-    """Return the problems of the arguments that show without any data."""
+    """Return the problems of the arguments that need no data."""
     problems = []
     if wanted.trend not in TRENDS:
         problems.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))

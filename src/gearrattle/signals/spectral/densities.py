@@ -210,7 +210,7 @@ def coherence(
 
 
 def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
-    """Return how a signal is cut.
+    """Return the segments of a signal.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def density_unit(signal: Sampled) -> str:
 def _pair(
     source: Source, channel: str, reference: str, *, resolution: str | float | None, overlap: float, window: str
 ) -> tuple[Sampled, Sampled, Segments, CrossSpectra]:
-    """Return both signals, how they are cut, and their densities."""
+    """Return both signals, their segments, and their densities."""
     y, x = sampled(source, channel), sampled(source, reference)
     segments = segments_of(y, resolution, overlap, window, _PARTS)
     return y, x, segments, cross_spectra(x.values, y.values, y.rate, segments)

@@ -68,13 +68,13 @@ class Sampled:
 
     @property
     def place(self) -> str:
-        """Where an error is."""
+        """Location of the signal in error messages."""
         return f"{self.source}: {self.name}"
 
 
 @dataclass(frozen=True)
 class Shaft:
-    """How a shaft turns beside a signal.
+    """Angle and speed of a shaft beside a signal.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
-    """Return the shaft beside a signal, turning one way, forward.
+    """Return the shaft beside a signal, turned forward; refuse one that stands or turns back.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def _of_run(run: Run, channel: str) -> Sampled:
 
 
 def _folds(run: Run, rate: float) -> tuple[str, ...]:
-    """Say whether excited orders lie above half the rate."""
+    """Return a note where excited orders lie above half the rate."""
     ramp, layout = ramp_of(run.model), run.trajectory.layout
     fastest = layout.omega if ramp is None else max(ramp.begin, ramp.end)
     highest = float(layout.orders.max(initial=0.0)) * fastest / TURN

@@ -92,13 +92,13 @@ def spectra(
 
 
 def _named(data: xr.Dataset, names: tuple[tuple[str, str], ...], words: str) -> dict[str, Any]:
-    """Return variables under new names, with what they are."""
+    """Return variables under new names, with their descriptions."""
     ends = {"low": ", lower limit", "high": ", upper limit"}
     return {new: data[old].assign_attrs(long_name=words + ends.get(old, "")) for old, new in names}
 
 
 def cross_parts(both: xr.Dataset) -> dict[str, Any]:
-    """Return what ``cross_psd`` returned as real variables, by name."""
+    """Return the result of ``cross_psd`` as real variables, by name."""
     x, y = both.attrs["reference"], both.attrs["channel"]
     return {
         **_parts(both["cross"], "cross", f"cross spectral density of {x} and {y}"),

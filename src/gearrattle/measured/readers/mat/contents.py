@@ -43,7 +43,7 @@ class Signal(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Times that are told by three numbers; the length is 0 where the file does not say it."""
+    """Times stated by three numbers; the length is 0 where the file does not state it."""
 
     start: float
     interval: float
@@ -59,7 +59,7 @@ class Clock(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """What is in a file.
+    """Signals, clocks, texts and other variables of a file.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Contents:
         return clock if clock and clock.length in (0, self.signals[path].samples) else None
 
     def wanted(self, request: Request) -> set[str]:
-        """Return the paths of what is read: what is asked for, and what may be times."""
+        """Return the paths that are read: those asked for, and possible times."""
         if request.names is None:
             return set(self.signals)
         columns = [(path, column) for path, signal in self.signals.items() for column in signal.columns]
@@ -104,7 +104,7 @@ class Contents:
         yield from (samples for _, samples in made)
 
     def notes(self) -> Iterator[str]:
-        """Yield what the user must know."""
+        """Yield notes for the user."""
         for path, kind in list(self.objects.items())[:_MOST_NAMED]:
             yield f"{path} is an object of MATLAB ({kind}) and is left out: save what it holds as plain vectors"
         if self.left_out:
@@ -122,7 +122,7 @@ class Contents:
 
 
 def contents_of(variables: Iterable[Variable], source: str) -> Contents:
-    """Return what is in a file.
+    """Return the contents of a file.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
 def _data_of_axes(
     shapes: dict[str, tuple[int, ...]], labels: dict[str, str]
 ) -> dict[tuple[str, int], list[tuple[str, float]]]:
-    """Return every ``X.Data`` whose name may be one of time, and its number, by what stands before it and length."""
+    """Return every ``X.Data`` that may hold times, and its number, by parent path and length."""
     axes: dict[tuple[str, int], list[tuple[str, float]]] = {}
     for path, shape in shapes.items():
         axis = _SERIES.fullmatch(path)
@@ -212,13 +212,13 @@ def _axis(
 
 
 def _is_axis(path: str) -> bool:
-    """Tell ``X.Data``."""
+    """Return whether a path is an ``X.Data``."""
     series = _SERIES.fullmatch(path)
     return series is not None and series[2] in "Xx"
 
 
 def _clocks(numbers: dict[str, float], source: str) -> dict[str, Clock]:
-    """Return the clocks that Tstart, Tinterval and Length tell, by what stands before these names."""
+    """Return the clocks by Tstart, Tinterval and Length, by the path before these names."""
     clocks = {}
     for path, interval in numbers.items():
         parent = _parent(path)
@@ -239,19 +239,19 @@ def _number(variable: Variable) -> float:
 
 
 def _parent(path: str) -> str:
-    """Return what stands before the last name of a path, its dot with it; empty for a variable of the file."""
+    """Return the path before the last name, with its dot; empty for a variable of the file."""
     return path[: path.rfind(".") + 1]
 
 
 def _text_of(texts: dict[str, str], path: str, keys: tuple[str, ...]) -> str:
-    """Return the text that stands beside ``Data`` under one of some names; empty for other signals."""
+    """Return the text beside ``Data`` under one of some names; empty for other signals."""
     if path.rpartition(".")[2] not in _DATA or not _parent(path):
         return ""
     return next((text.strip() for key in keys if (text := texts.get(f"{_parent(path)}{key}"))), "")
 
 
 def _rows(text: str) -> dict[str, dict[str, Any]]:
-    """Return what ``write`` put beside the signals, by variable."""
+    """Return the entries that ``write`` stored beside the signals, by variable."""
     try:
         rows = json.loads(text)
     except ValueError:

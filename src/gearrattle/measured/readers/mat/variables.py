@@ -26,7 +26,7 @@ class Damaged(ValueError):
 
 
 class Part:
-    """A number of bytes, read in order."""
+    """A range of bytes, read in order."""
 
     def __init__(self, read: Callable[[int], bytes], skip: Callable[[int], object], left: int) -> None:
         self._read = read
@@ -47,25 +47,25 @@ class Part:
         return self._read(count)
 
     def skip(self, count: int) -> None:
-        """Pass over bytes, which are left out where they are not there."""
+        """Skip bytes, as far as there are any."""
         count = min(count, self.left)
         self.left -= count
         self._skip(count)
 
     def part(self, count: int) -> Part:
-        """Return the next bytes as a part of their own, to be read before this one is."""
+        """Return the next bytes as a part of their own, which must be read before this one."""
         if count > self.left:
             raise Damaged(f"an element of {count} bytes ends beyond the file")
         return Part(self.read, self.skip, count)
 
     def small(self) -> bytes:
-        """Return all that is left: a head, a name or a text."""
+        """Return all bytes that are left: a head, a name or a text."""
         if self.left > _SMALL:
             raise Damaged(f"a head or a text of {self.left} bytes")
         return self.read(self.left)
 
     def unpacked(self) -> Part:
-        """Return what these bytes unpack to; its length is not known before."""
+        """Return the unpacked bytes; their length is not known before."""
         unpacking = zlib.decompressobj()
 
         def read(count: int) -> bytes:
@@ -87,7 +87,7 @@ class Part:
 
 
 def part_of(stream: BinaryIO, size: int) -> Part:
-    """Return the bytes of an open file from where it stands to its end.
+    """Return the bytes of an open file from its position to its end.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class _Head(NamedTuple):
 
 
 def is_version_4(head: bytes) -> bool:
-    """Tell a file that begins with the head and the name of a variable of version 4."""
+    """Return whether a file begins with the head and the name of a variable of version 4."""
     about = _head_of(head[:_HEAD])
     if about is None:
         return False
@@ -63,7 +63,7 @@ def variables(part: Part) -> Iterator[Variable]:
 
 
 def _head_of(head: bytes) -> _Head | None:
-    """Read a head; None for what is none."""
+    """Read a head; None where there is none."""
     if len(head) < _HEAD:
         return None
     for machine, order in enumerate("<>"):

@@ -62,7 +62,7 @@ def variables(head: bytes, part: Part, *, within: bool) -> Iterator[Variable]:
 
 
 def _elements(part: Part, order: str) -> Iterator[_Element]:
-    """Yield the elements of a part; what was not read of one is passed over."""
+    """Yield the elements of a part; unread bytes of an element are skipped."""
     while part.left:
         if part.left < 8:
             raise Damaged("ends inside the head of an element")
