@@ -33,8 +33,6 @@ def compare_coherence(
         on the same output grid.
     start
         no sample before it is used [s]; None: the steady part.
-    ensembles, points, harmonics, every, anti_alias, taper
-        see ``coherence_at_harmonics``.
 
     Raises
     ------

@@ -185,11 +185,6 @@ def window_of(truth: Run, tolerance: float) -> float:
     """Time up to which errors are given sample by sample [s]: where 1e-6, or the tolerance if finer, has grown to 1e-3.
 
     A coarse tolerance is no reason to look away sooner, and a fine one none to look beyond the horizon.
-
-    Parameters
-    ----------
-    tolerance
-        of the contenders who choose their steps.
     """
     growth = min(_STILL_SMALL / min(tolerance, _COARSE), GROWTH)
     return min(float(truth.variation.horizon(growth)), truth.trajectory.end)

@@ -49,8 +49,6 @@ class Result:
     ----------
     status
         "done", or why there is no run, in words.
-    run
-        the motion; None if there is none.
     wall_time
         of a run that came to an end, or until it was given up [s].
     """
@@ -116,12 +114,8 @@ def run_one(
 
     Parameters
     ----------
-    settings
-        those all share, by their names in ``gearrattle.simulate``.
     budget
         longest time for the run that counts [s].
-    progress
-        called with the finished share; what it raises ends the comparison.
 
     Raises
     ------

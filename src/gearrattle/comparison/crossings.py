@@ -56,8 +56,6 @@ class EventSummary(Record):
 
     Attributes
     ----------
-    reference
-        events of the reference: matched and missed.
     largest, median, rms
         of the magnitudes of the time errors [s]; NaN without a pair.
     """

@@ -79,16 +79,10 @@ def exact_portraits(
 
     Parameters
     ----------
-    motion
-        any motion of it, of the same settings.
-    settings
-        cycles, discard, samples_per_cycle as in ``gearrattle.simulate``.
     start
         statistics begin there [s]; None: with the steady part.
     budget
         longest time [s]; fewer portraits come back where it is used up.
-    progress
-        called with the finished share.
 
     Raises
     ------

@@ -156,8 +156,6 @@ def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 4
         (Nt,) errors.
     dense
         half of the times lie before it [s]: where errors grow.
-    points
-        at most so many on either side of it.
     """
     early = int(np.searchsorted(time, dense))
     edges = [np.linspace(*span, min(points, span[1] - span[0]) + 1) for span in ((0, early), (early, time.size))]

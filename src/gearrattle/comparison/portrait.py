@@ -25,8 +25,6 @@ class Portrait:
 
     Attributes
     ----------
-    layout
-        of its driveline, for names and units.
     start, end
         of these cycles [s].
     deflection

@@ -80,16 +80,10 @@ def work_precision(
 
     Parameters
     ----------
-    algorithms
-        names; ``exact`` is there in any case.
     budget
         a curve ends with the first run that takes longer [s].
-    progress
-        called with the finished share.
     most_cycles
         length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
-    initial
-        where they start, as in ``gearrattle.simulate``.
 
     Raises
     ------

@@ -70,13 +70,7 @@ def _reasons(row: Row) -> Iterator[str]:
 
 
 def recommendation(comparison: Comparison) -> str:
-    """Return three sentences: what to use, what not to trust, and what no algorithm can do here.
-
-    Parameters
-    ----------
-    comparison
-        its rows judged.
-    """
+    """Return three sentences: what to use, what not to trust, and what no algorithm can do here."""
     return " ".join((_use(comparison), _trust(comparison), _limits(comparison)))
 
 

@@ -25,18 +25,10 @@ class Row(Record):
 
     Attributes
     ----------
-    status
-        "done", or why there is nothing more to tell.
     cost
         what it took; None if it did not come to an end (nor do the following).
-    error
-        inside the window.
-    crossings, impacts
-        inside the window, matched one by one.
     statistics
         beyond the horizon; None where no whole cycle lies there.
-    transmissibility
-        of the last cycles.
     coherence
         of every inertia's acceleration; empty where the run is too short for it.
     history
@@ -86,8 +78,6 @@ class Comparison(Result, Record):
         T [s].
     budget
         longest time a contender may take [s].
-    recommendation
-        what follows from the numbers, in three sentences.
     """
 
     kind: ClassVar[str] = "comparison"

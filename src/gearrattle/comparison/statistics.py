@@ -56,8 +56,6 @@ class Item(Record):
     candidate, reference
         its value, and the mean of the exact motions' [unit]; NaN where it has
         none of its own.
-    measure
-        what is tested, in words with its unit.
     low, high
         all exact motions lie between them.
     floor
@@ -98,8 +96,6 @@ class StatisticalComparison(Record):
         in the order levels, spectra, rates, impulses, transmissibilities.
     decided
         of how many items is known whether they differ.
-    different
-        how many are called different.
     different_by_chance
         how many would be of a correct motion, on average.
     """
@@ -208,8 +204,6 @@ def _number(
 
     Parameters
     ----------
-    subject
-        its name and unit.
     values
         (m,) of all motions.
     least

@@ -31,10 +31,6 @@ class Alignment:
     ----------
     candidate, reference
         (p,) the events of pair i, ascending.
-    missed
-        events of the reference without a partner.
-    invented
-        candidate events without a partner.
     """
 
     candidate: Index

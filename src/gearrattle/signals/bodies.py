@@ -33,10 +33,6 @@ class LooseGear(NamedTuple):
 
     Attributes
     ----------
-    mesh
-        index of the element between them.
-    loose, driver
-        indices of the inertias.
     reduction
         R_driver / R_loose, the loose gear's angle over its driver's.
     """

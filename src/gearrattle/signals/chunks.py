@@ -116,8 +116,6 @@ class SignalSums:
     ----------
     start, end
         of the window so far [s]; start is infinite while all is discarded.
-    cycles
-        of the window, discarded: before it.
     interval
         between samples [s].
     orders
@@ -171,13 +169,7 @@ class SignalSums:
         return amplitudes
 
     def velocities(self, angle: int, velocity: int) -> NDArray[np.complex128]:
-        """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end.
-
-        Parameters
-        ----------
-        angle, velocity
-            their columns.
-        """
+        """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end."""
         assert self.moments is not None
         m, span = self.moments, float(self.end - self.start)
         bend = 0.5 * float(m.last[velocity] - m.first[velocity]) * span
@@ -194,14 +186,10 @@ def add_chunk(
 
     Parameters
     ----------
-    trajectory
-        the next chunk, of whole cycles.
     signals
         (N + 1, q) on the grid of its steady part, both bounds included; (0, q) if all of it is discarded.
     orders
         (o,) of the excitation.
-    before
-        None at the first.
     exact
         columns of the signals whose statistics are known between samples, and these.
     """

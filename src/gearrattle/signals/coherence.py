@@ -70,10 +70,6 @@ class Coherence:
         [Hz].
     every
         one sample in so many was kept.
-    taper
-        "hann" or "none".
-    ensembles, points
-        segments, and samples in each.
     """
 
     frequency: Array
@@ -124,8 +120,6 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
         their rate [Hz].
     highest
         highest harmonic [Hz], to lie below ``USABLE`` of half the rate.
-    points
-        samples in a segment.
     spacing
         distance between harmonics [Hz].
 
@@ -168,16 +162,10 @@ def coherence_at_harmonics(
         their rate [Hz].
     fundamental
         lowest frequency of the excitation [Hz].
-    ensembles, points
-        segments, and samples in each.
-    harmonics
-        how many, the fundamental included.
     every
         keep one sample in so many; None chooses (see ``decimation``).
     anti_alias
         whether to filter before samples are left out (FIR, linear phase, shifted back).
-    taper
-        "hann" or "none".
 
     Raises
     ------

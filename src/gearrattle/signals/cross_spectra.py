@@ -46,8 +46,6 @@ class Segments:
     ----------
     window
         (L,) the taper.
-    step
-        samples from one segment to the next.
     """
 
     window: Array
@@ -114,14 +112,10 @@ def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
 
     Parameters
     ----------
-    samples
-        in the record, at least ``length``.
     length
         samples in a segment, at least 2.
     overlap
         share of a segment that the next has as well, 0 to below 1.
-    window
-        one of ``WINDOWS``.
     """
     step = max(1, length - round(overlap * length))
     return Segments(taper(window, length), step, 1 + (samples - length) // step)

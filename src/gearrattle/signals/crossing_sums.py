@@ -31,10 +31,6 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 
     Parameters
     ----------
-    before
-        those of the chunks before; None at the first.
-    trajectory
-        the next chunk.
     window
         the part of it that counts; None for nothing of it: only the flanks of its last contacts are kept.
 
@@ -113,8 +109,6 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 
     Parameters
     ----------
-    clearance
-        index into ``layout.clearance``.
     end
         of the motion [s]: a contact that is still open counts up to it.
     """
@@ -153,8 +147,6 @@ def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sid
 
     Parameters
     ----------
-    clearance
-        index into ``layout.clearance``.
     duration
         of the window [s].
     """

@@ -45,10 +45,6 @@ class Unwrapped(NamedTuple):
     ----------
     values
         (N,) in the unit of the encoder.
-    falls
-        how many falls took more than one step.
-    replaced
-        how many samples were replaced for them.
     """
 
     values: Array

@@ -50,8 +50,6 @@ class ImpactSummary:
 
     Attributes
     ----------
-    count, drive
-        how many, and how many of them on the drive side.
     censored
         whether the motion ends within a contact that counts.
     """

@@ -35,11 +35,6 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
     """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
 
     low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
-
-    Parameters
-    ----------
-    before
-        the same of the chunks before; None at the first.
     """
     window = steady(trajectory)
     count = min(LAST_CYCLES, window.cycles)

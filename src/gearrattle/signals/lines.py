@@ -103,8 +103,6 @@ def super_harmonics(
     ----------
     signal
         (N,) samples of whole common periods T, each phase once.
-    samples_per_cycle
-        samples in T.
     fundamental
         g, the order whose period is T.
     orders

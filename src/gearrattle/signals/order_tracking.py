@@ -80,8 +80,6 @@ class Orders:
         (b,) mean time of each block, weighted by its window [s].
     speed
         (b,) mean speed with the same weights [rad/s].
-    turns
-        per block.
     """
 
     order: Array
@@ -180,8 +178,6 @@ def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highe
         at least ``turns`` turns long.
     overlap
         fraction of a block that the next one shares, 0 <= overlap < 1.
-    window
-        one of ``cross_spectra.WINDOWS``.
     """
     length = turns * signal.per_turn
     blocks = cut(signal.values.size, length, overlap, window)

@@ -28,13 +28,7 @@ Regime = Literal["quiet", "single-sided", "double-sided"]
 
 
 def centre(layout: Layout, clearance: int) -> frozenset[int]:
-    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact.
-
-    Parameters
-    ----------
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact."""
     first = int(layout.region_of_first_piece[clearance])
     corner_below_zero = -first - 1  # the corner between the pieces -1 and 0
     corners = layout.corners[clearance]
@@ -47,13 +41,7 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 
 
 def centre_words(layout: Layout, clearance: int) -> str:
-    """Return in words the regions of the centre where delta = 0 is a corner, for formulas; empty elsewhere.
-
-    Parameters
-    ----------
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return in words the regions of the centre where delta = 0 is a corner, for formulas; empty elsewhere."""
     if 0.0 not in layout.corners[clearance]:
         return ""
     labels = [f"{label:+d}" if label else "0" for label in sorted(centre(layout, clearance))]
@@ -88,13 +76,7 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 
 
 def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
-    """Return the error for a crossing that does not lead from the last region to a neighbouring one.
-
-    Parameters
-    ----------
-    row
-        position of the crossing in the log.
-    """
+    """Return the error for a crossing that does not lead from the last region to a neighbouring one."""
     log, k = trajectory.events, int(trajectory.events.clearance[row])
     if not 0 <= k < trajectory.layout.clearance.size:
         return GearRattleError(f"event log, row {row}: there is no clearance {k}; simulate again, or repair the data")

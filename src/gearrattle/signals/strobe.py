@@ -90,8 +90,6 @@ def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
     ----------
     orbits
         (n, q) each, scaled; None where a motion has none.
-    same
-        orbits nearer than this to the first of their group belong to it.
     """
     label = np.full(len(orbits), -1, dtype=np.int64)
     first: list[int] = []

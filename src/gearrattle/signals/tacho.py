@@ -41,12 +41,8 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
         (N,) strictly ascending [s].
     values
         (N,) the signal in any unit.
-    threshold
-        in that unit.
     hysteresis
         how far below the threshold the signal must have been, at least 0.
-    rising
-        whether a pulse begins where the signal rises; otherwise where it falls.
 
     Returns
     -------

@@ -59,8 +59,6 @@ def waterfall(
         of the samples [Hz].
     speed
         (N,) of the shaft [rad/s]; None where it is not known.
-    density
-        whether densities are wanted; otherwise amplitudes of lines on a bin.
     highest
         frequency up to which they are kept [Hz].
     """

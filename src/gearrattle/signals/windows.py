@@ -25,8 +25,6 @@ class Window:
     ----------
     start, end
         times of its bounds, both included [s].
-    first, last
-        sample indices of the same bounds.
     cycles
         its length in periods T, at least 1.
     """

@@ -129,13 +129,7 @@ def sets_the_period(path: str) -> tuple[str, str] | None:
 
 
 class Steps:
-    """Progress of a fit, in simulations.
-
-    Parameters
-    ----------
-    progress
-        called with the share; what it raises ends the fit.
-    """
+    """Progress of a fit, in simulations."""
 
     def __init__(self, starts: int, count: int, progress: Progress | None) -> None:
         self._done, self._progress = 0, progress

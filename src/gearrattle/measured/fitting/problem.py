@@ -279,8 +279,6 @@ class Differences(Judged):
     ----------
     jitter
         of its residuals, in standard errors.
-    step
-        of the logarithms.
     """
 
     jitter: float

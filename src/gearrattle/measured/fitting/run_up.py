@@ -68,8 +68,6 @@ class MeasuredRunUp:
         whether phases are compared, or sizes alone.
     calibration
         (C,) relative standard uncertainty of every channel.
-    per_minute
-        whether speeds are told in rpm: the model has units.
     noise
         (B, m, m) covariance of every block.
     simulated_noise

@@ -42,16 +42,10 @@ class RunUpSimulator:
 
     Attributes
     ----------
-    names
-        of the C simulated channels.
     orders
         (o,) of each.
-    turns
-        in a block.
     starts
         (B,) angles of the shaft at which blocks begin [rad].
-    watched
-        called with the finished share of a simulation; what it raises ends it.
     """
 
     settings: Mapping[str, Any]
@@ -99,13 +93,6 @@ def run_up_motion(
     watched: Callable[[float], None],
 ) -> tuple[MeasuredRunUp, RunUpSimulator, list[str]]:
     """Fit the orders of measured blocks, and say how a run-up is simulated and read at their speeds; with notes.
-
-    Parameters
-    ----------
-    recordings
-        one run-up, and its repeats.
-    watched
-        called with the finished share of a simulation; what it raises ends it.
 
     Raises
     ------

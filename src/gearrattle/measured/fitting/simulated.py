@@ -40,8 +40,6 @@ class Simulator:
         lowest and highest frequency [Hz].
     lines
         K, how many lines are kept.
-    watched
-        called with the finished share of a simulation; what it raises ends it.
     """
 
     settings: Mapping[str, Any]
@@ -81,11 +79,6 @@ class Simulator:
 
 def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
     """Return the judged cycles of a run.
-
-    Parameters
-    ----------
-    trend
-        "linear": a straight line is taken away.
 
     Raises
     ------

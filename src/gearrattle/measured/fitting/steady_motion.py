@@ -33,13 +33,7 @@ def steady_motion(
     table: RecordingTable,
     watched: Callable[[float], None],
 ) -> tuple[Recorded, Simulator, list[str]]:
-    """Cut the measured record into cycles, choose what is compared, and say how a motion is simulated; with notes.
-
-    Parameters
-    ----------
-    watched
-        called with the finished share of a simulation; what it raises ends it.
-    """
+    """Cut the measured record into cycles, choose what is compared, and say how a motion is simulated; with notes."""
     pairing, wanted = asked
     names = tuple(channel.name for channel in pairing.simulated)
     # cycles of both

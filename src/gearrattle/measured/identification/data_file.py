@@ -42,13 +42,6 @@ Data = str | os.PathLike[str] | Mapping[str, Any]
 def read_data(data: Data, model: Model, default: State) -> Measurements:
     """Read data and check them against a model.
 
-    Parameters
-    ----------
-    model
-        names inertias and elements, and says whether there are units.
-    default
-        state of data that do not name their own.
-
     Raises
     ------
     ModelError

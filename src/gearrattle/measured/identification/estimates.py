@@ -78,13 +78,7 @@ class DataProblem(Protocol):
 
 @dataclass(frozen=True)
 class Searched:
-    """Result of a search.
-
-    Attributes
-    ----------
-    failed
-        how many of them did not converge.
-    """
+    """Result of a search."""
 
     minima: tuple[Minimum, ...]
     starts: int
@@ -117,13 +111,7 @@ def estimates(
     profile: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Return the fit at the best minimum: errors, intervals, open combinations and notes.
-
-    Parameters
-    ----------
-    progress
-        called with the finished share of that; what it raises ends the fit.
-    """
+    """Return the fit at the best minimum: errors, intervals, open combinations and notes."""
     # residuals, and the directions without information, at the best minimum
     minima = searched.minima
     best = minima[0]

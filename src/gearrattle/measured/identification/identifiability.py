@@ -142,8 +142,6 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float
     ----------
     jacobian
         (N, P) in standard errors.
-    scale
-        factor on the standard errors.
     """
     combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
     combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]

@@ -56,8 +56,6 @@ class Loop:
         (N,) the deflection at which the sample's leg began [rad].
     leg
         (N,) number of the leg, counted from 0.
-    notes
-        what was left out.
     angle_unit
         "deg" where the file's angles are degrees, else "rad".
     """
@@ -93,8 +91,6 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
     ----------
     data
         path of a CSV file whose header names the units, or a pair of arrays, deflection [rad] and torque [N m].
-    angle, torque
-        names of the file's columns.
 
     Raises
     ------

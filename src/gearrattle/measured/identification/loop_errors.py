@@ -38,8 +38,6 @@ class Spread(NamedTuple):
     covariance
         (C + B + R, C + B + R) of coefficients, breaks (drive, then coast), logarithms of reaches; inf on
         the diagonal of what no sample tells.
-    sliders
-        the R sliders in the order of their reaches.
     residual
         (N,) measured less fitted torque [N m].
     tau

@@ -46,13 +46,7 @@ def intervals(
     estimates: tuple[Mapping[str, float], Mapping[str, float]],
     breaks: Mapping[str, Array],
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % interval of every number, and of stick stiffnesses whose default stands.
-
-    Parameters
-    ----------
-    estimates
-        values and standard errors by name.
-    """
+    """Return the 95 % interval of every number, and of stick stiffnesses whose default stands."""
     values, errors = estimates
     made = {}
     for name, value in values.items():

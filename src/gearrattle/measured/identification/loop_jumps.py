@@ -78,8 +78,6 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
 
     Parameters
     ----------
-    where
-        side and index of the break.
     variance
         of the noise, times its autocorrelation time [(N m)^2].
     reaches

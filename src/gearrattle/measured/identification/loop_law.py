@@ -42,8 +42,6 @@ class Shape:
     ----------
     drive, coast
         breaks from the centre outward, positive magnitudes [rad].
-    parted
-        whether the first stages of both sides have slopes of their own.
     reach
         by slider, (side, index) [rad]; the centre's is ("centre", 0).
     """
@@ -147,10 +145,6 @@ class Regression:
 
         Parameters
         ----------
-        points
-            where the columns are looked at.
-        weight
-            how many samples each stands for.
         whole
             sum of the squared torques of all samples [(N m)^2].
         reach

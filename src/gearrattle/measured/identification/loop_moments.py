@@ -76,8 +76,6 @@ class Moments:
             1 on the drive side, -1 on the coast side.
         way
             1 outward, -1 on the way back.
-        low, high
-            magnitudes on that side.
         """
         delta = sign * self.loop.deflection
         rows = np.flatnonzero((way * sign * self.loop.way > 0.0) & (delta > low) & (delta <= high))

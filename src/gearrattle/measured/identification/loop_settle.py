@@ -27,13 +27,7 @@ _BETTER = 0.02  # chi-square by which a law met on the way must fit better to be
 
 
 class Settled(NamedTuple):
-    """The law of a loop.
-
-    Attributes
-    ----------
-    reaches
-        density of the reach of every slider that the law has.
-    """
+    """The law of a loop."""
 
     polish: Polish
     law: Solved

@@ -22,13 +22,7 @@ Array = NDArray[np.float64]
 
 
 def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]) -> Array:
-    """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches.
-
-    Parameters
-    ----------
-    sliders
-        the R sliders whose reaches count.
-    """
+    """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches."""
     columns = [
         _in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))
     ]

@@ -35,8 +35,6 @@ def values_of(
 
     Parameters
     ----------
-    fixed
-        sliders whose stick stiffness is the default and no value.
     sticks
         the sliders of the stick stiffnesses; None: those that have a height.
     """

@@ -44,8 +44,6 @@ class MeasuredMode:
 
     Attributes
     ----------
-    label
-        what it is called, e.g. ``"mode 2"``.
     number
         from 1 in ascending order, rigid motions counted; None: matched by its shape.
     omega
@@ -76,8 +74,6 @@ class MeasuredResponse:
 
     Attributes
     ----------
-    label
-        what it is called, e.g. ``"response 1, hub by flywheel"``.
     at
         inertia that moves.
     torque_on

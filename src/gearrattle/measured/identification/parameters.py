@@ -39,8 +39,6 @@ class Parameters:
 
     Attributes
     ----------
-    paths
-        P of them, as ``Model.with_`` takes them.
     start
         (P,) values in the model given, SI.
     lower, upper
@@ -118,12 +116,8 @@ def free_parameters(
     ----------
     free
         paths; ``*`` stands for any text, as in ``inertia.*.J``.
-    bounds
-        lowest and highest value by path, as in a model file.
     factor
         bounds of the others: start / factor and start * factor.
-    refused
-        a path to the rule and the remedy of one that cannot be a parameter of these data, or None.
 
     Raises
     ------

@@ -63,8 +63,6 @@ class FitProblem:
     ----------
     prior
         standard deviation of every ln(parameter / start); None: no prior.
-    units
-        whether quantities have units.
     """
 
     data: Measurements

@@ -47,11 +47,6 @@ class Samples(NamedTuple):
 def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     """Read a frequency response.
 
-    Parameters
-    ----------
-    dimensionless
-        whether the columns are plain; ``derivatives`` is then None.
-
     Raises
     ------
     ModelError

@@ -62,10 +62,6 @@ class Minimum:
     ----------
     x
         (P,) logarithms of the parameters over their start.
-    chi_square
-        sum of squares of the residuals, a prior's included.
-    times
-        from how many starts it was reached.
     at_bound
         (P,) -1 at the lower bound, +1 at the upper, 0 inside.
     """
@@ -93,8 +89,6 @@ def search(
         (P,) where the searches start.
     box
         (P,) lowest and highest x.
-    progress
-        called with the finished share; what it raises ends the search.
 
     Raises
     ------

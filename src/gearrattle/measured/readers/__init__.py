@@ -75,11 +75,6 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
     """Read the columns of a file as they stand.
 
-    Parameters
-    ----------
-    format
-        one of ``READERS``; empty: recognised by the content.
-
     Raises
     ------
     ModelError

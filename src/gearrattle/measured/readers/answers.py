@@ -10,15 +10,7 @@ from typing import NamedTuple
 
 
 class Answers(NamedTuple):
-    """Times and values of a format: what its reader takes for them.
-
-    Attributes
-    ----------
-    counts
-        which stored values are samples, and which are gaps.
-    scaled
-        how a stored number becomes the value.
-    """
+    """Times and values of a format: what its reader takes for them."""
 
     axis: str
     unit: str

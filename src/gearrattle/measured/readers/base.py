@@ -45,8 +45,6 @@ class Request(NamedTuple):
         between samples of a file without times [s]; None: there are times.
     names
         the columns wanted; None: all that are signals. A reader may give more.
-    copies
-        of columns that will be made, as one column may become several channels.
     """
 
     time: str = ""
@@ -72,8 +70,6 @@ class Column:
         (N,), its own, which may be changed; (0,) for a column that was not asked for and not read.
     time
         (N,) [s]; None until it is found among the columns, unless the file gives it with the column.
-    axis
-        name of the column of its times, where the file says it.
     """
 
     name: str
@@ -87,13 +83,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """Columns of a file, with notes.
-
-    Attributes
-    ----------
-    columns
-        in the order of the file; every one has its times.
-    """
+    """Columns of a file, with notes."""
 
     columns: tuple[Column, ...]
     source: str

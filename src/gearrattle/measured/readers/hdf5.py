@@ -88,13 +88,7 @@ def read(path: Path, request: Request) -> Raw:
 
 
 class _Signal:
-    """A dataset that may hold signals, before it is read.
-
-    Attributes
-    ----------
-    names
-        of its columns; empty for what is no signal.
-    """
+    """A dataset that may hold signals, before it is read."""
 
     def __init__(self, name: str, item: Any) -> None:
         self.name = name

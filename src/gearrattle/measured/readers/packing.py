@@ -43,8 +43,6 @@ class Packing(NamedTuple):
 
     Attributes
     ----------
-    missing
-        stored numbers that are gaps.
     stored_range, value_range
         least and greatest that count, of the stored numbers and of the values.
     wraps
@@ -66,11 +64,6 @@ class Packing(NamedTuple):
 
 def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
     """Return the packing of a variable by its attributes.
-
-    Parameters
-    ----------
-    fill
-        what stands in the file where nothing was written.
 
     Raises
     ------

@@ -60,11 +60,6 @@ _NONE = ("", "-", "1", "[-]", "none", "no_units")
 def factor(unit: str, quantity: str) -> tuple[float, str]:
     """Return the factor of a unit to SI, and the SI unit.
 
-    Parameters
-    ----------
-    quantity
-        one of ``QUANTITIES``.
-
     Raises
     ------
     UnitError

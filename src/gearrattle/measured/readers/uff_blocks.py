@@ -174,15 +174,7 @@ def check_count(block: Block, count: int, samples: int, location: str) -> int:
 
 
 def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) -> None:
-    """Read numbers that are stored as bytes.
-
-    Parameters
-    ----------
-    width
-        bytes of a sample.
-    samples
-        what is filled.
-    """
+    """Read numbers that are stored as bytes."""
     forms = {4: "f4", 8: "f8"} if samples.time is None else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}
     form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
     stream.seek(block.begin)
@@ -199,13 +191,6 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 
 def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, location: str) -> int:
     """Read numbers of a text; return the count of surplus numbers that fill up its last line.
-
-    Parameters
-    ----------
-    width
-        of a column, where columns touch.
-    samples
-        what is filled.
 
     Raises
     ------

@@ -32,8 +32,6 @@ class Known:
     ----------
     scatter
         (2, C) standard errors of the logarithms, measured and simulated.
-    freedoms
-        degrees of freedom of both.
     between
         (2, C) change of the levels between samples, of both records together.
     grid
@@ -108,8 +106,6 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
     ----------
     row
         0 for peak to peak, 1 for rms.
-    channel
-        index in the arrays of ``known``.
     stated
         rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
         samples in a cycle.

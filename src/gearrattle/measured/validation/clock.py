@@ -36,8 +36,6 @@ class Found:
     ----------
     delay
         to be added to the measured times [s].
-    agreement, rival
-        correlation there, and the largest apart from it.
     """
 
     delay: float
@@ -113,12 +111,8 @@ def period_by_clock(amplitudes: Complex, power: float, period: float, *, refine:
     ----------
     amplitudes
         (N, K) lines of every cycle of a channel, cut at ``period``.
-    power
-        mean square of the channel.
     period
         assumed [s].
-    refine
-        whether it is known already that the record has its own.
 
     Returns
     -------

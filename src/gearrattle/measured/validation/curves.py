@@ -15,8 +15,6 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
 
     Parameters
     ----------
-    cycles
-        measured, simulated.
     delay
         added to the measured times [s].
     """

@@ -33,8 +33,6 @@ class Setting:
 
     Attributes
     ----------
-    samples
-        S, in a cycle.
     lowest
         of the frequencies compared [Hz]; 0: no high pass.
     trend
@@ -153,8 +151,6 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         by its clock [s].
     bounds
         first and last time wanted [s].
-    whole_start
-        whether cycles begin at multiples of the period.
 
     Raises
     ------

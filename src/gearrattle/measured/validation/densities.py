@@ -86,8 +86,6 @@ def gaussian_averages(density: Array, segments: int) -> float:
     ----------
     density
         (b,) of the band's bins.
-    segments
-        K.
     """
     single = segments / (1.0 + (segments - 1) / (18.0 * segments))
     total = 0.0
@@ -110,13 +108,7 @@ def observed_averages(powers: Array) -> float:
 
 
 def limits(ratio: float, first: float, second: float) -> tuple[float, float]:
-    """Return the limits of the true ratio of two powers in 95 of 100 cases.
-
-    Parameters
-    ----------
-    first, second
-        equivalent numbers of averages of its numerator and its denominator.
-    """
+    """Return the limits of the true ratio of two powers in 95 of 100 cases."""
     from scipy.stats import f
 
     high, low = (float(f.ppf(p, 2.0 * first, 2.0 * second)) for p in (0.975, 0.025))

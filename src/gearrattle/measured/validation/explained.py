@@ -40,13 +40,7 @@ _RMS = MEASURES.index("rms")
 def explained(
     drawn: Drawn, pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tuple[Draws, Draws]
 ) -> Explained | None:
-    """Return the part of the differences that parameters explain; None where runs are too few for their effects.
-
-    Parameters
-    ----------
-    cycles, draws
-        measured, simulated.
-    """
+    """Return the part of the differences that parameters explain; None where runs are too few for their effects."""
     # effects of the parameters on the levels, and the differences of the levels
     slopes, errors = effects(drawn)
     ratio = np.array([[_log(pair.levels[m]) for pair in pairs] for m in range(len(MEASURES))])

@@ -82,10 +82,6 @@ def compare_impacts(
 
     Parameters
     ----------
-    cycles, draws
-        measured, simulated.
-    channels
-        measured ones, as in the cycles.
     thresholds
         by clearance or by measured channel, in SI.
 

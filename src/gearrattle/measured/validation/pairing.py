@@ -25,8 +25,6 @@ class Pairing:
     measured_alone, simulated_alone
         names; a simulated one is told only where nothing else of its subject or
         quantity was measured either.
-    notes
-        on channels left out.
     """
 
     measured: tuple[Channel, ...]
@@ -38,13 +36,6 @@ class Pairing:
 
 def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) -> Pairing:
     """Return the pairs.
-
-    Parameters
-    ----------
-    measured, simulated
-        recordings in SI.
-    match
-        simulated names by measured names, before anything else.
 
     Raises
     ------

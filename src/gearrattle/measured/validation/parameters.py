@@ -119,16 +119,12 @@ def repeated(
 
     Parameters
     ----------
-    errors
-        values and standard errors by path.
     correlation
         (P, P) of their logarithms.
     levels
         returns the (2, C) levels of a run.
     runs
         number of runs, two or more.
-    progress
-        called with the fraction done.
     """
     size, axes = np.linalg.eigh(correlation)  # a square root that exists for singular correlations too
     root = (axes * np.sqrt(np.maximum(size, 0.0))) @ axes.T

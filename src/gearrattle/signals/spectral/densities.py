@@ -216,8 +216,6 @@ def segments_of(signal: Sampled, resolution: str | float | None, overlap: float,
     ----------
     resolution
         width of a bin [Hz]; None: a part of the record.
-    parts
-        of the record in a segment where nothing else is said.
 
     Raises
     ------

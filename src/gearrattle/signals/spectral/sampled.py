@@ -48,8 +48,6 @@ class Sampled:
         time of the first sample [s].
     interval
         between samples [s].
-    dimensionless
-        whether its model has no units.
     """
 
     name: str

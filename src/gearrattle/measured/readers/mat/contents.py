@@ -124,11 +124,6 @@ class Contents:
 def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     """Return the contents of a file.
 
-    Parameters
-    ----------
-    variables
-        with compressed structures looked into; short texts and single numbers are read.
-
     Raises
     ------
     ModelError

@@ -110,14 +110,8 @@ class Variable:
 
     Attributes
     ----------
-    name
-        its path: ``rec.Y(2).Data``.
     sort
         "numbers", "text", "object", "structure" (compressed, and not looked into), "other".
-    shape
-        of numbers.
-    part
-        where numbers or a text stand; the unpacked bytes of a structure.
     """
 
     name: str

@@ -38,8 +38,6 @@ def variables(head: bytes, part: Part, *, within: bool) -> Iterator[Variable]:
     ----------
     head
         the first 128 bytes of the file.
-    within
-        whether compressed structures are looked into; they take long.
 
     Yields
     ------
