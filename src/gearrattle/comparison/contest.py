@@ -116,6 +116,8 @@ def run_one(
     ----------
     budget
         longest time for the run that counts [s].
+    progress
+        called with the finished share; what it raises ends the comparison.
 
     Raises
     ------

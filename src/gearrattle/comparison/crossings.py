@@ -1,4 +1,4 @@
-"""Errors in the times of crossings and impacts, and how many a solver missed or invented.
+"""Errors in the times of crossings and impacts, and the numbers that a solver missed or invented.
 
 Crossings are matched per clearance, corner and direction, in order of time (``signals.align``): a brief double
 crossing that one solver steps over counts as missed and shifts no other match. No pair is further apart than the

@@ -1,4 +1,4 @@
-"""``fit``: the parameters of a rough model that agree best with data, and what the data leave open."""
+"""``fit``: the parameters of a rough model that agree best with data, and combinations that the data leave open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``[recording]`` of a data file: a recorded motion, and how it is compared, with the keys of ``validate``."""
+"""``[recording]`` of a data file: a recorded motion and settings of its comparison, with the keys of ``validate``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Free parameters: paths of a model file, their bounds, and how they enter the matrices.
+"""Free parameters: paths of a model file, their bounds, and their exponents in the matrices.
 
 Every coefficient of the linear system - an inertia, a drag, a slope, a damping - is a product of powers of the
 parameters, so in logarithms x_p = ln(p / start) it is linear,

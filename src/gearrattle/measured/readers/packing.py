@@ -1,4 +1,4 @@
-"""Packed numbers and missing values of HDF5 and netCDF: what the attributes of a variable say about its stored numbers.
+"""Packed numbers and missing values of HDF5 and netCDF: the attributes of a variable on its numbers.
 
 A value is ``scale_factor`` times the stored number plus ``add_offset``. Stored numbers equal to ``_FillValue`` or
 ``missing_value``, or outside of ``valid_range``, ``valid_min`` and ``valid_max``, are gaps. Conventions: CF 1.11,

@@ -1,4 +1,4 @@
-"""Records of uncertain parameters in a validation: their effects on levels, and how the levels pull them."""
+"""Records of uncertain parameters in a validation: their effects on levels, and their shifts by the levels."""
 
 from __future__ import annotations
 
