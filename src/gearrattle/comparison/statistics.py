@@ -44,7 +44,7 @@ SIGNIFICANT = 0.05
 NEGLIGIBLE = 1e-3
 NEGLIGIBLE_DB = 0.01  # 0.12 % in amplitude
 FEWEST_IMPULSES = 8
-_ROUNDING = 1e-9  # of a bound: it and what it bounds are summed in another order
+_ROUNDING = 1e-9  # of a bound: the bound and its value are summed in different orders
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def _number(
 
 def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floor | None) -> Iterator[Item]:
     """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
-    # distances of the densities, and what the motion's own error explains
+    # distances of the densities, and the part that the motion's own error explains
     nan, chance = float("nan"), 2.0 / len(densities)
     for i, name in enumerate(names):
         far, share = density_distances(densities[:, i], None if floor is None else floor.density[i])

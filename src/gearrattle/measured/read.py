@@ -153,7 +153,7 @@ def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
     end = None if tables.end is None else tables.end + 1.1 * around
     try:
         return became(_cut(channel, start, end))
-    except ModelError:  # what is wrong lies outside, or is told again
+    except ModelError:  # the fault lies outside the span, or is reported again here
         return became(exact)
 
 

@@ -162,7 +162,7 @@ def _groups(distance: Array, usual: Array, span: float, is_coarse: bool) -> list
         behind = step + 1
         while behind < min(step + _RINGS, distance.size) and moving[behind : behind + 2].any():
             behind += 1
-        if behind - first > 2:  # a filter, whose ringing goes on below what vibration hides
+        if behind - first > 2:  # a filter, whose ringing goes on below the vibration
             first = max(first - _HIDDEN, 0)
             behind = min(behind + _HIDDEN, distance.size)
         # join groups that touch

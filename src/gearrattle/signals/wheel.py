@@ -33,11 +33,11 @@ Gaps = tuple[int, ...] | tuple[tuple[int, ...], ...]
 SHARE = 0.02
 """Of the pulses: more that are lost or too many are refused; one is always repaired."""
 _AROUND = 7  # intervals whose median is the unit of the one in their middle
-_AGREES = 0.35  # of logarithms of intervals over the wheel's: no reason to look closer
-_GAP_AGREES = 0.5  # of teeth, which is less at a gap
-_DOUBTFUL = 0.5  # beyond it an interval is told, if it is left as it is
-_NEAR = 0.25  # how well a reading with pulses lost or too many must fit, as a logarithm
-_TEETH_OFF = 0.45  # and in teeth: beyond, the number of lost ones is not known
+_AGREES = 0.35  # logarithm of an interval over the wheel's that still agrees
+_GAP_AGREES = 0.5  # of teeth: the stricter limit at a gap
+_DOUBTFUL = 0.5  # beyond it an interval that is left as it is gets reported
+_NEAR = 0.25  # largest misfit of a reading with pulses lost or too many, as a logarithm
+_TEETH_OFF = 0.45  # largest misfit in teeth: beyond it the number of lost ones is not known
 _CERTAIN = 6  # intervals of a reading that are kept; those after it only decide between readings
 _EDIT = 0.2
 _EDITS = ((0, 0), *((0, lost) for lost in range(1, 6)), (1, 0), (2, 0))  # pulses too many, pulses lost
@@ -208,7 +208,7 @@ def _follow(units: Array, pattern: Array) -> _Reading:
     at = 0
     tooth = 0
     while at < units.size:
-        # what agrees
+        # intervals that agree with the wheel
         end = min(units.size, at + block)
         places = (tooth + np.arange(end - at)) % size
         off = np.abs(logarithms[at:end] - wheel[places]) > _AGREES
@@ -218,7 +218,7 @@ def _follow(units: Array, pattern: Array) -> _Reading:
         reading.teeth[at : at + agreeing] = pattern[places[:agreeing]]
         at += agreeing
         tooth = (tooth + agreeing) % size
-        # what does not
+        # the first interval that does not agree
         if off.any():
             at, tooth = _read(units, pattern, at, tooth, reading)
     return reading

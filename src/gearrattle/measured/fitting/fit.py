@@ -170,7 +170,7 @@ def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> Rec
         if isinstance(file, Recording):
             recordings.append(file)
             continue
-        if positions.name:  # tables from Python name what their author may read
+        if positions.name:  # tables from Python may name any file that their author may read
             check_reachable(file, folder)
         recordings.append(read(folder / file))
     return recordings, table

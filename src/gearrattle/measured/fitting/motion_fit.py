@@ -86,7 +86,7 @@ def fit_motion(
     pairings = [paired(recording, to_be_recorded(model), wanted.match) for recording in recordings]
     for pairing in pairings:
         check_names(pairing, wanted)
-    # the start's motion, and what is compared of it
+    # the start's motion, and its compared values
     steps = Steps(starts, len(parameters.paths), progress)
     run = simulate(model, **table.settings, audit=False, progress=steps.watch)
     measured: Measured

@@ -37,8 +37,8 @@ _NOTHING = 1e-6  # of the longest row of a Jacobian: shorter is rounding
 _NEIGHBOURS = 8
 _ROUNDING = 1e-10  # of a row
 _BENT = 0.5  # standard errors of the data
-_FAR = 0.5  # a standard error of a logarithm over which nobody expects a straight line
-_SURE = 1.6  # times what noise alone makes of it
+_FAR = 0.5  # standard error of a logarithm above which no straight line is expected
+_SURE = 1.6  # times the value by noise alone
 
 
 Samples = Any

@@ -42,7 +42,7 @@ Indices = NDArray[np.int64]
 SHARED = 1.0 / 6.0
 """Of the noise of a block, that the next one has as well."""
 _WINDOW = 24  # blocks over which the scatter is averaged
-_LEAST = 1e-4  # of the largest amplitude of a channel: what blocks of two samplings leave open
+_LEAST = 1e-4  # of the largest amplitude of a channel: error of blocks at two samplings
 _INDEPENDENT = 0.9  # degrees of freedom of the mean square of overlapping complex second differences, a difference
 TWO_SIDED = 1.96
 """Standard errors to either side that hold 95 %."""

@@ -48,7 +48,7 @@ def steady_motion(
     band = lowest, PASSED * setting.samples / period
     simulator = Simulator(table.settings, names, band, int(PASSED * setting.samples), wanted.trend, watched)
     start = simulator.motion_of(own)
-    # what is compared
+    # lines and levels that are compared
     how = draws(levels.mean_squares(cycles), np.random.default_rng(wanted.seed), lines=orders.strong(cycles))
     by_rms = np.array([i for i, c in enumerate(pairing.measured) if c.name in wanted.noise], dtype=np.int64)
     line, channel = of_both(orders.lines_of(cycles, how), start.lines, in_band(cycles, lowest))

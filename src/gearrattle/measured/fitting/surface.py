@@ -30,12 +30,12 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 8
 _WIDE, _NARROW = 4.0, 0.01  # standard errors, and logarithms, that a region reaches at least to either side
-_CLEAR = 2.0  # times the scatter of all rows together: so much the residuals are to change over a region
+_CLEAR = 2.0  # times the scatter of all rows together: change of the residuals wanted over a region
 _SHRUNK = 0.3  # of the region before, at least
-_BENDS = 1.5  # times the scatter of runs next to each other: a parabola that leaves more bends too little
+_BENDS = 1.5  # times the scatter of neighbouring runs: with larger residuals the parabola bends too little
 _CENTRAL = 0.4  # of a region, within which the minimum is to lie
 _LEAST_STEEP = 0.1  # of a squared slope that is not its scatter
-_RUNS = 6, 24  # for a coefficient, and as many as that where nothing is seen of a parameter
+_RUNS = 6, 24  # runs a coefficient: at first, and at most where a parameter is not noticed
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         if problem.of.level(least.x) > problem.of.level(x) and np.any(half > _NARROW):
             half = np.maximum(0.5 * half, _NARROW)  # the parabola promised more than the runs keep
             continue
-        # what the slopes tell at the new point: standard errors, parameters noticed, bends
+        # slopes at the new point: standard errors, parameters that are noticed, bends
         x = least.x
         low, high = problem.of.parameters.box
         inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)

@@ -36,7 +36,7 @@ FEWEST = 40
 """Samples that a loop must have."""
 _TURN = 0.05  # of the range: a smaller way back is no turn
 _REACH = 0.03  # of the range: a leg ends so near the ends of the loop
-_GAP = 0.1  # of the torque's range: what a closed loop may miss where it meets itself
+_GAP = 0.1  # of the torque's range: largest gap of a closed loop where it meets itself
 _JOINED = "the test began between its ends: its last samples are joined to its first ones"
 
 

@@ -36,8 +36,8 @@ from gearrattle.measured.identification.loop_slopes import carried, slopes_in
 
 Array = NDArray[np.float64]
 
-_WIDE = 8.0  # standard errors without the jump that are looked at
-_ROOM = 0.02  # of the range: the most looked at
+_WIDE = 8.0  # standard errors without the jump that are searched
+_ROOM = 0.02  # of the range: the most that is searched
 _PLACES = 400  # the most
 _FLAT = 1e-5  # of the highest density: what lies beyond is left out
 SHARES = (np.arange(7) + 0.5) / 7

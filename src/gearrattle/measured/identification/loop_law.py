@@ -31,7 +31,7 @@ DRIVE = "drive"
 COAST = "coast"
 CENTRE = "centre"
 _KEPT = 4000  # columns
-_PARTS = 5  # of a cell, in which columns are looked at before they are averaged
+_PARTS = 5  # parts of a cell at which columns are evaluated before they are averaged
 
 
 @dataclass(frozen=True)

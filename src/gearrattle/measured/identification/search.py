@@ -21,7 +21,7 @@ from gearrattle.measured.identification.identifiability import null_space, split
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
 
-_BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard error
+_BLUNT = 0.1  # change of a logarithm that counts as a standard error of a blunted datum
 _SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
 _EDGE = 1e-6  # of the width of a bound: closer is on it
 _NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it

@@ -41,7 +41,7 @@ _NO_SIGNALS = ("char", "cell", "logical")
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 _OF_TIME = re.compile(r"(?i)time|zeit|^t$")
 _PLAIN = (0, 1)  # classes of types of HDF5: whole numbers, floating point
-_EXACT = 2**53  # the largest whole number up to which a double holds all
+_EXACT = 2**53  # the largest integer up to which a double holds every integer
 
 
 def knows(_path: Path, head: bytes) -> bool:

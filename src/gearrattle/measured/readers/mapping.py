@@ -145,7 +145,7 @@ def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Measure
     if tables.format is not None and tables.format not in READERS:
         rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
         raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
-    if positions.name:  # tables from Python name what their author may read
+    if positions.name:  # tables from Python may name any file that their author may read
         for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
             check_reachable(file, folder)
     return tables, positions, folder

@@ -32,7 +32,7 @@ NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
 _IDENTIFICATION = 64  # bytes of the block
-_LEFT_TO_DO = 60  # where its flags of what is left to be done begin
+_LEFT_TO_DO = 60  # offset of the flags of unfinished work
 _MOST_BLOCKS = 1_000_000
 _VIRTUAL = (3, 6)  # types of channels that have no bytes
 _ALL_INVALID = 1  # flag of a channel
@@ -45,8 +45,8 @@ _TIMES_TOLD = 'name a channel of its times: time = "..."; or tell the rate: samp
 _LONG_RECORD = 1_000_000  # bytes; a record of a hundred channels has about a thousand
 _MOST_PACKED = 1032  # bytes that one byte unpacks to at most (zlib)
 _PIECE = 4_000_000  # bytes of a group that the library reads at once
-_ARRAYS = 5  # of the length of a channel, that the library holds while it reads one
-_COPIES = 6  # of one record, that the library makes where it is longer than what it reads at once
+_ARRAYS = 5  # arrays of a channel's length that the library holds while it reads one
+_COPIES = 6  # copies of one record that the library makes where the record is longer than a piece
 
 
 def knows(_path: Path, head: bytes) -> bool:

@@ -12,8 +12,8 @@ from typing import BinaryIO, NamedTuple
 
 from gearrattle.files import Refused
 
-_VERSION = 28  # where the version stands, two bytes
-_NEXT, _PARTS = 24, 32  # where a block of version 4 names the next, and a channel its parts
+_VERSION = 28  # offset of the version, two bytes
+_NEXT, _PARTS = 24, 32  # offsets in version 4: address of the next block, and of a channel's parts
 
 
 class _Format(NamedTuple):

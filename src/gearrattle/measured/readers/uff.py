@@ -43,7 +43,7 @@ _ABSCISSAS = {18: "a frequency", 19: "a speed", 20: "an order"}
 _RESPONSE = 1  # function type of a time history
 _LAGS = {7: "auto-correlation", 8: "cross-correlation", 25: "impulse response"}  # function types over time lags
 _COLUMNS = {2: 13, 4: 20}  # width of a number in a text by kind: single and double precision
-_DIGITS = 1e-5  # relative: what E13.5 keeps
+_DIGITS = 1e-5  # relative precision of E13.5
 
 
 class _Axis(NamedTuple):

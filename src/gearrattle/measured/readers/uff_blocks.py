@@ -22,7 +22,7 @@ HEADER = 11
 """Lines of the header of a dataset 58."""
 _LONGEST_LINE = 1_000_000  # bytes; such a file has 80 a line
 _PIECE = 1_000_000  # bytes of numbers that are read at once
-_FEWEST_BYTES = 2  # of a number in a text: a digit and what parts it from the next one
+_FEWEST_BYTES = 2  # bytes of a number in a text: a digit and a separator
 _DAMAGED = "the file is damaged: export it again"
 
 
@@ -223,7 +223,7 @@ def _fill(stream: BinaryIO, block: Block, width: int, samples: Samples) -> tuple
     last = 0
     while left > 0 and (lines := stream.readlines(min(_PIECE, left))):
         taken = sum(map(len, lines))
-        if taken > left:  # what closes the dataset
+        if taken > left:  # the lines that close the dataset
             lines = b"".join(lines)[:left].splitlines()
         left -= taken
         rows = [line.decode("latin-1").replace("D", "E") for line in lines if line.strip()]

@@ -36,10 +36,10 @@ _TOP = 2**23 - 1
 _BELOW_WHOLE = 1e-6
 _KINDS = (b"RIFF", b"RIFX", b"RF64", b"BW64")
 _UNKNOWN = 0xFFFFFFFF
-_LEAST_UNKNOWN = 0x7FFF0000  # a length of samples from here on that passes the end of the file is none
+_LEAST_UNKNOWN = 0x7FFF0000  # a length of samples from here on that exceeds the file counts as unknown
 
 _PIECE = 1_000_000  # bytes of samples that are unpacked at once
-_LONGEST_FORM = 10_000  # bytes of a header that are looked at
+_LONGEST_FORM = 10_000  # bytes of a header that are read
 
 
 def knows(_path: Path, head: bytes) -> bool:

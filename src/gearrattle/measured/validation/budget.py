@@ -21,7 +21,7 @@ from gearrattle.trajectory import Array
 
 NORMAL = 1.959963984540054  # 97.5 % point
 _FINER = 4
-_CYCLES = 16  # looked at for what sampling does
+_CYCLES = 16  # cycles from which the error of sampling is estimated
 
 
 @dataclass(frozen=True)

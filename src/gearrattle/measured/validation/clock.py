@@ -23,7 +23,7 @@ LEAST = 0.5
 _FINER = 16  # grid points of a delay on the shortest wave
 _TURNED = 0.01  # rad over the whole record: less is no other speed
 _SURE = 5.0  # standard errors
-_SHARE = 0.05  # of the power, that a line needs to tell the speed
+_SHARE = 0.05  # of the power: smallest share of a line that shows the speed
 
 Complex = NDArray[np.complex128]
 

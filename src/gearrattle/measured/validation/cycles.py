@@ -24,7 +24,7 @@ FEWEST_SAMPLES = 4
 _KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
 _SETTLED = 1.5  # periods of a high pass after which its start is forgotten
 _HIGH_PASS = 4
-_ROUNDING = 1e-12  # of a signal: what is left without its trend, if no more, is none
+_ROUNDING = 1e-12  # of a signal: a smaller rest without its trend is rounding
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ def observed_averages(powers: Array) -> float:
     lags = min(_LAGS, count // 4)
     for lag in range(1, lags + 1):  # Bartlett's weights: never negative
         spread += 2.0 * (1.0 - lag / (_LAGS + 1.0)) * float(away[lag:] @ away[:-lag]) / max(count - 1, 1)
-    spread /= 1.0 - (lags + 1.0) / count  # what taking the mean away has taken from the correlations
+    spread /= 1.0 - (lags + 1.0) / count  # correction: subtracting the mean has reduced the correlations
     return count * float(powers.mean()) ** 2 / spread if spread > 0.0 else float("inf")
 
 

@@ -32,7 +32,7 @@ from gearrattle.wording import counted
 SPARE = 3
 """Runs more than parameters that the effects need."""
 _SEEN = 2.0  # of its own errors, from which on an effect counts as seen
-_FLOOR = 1e-6  # relative: no level is known better
+_FLOOR = 1e-6  # relative: smallest error of a level
 _APART = ("measured scatter", "simulated scatter", "parameters")  # sources of a budget that are counted elsewhere
 _RMS = MEASURES.index("rms")
 

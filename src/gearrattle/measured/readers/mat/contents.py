@@ -149,11 +149,11 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
                 numbers[variable.name] = _number(variable)
             elif variable.name in (TOLD, FORMAT) or variable.name.rpartition(".")[2] in (*_NAMES, *_UNITS):
                 texts[variable.name] = variable.text()
-    # times told by Tstart, Tinterval and Length; variables that describe others
+    # times by Tstart, Tinterval and Length; variables that describe others
     clocks = _clocks(numbers, source)
     used = {*(TOLD, FORMAT), *(f"{parent}{key}" for parent in clocks for key in _TRIPLE)}
     used |= {f"{_parent(path)}{key}" for path in shapes if _parent(path) for key in (*_NAMES, *_UNITS, "XIndex")}
-    # the signals, and what is left over
+    # the signals, and the variables left over
     signals = _signals(shapes, texts, numbers)
     return Contents(signals, clocks, texts, objects, [name for name in others if name not in used])
 

@@ -18,7 +18,7 @@ from gearrattle.recording import Array
 
 _BLOCK = 65_536  # compressed bytes that are read at once
 _SMALL = 1_000_000  # bytes of a head, a name or a text at most
-_UNKNOWN = 2**62  # length of what is unpacked, before it is
+_UNKNOWN = 2**62  # length of unpacked bytes, before they are unpacked
 
 
 class Damaged(ValueError):

@@ -92,7 +92,7 @@ def _variable(part: Part, order: str, prefix: str, depth: int, is_closed: bool) 
     own = _words(next(elements, None))
     name = f"{prefix}.{own}" if prefix and own else prefix or own
     if not name:
-        return  # what objects of MATLAB hold stands behind all variables, in one without a name
+        return  # the contents of MATLAB objects: one variable without a name, after all others
     # one variable, by its class
     if kind == _OPAQUE:
         next(elements, None)
