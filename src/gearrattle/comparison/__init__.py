@@ -1,11 +1,11 @@
-"""Two motions of one driveline against each other: a given one, by any algorithm, and a reference, usually the exact.
+"""Comparison of two motions of one driveline: one by any algorithm, and a reference, usually the exact one.
 
 Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
 by one (``crossings``); beyond it, where all digits are lost, only statistics (``portrait``) beside those of exact
 motions begun nearby (``peers``, ``statistics``). Transmissibilities and coherences are the paper's own indices, the
 latter with what chance gives.
 
-Takes Trajectories; gives frozen records to reports. Knows no solver.
+The package knows no solver.
 """
 
 from gearrattle.comparison.coherence import compare_coherence

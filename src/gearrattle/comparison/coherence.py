@@ -2,8 +2,6 @@
 
 The paper's index of agreement between algorithms (Padmanabhan et al. 1995, secs. 8 and 9), with the bias and the
 threshold it leaves out (``signals.coherence``). The samples are the last ones of the steady part.
-
-Takes two Trajectories; gives a Coherence for every inertia.
 """
 
 from __future__ import annotations
@@ -35,8 +33,6 @@ def compare_coherence(
         on the same output grid.
     start
         no sample before it is used [s]; None: the steady part.
-    ensembles, points, harmonics, every, anti_alias, taper
-        see ``coherence_at_harmonics``.
 
     Raises
     ------

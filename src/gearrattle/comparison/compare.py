@@ -4,8 +4,6 @@ Every contender runs the same model from the same start on the same output grid.
 1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is given sample by sample and crossing
 by crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
 1e-12 half-gaps away: no algorithm can be expected to do better than that.
-
-Takes a Model; gives a Comparison, and the table of it.
 """
 
 from __future__ import annotations
@@ -130,7 +128,8 @@ def side_by_side(
     progress: Progress | None = None,
     **grid: Any,
 ) -> Comparison:
-    """The same, as a Comparison; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
+    """Return the comparison of algorithms; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
+    # check contenders, budget and settings before anything runs
     everyone = contenders(algorithms)
     check_names([reference, *(contender.algorithm for contender in everyone)])
     check_budget(budget)
@@ -138,26 +137,31 @@ def side_by_side(
     settled(model, {**shared, "tolerance": tolerance, "step": step})
     for algorithm in (reference, *(contender.algorithm for contender in everyone)):
         check_takes(assemble(model), algorithm)
+    # run the reference
     share = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), share.next())
     if result.run is None:
         raise ConvergenceError(f"the reference, {reference}: {result.status}", remedy='reference = "exact"')
     truth = result.run
+    # window, horizon, and exact motions from nearby
     horizon = float(truth.predictability_horizon)
     window = window_of(truth, tolerance)
     start = horizon if horizon < truth.trajectory.end else None  # all is predictable: from the steady part on
     peers = _where_there_is_enough(
         lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=share.next())
     )
+    # judge the reference and every contender
     rows = [judged(result, truth, window, peers, start)]
     for contender in everyone:
         own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
         result = run_one(model, contender, {**shared, **own}, budget, share.next())
         growths = growths_of(model, contender, {**shared, **own}, truth)
         rows.append(replace(judged(result, truth, window, peers, start), growths=growths))
+    # the exact motion from nearby, as the ceiling
     away = Contender(CEILING, "exact", {"initial": nearby(truth.trajectory, _AWAY)})
     rows.append(judged(run_one(model, away, shared, budget, share.next()), truth, window, peers, start))
+    # all together, with verdicts and recommendation
     share.next()
     t = truth.trajectory
     comparison = Comparison(
@@ -181,20 +185,13 @@ def window_of(truth: Run, tolerance: float) -> float:
     """Time up to which errors are given sample by sample [s]: where 1e-6, or the tolerance if finer, has grown to 1e-3.
 
     A coarse tolerance is no reason to look away sooner, and a fine one none to look beyond the horizon.
-
-    Parameters
-    ----------
-    truth
-        the reference's run.
-    tolerance
-        of the contenders who choose their steps.
     """
     growth = min(_STILL_SMALL / min(tolerance, _COARSE), GROWTH)
     return min(float(truth.variation.horizon(growth)), truth.trajectory.end)
 
 
 class _Share:
-    """Deals one progress out to several runs."""
+    """One progress report, divided among several runs."""
 
     def __init__(self, progress: Progress | None, runs: int) -> None:
         self.progress = progress
@@ -203,7 +200,7 @@ class _Share:
         self.reached = 0.0
 
     def next(self) -> Progress:
-        """The progress of the next run; a run that is timed again does not go back."""
+        """Return the progress of the next run; repeated timing of a run does not move it back."""
         done, self.begun = self.begun, self.begun + 1
 
         def report_share(share: float) -> None:
@@ -219,14 +216,17 @@ def judged(
     result: Result, truth: Run, window: float, peers: Sequence[Portrait] | None = None, start: float | None = None
 ) -> Row:
     """A contender's motion against the reference, and from ``start`` on its statistics among those of exact motions."""
+    # a contender without a run
     label, algorithm = result.contender.label, result.contender.algorithm
     if result.run is None:
         return Row(label, algorithm, result.status)
+    # statistics beyond the horizon, against exact motions from nearby
     candidate, reference = result.run.trajectory, truth.trajectory
     statistics = None
     if peers and len(peers) > 1:
         floor = floor_of(candidate, reference, start) if reference.cost.algorithm == "exact" else None
         statistics = compare_statistics(portrait(candidate, start), peers, floor, units=truth.model.units)
+    # errors, crossings and impacts inside the window
     return Row(
         label,
         algorithm,
@@ -246,7 +246,7 @@ def judged(
 
 
 def _where_there_is_enough(compute: Any) -> Any:
-    """What is computed, or None where the run is too short for it."""
+    """Return the result of a computation, or None where the run is too short for it."""
     try:
         return compute()
     except ModelError:

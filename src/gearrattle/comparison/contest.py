@@ -1,7 +1,4 @@
-"""Who takes part in a comparison, and how each is run: warm, alone, within a budget, failures as results.
-
-Takes a Model and settings; gives a Result for every contender, with its run if it came to an end.
-"""
+"""Contenders of a comparison and their runs: warm, alone, within a budget, with failures as results."""
 
 from __future__ import annotations
 
@@ -35,10 +32,6 @@ class Contender:
 
     Attributes
     ----------
-    label
-        what it is called in the comparison.
-    algorithm
-        its name.
     settings
         tolerance, step or initial state, where they differ from the comparison's.
     """
@@ -50,16 +43,12 @@ class Contender:
 
 @dataclass(frozen=True)
 class Result:
-    """How a contender did.
+    """Run of a contender, or the reason why there is none.
 
     Attributes
     ----------
-    contender
-        who.
     status
         "done", or why there is no run, in words.
-    run
-        the motion; None if there is none.
     wall_time
         of a run that came to an end, or until it was given up [s].
     """
@@ -125,12 +114,6 @@ def run_one(
 
     Parameters
     ----------
-    model
-        the driveline.
-    contender
-        who, and its own settings.
-    settings
-        those all share, by their names in ``gearrattle.simulate``.
     budget
         longest time for the run that counts [s].
     progress
@@ -150,12 +133,14 @@ def run_one(
         if time.perf_counter() - begin > limit:
             raise _Spent
 
+    # one cycle to warm up
     try:
         try:
             limit = budget
             simulate(model, **{**arguments, "cycles": 1, "discard": 0}, progress=watch)
         except (ConvergenceError, _Spent):
             pass  # the run that counts will say it better
+        # the run that counts; a short one is repeated and the fastest kept
         run = None
         for _ in range(AGAIN):
             begin = time.perf_counter()
@@ -163,6 +148,7 @@ def run_one(
             run = again if run is None or again.cost.wall_time < run.cost.wall_time else run
             if run.cost.wall_time > SHORT:
                 break
+    # failures as results
     except ConvergenceError as error:
         return Result(contender, str(error), None, time.perf_counter() - begin)
     except _Spent:

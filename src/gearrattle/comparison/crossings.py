@@ -1,12 +1,11 @@
-"""Errors in the times of crossings and impacts, and how many a solver missed or invented.
+"""Errors in the times of crossings and impacts, and the numbers that a solver missed or invented.
 
 Crossings are matched per clearance, corner and direction, in order of time (``signals.align``): a brief double
 crossing that one solver steps over counts as missed and shifts no other match. No pair is further apart than the
 *reach*, by default a quarter of the shortest excitation period: what is off by more is not the same crossing. Impacts
 (``signals.find_impacts``) are matched in the same way.
 
-Takes two Trajectories; gives an EventComparison. Only crossings up to the horizon count; those just beyond it may be
-partners.
+Only crossings up to the horizon count; those just beyond it may be partners.
 """
 
 from __future__ import annotations
@@ -31,8 +30,6 @@ class Matches(Record):
 
     Attributes
     ----------
-    clearance
-        its name.
     corner
         where [rad or m].
     direction
@@ -59,10 +56,6 @@ class EventSummary(Record):
 
     Attributes
     ----------
-    reference
-        events of the reference: matched and missed.
-    matched, missed, invented
-        how many.
     largest, median, rms
         of the magnitudes of the time errors [s]; NaN without a pair.
     """
@@ -82,16 +75,12 @@ class EventComparison(Record):
 
     Attributes
     ----------
-    kind
-        "crossing" or "impact".
     horizon
         end of the window [s].
     reach
         largest distance of a pair [s].
     matches
         by clearance, corner and direction; only where one of the motions has events.
-    total
-        of all of them.
     """
 
     kind: Kind

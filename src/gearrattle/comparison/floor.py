@@ -1,4 +1,4 @@
-"""What the measured error of a motion can make of its statistics: differences below that are none.
+"""Differences of a motion's statistics that its own measured error explains.
 
 Let x be a signal of the reference (a deflection, an acceleration), e the error of the given motion in it, sample by
 sample over the cycles compared, and sigma the standard deviation of x there. The error counts up to a hundredth of the
@@ -15,11 +15,9 @@ A motion whose error is c e may differ from the reference by no more than
     impact rate           one impact: it may lie on either side of the edge of the cycles compared
     impulse               RESOLVED of their rms
 
-``halving`` is what leaving out every second sample changes of pp(x): a peak is known no better than samples show it. So
-a motion whose error is below a hundredth of every signal has no different level, spectrum or ratio of levels: it is the
-same motion, and its error is what there is to say. One that is farther off gets no more than that hundredth.
-
-Takes two Trajectories on one grid; gives a Floor.
+``halving`` is the change of pp(x) when every second sample is left out: a peak is known only as well as the samples
+show it. So a motion whose error is below a hundredth of every signal has no different level, spectrum or ratio of
+levels: it is the same motion, and only its error is given. Of a larger error only that hundredth counts.
 """
 
 from __future__ import annotations
@@ -44,8 +42,6 @@ class Floor:
 
     Attributes
     ----------
-    reference
-        statistics of the motion that the errors refer to.
     deflection
         (K,) of every clearance's rms [rad or m].
     acceleration
@@ -71,7 +67,7 @@ class Floor:
 
 
 def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None = None) -> Floor:
-    """Return what the error of a motion explains of the differences in its statistics.
+    """Return the differences of statistics that the error of a motion explains.
 
     Parameters
     ----------
@@ -85,18 +81,22 @@ def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None =
     ModelError
         other driveline, other grid, no whole cycle left, or too few samples in one for a spectrum.
     """
+    # errors of deflections and accelerations over the cycles compared
     same_grid(candidate, reference)
     statistics = portrait(reference, start)
     window = cycles_beyond(reference, start)
     deflection = candidate.deflection - reference.deflection
     acceleration = candidate.acceleration - reference.acceleration
+    # the part of the errors that counts
     counted = _counted(window.closed(acceleration), window.closed(reference.acceleration))
     own = _counted(window.closed(deflection), window.closed(reference.deflection))
+    # density of the error, and bounds of the transmissibilities
     spectrum = psd(window.periodic(acceleration), reference.layout.period, reference.samples_per_cycle)
     last = last_cycles(reference, min(CYCLES, window.cycles))
     tr_rms, tr_peak = _ratios(
         last.closed(acceleration), last.closed(reference.acceleration), reference.layout.reference
     )
+    # rms of the impulses
     squares = [float(np.sqrt(np.mean(impulse**2))) if impulse.size else 0.0 for impulse in statistics.impulses]
     return Floor(
         reference=statistics,
@@ -126,7 +126,7 @@ def _ratios(error: Array, signal: Array, base: int) -> tuple[Array, Array]:
 
 
 def _ratio(level: Array, moved: Array, base: int) -> Array:
-    """(n,) how far levels over that of ``base`` may move if each level does by ``moved``."""
+    """(n,) bounds of the change of levels over that of ``base`` if each level changes by ``moved``."""
     if level[base] <= moved[base]:
         return np.full(level.size, np.inf)
     return np.asarray((level + moved) / (level[base] - moved[base]) - level / level[base])

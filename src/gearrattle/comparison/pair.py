@@ -1,7 +1,4 @@
-"""Two motions of one driveline, side by side: what both must share, and which part of them is compared.
-
-Takes a given and a reference Trajectory; gives windows to the comparisons.
-"""
+"""Checks of two motions for comparison: same driveline, same output grid, and the window that is compared."""
 
 from __future__ import annotations
 
@@ -42,8 +39,6 @@ def samples_until(reference: Trajectory, horizon: float | None) -> int:
 
     Parameters
     ----------
-    reference
-        the motion.
     horizon
         [s], infinite or None for the whole motion.
     """

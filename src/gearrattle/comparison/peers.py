@@ -1,11 +1,9 @@
-"""Exact motions from nearby: what no algorithm can be blamed for.
+"""Exact motions from nearby starts: differences for which no algorithm is to blame.
 
-A motion begun a thousandth of a half-gap away is as true as the one asked for; where it comes to differ in its
-statistics, rounding or a tolerance may lead as well. Twenty of them and the exact motion itself are the fewest against
-which another can be told apart in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is one of them
-because a motion may be singular among its neighbours: it rests where they swing to rest.
-
-Takes a Model and a Run of it; gives starts, and Portraits.
+A motion that begins a thousandth of a half-gap away is as correct as the one asked for. Where its statistics differ,
+rounding or a tolerance may cause the same difference. Twenty such motions and the exact one itself are the fewest with
+which a correct motion is called different in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is
+among them because it may be singular: it may rest where its neighbours still swing.
 """
 
 from __future__ import annotations
@@ -35,8 +33,6 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
     Parameters
     ----------
-    motion
-        whose start is moved.
     distance
         of the clearance that differs most, in half-gaps.
     direction
@@ -60,7 +56,7 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
 
 def _free_end(layout: Layout, element: int) -> int:
-    """The last inertia between which an element lies, of those whose motion is not prescribed."""
+    """Return the last inertia of an element whose motion is not prescribed."""
     free = [i for i in np.flatnonzero(layout.rows[element]).tolist() if i not in layout.prescribed]
     return max([i for i in layout.between[element].tolist() if i in free] or free)
 
@@ -83,18 +79,10 @@ def exact_portraits(
 
     Parameters
     ----------
-    model
-        the driveline.
-    motion
-        any motion of it, of the same settings.
-    settings
-        cycles, discard, samples_per_cycle as in ``gearrattle.simulate``.
     start
         statistics begin there [s]; None: with the steady part.
     budget
         longest time [s]; fewer portraits come back where it is used up.
-    progress
-        called with the finished share.
 
     Raises
     ------

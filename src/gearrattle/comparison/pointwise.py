@@ -9,8 +9,6 @@ while a difference in the sixteenth digit has not grown to the size of the motio
 
 A driveline without clearances has no half-gap to measure by: its error is that of the velocities, over the largest rms
 value of any.
-
-Takes two Trajectories; gives a PointwiseError.
 """
 
 from __future__ import annotations
@@ -30,16 +28,12 @@ PASSED = (1e-6, 1e-3, 1e-1)
 
 @dataclass(frozen=True)
 class PointwiseError(Record):
-    """The largest errors inside a window, and when the error outgrew what.
+    """The largest errors inside a window, and the times at which errors pass thresholds.
 
     Attributes
     ----------
     horizon
         end of the window [s], at most that of the motion.
-    samples
-        how many samples lie in it.
-    clearances, inertias
-        names.
     deflection_scale
         (K,) what deflections are measured by [rad or m].
     deflection
@@ -55,8 +49,6 @@ class PointwiseError(Record):
         where it never does.
     worst
         the largest error inside the window: of any deflection, or of any velocity without clearances.
-    unit
-        of ``thresholds`` and ``worst``, in words: "half-gaps" or "of the rms velocity".
     """
 
     horizon: float
@@ -96,6 +88,7 @@ def pointwise(
     ModelError
         other driveline or other grid.
     """
+    # scales of deflections and velocities
     same_grid(candidate, reference)
     samples = samples_until(reference, horizon)
     scale = deflection_scale(reference, samples)
@@ -103,6 +96,7 @@ def pointwise(
     velocity = reference.velocity[:samples]
     level = np.std(velocity, axis=0)
     level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # a constant is rounded, not moving
+    # largest errors in the window, and the times at which thresholds are passed
     worst = worst_history(candidate, reference, samples)
     return PointwiseError(
         horizon=float(reference.time[samples - 1]),
@@ -127,8 +121,6 @@ def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) ->
     ----------
     candidate, reference
         on the same output grid.
-    samples
-        of how many samples of the reference the scales are.
     """
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
@@ -142,15 +134,7 @@ def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) ->
 
 
 def deflection_scale(reference: Trajectory, samples: int) -> Array:
-    """Return (K,) each clearance's largest |corner|, or its largest deflection where the corner is at 0 [rad or m].
-
-    Parameters
-    ----------
-    reference
-        the motion.
-    samples
-        how many of its samples to look at.
-    """
+    """Return (K,) each clearance's largest |corner|, or its largest deflection where the corner is at 0 [rad or m]."""
     corners = np.array([np.max(np.abs(corner)) for corner in reference.layout.corners])
     largest = np.max(np.abs(reference.deflection[:samples]), axis=0)
     return np.asarray(np.where(corners > 0.0, corners, largest), dtype=np.float64)
@@ -172,8 +156,6 @@ def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 4
         (Nt,) errors.
     dense
         half of the times lie before it [s]: where errors grow.
-    points
-        at most so many on either side of it.
     """
     early = int(np.searchsorted(time, dense))
     edges = [np.linspace(*span, min(points, span[1] - span[0]) + 1) for span in ((0, early), (early, time.size))]

@@ -1,9 +1,7 @@
-"""What remains of a motion when its moments are forgotten: levels, spectra, rates of impacts and their impulses.
+"""Statistics of a motion: levels, spectra, rates of impacts and their impulses.
 
-Two right motions beyond the predictability horizon have nothing else in common. A portrait is small beside the motion
-it is taken of, so that many can be kept.
-
-Takes a Trajectory; gives a Portrait.
+Beyond the predictability horizon two correct motions have only these in common. A portrait needs much less memory than
+its motion, so many can be kept.
 """
 
 from __future__ import annotations
@@ -27,12 +25,8 @@ class Portrait:
 
     Attributes
     ----------
-    layout
-        of its driveline, for names and units.
     start, end
         of these cycles [s].
-    cycles
-        how many.
     deflection
         (K,) rms of every clearance's deflection [rad or m].
     acceleration
@@ -73,8 +67,6 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
 
     Parameters
     ----------
-    trajectory
-        the motion.
     start
         over the whole cycles that begin at or after it [s], such as the predictability horizon; None: over the
         steady part. Discarded cycles never count.
@@ -84,10 +76,12 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
     ModelError
         no whole cycle left, or too few samples in one for a spectrum.
     """
+    # whole cycles, and the impacts in them
     layout, window = trajectory.layout, cycles_beyond(trajectory, start)
     acceleration = window.closed(trajectory.acceleration)
     impacts = find_impacts(trajectory)
     by_clearance = [impacts.of(k).within(window) for k in range(len(layout.corners))]
+    # transmissibilities, impulses known whole, and densities
     ratio = ratios(trajectory, min(CYCLES, window.cycles))
     known = [hits.impulse[~hits.censored & np.isfinite(hits.impulse)] for hits in by_clearance]
     spectrum = psd(window.periodic(trajectory.acceleration), layout.period, trajectory.samples_per_cycle)

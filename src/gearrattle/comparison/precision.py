@@ -1,9 +1,7 @@
-"""Work against precision: what every algorithm gives for its effort, over a range of tolerances or steps.
+"""Work against precision: error and cost of every algorithm over a range of tolerances or steps.
 
 Runs are as long as the window of the comparison, in whole cycles: an error beyond it says nothing about an algorithm.
 ``exact`` has no tolerance to choose and is one point.
-
-Takes a Model; gives curves of error against function calls and time.
 """
 
 from __future__ import annotations
@@ -60,10 +58,6 @@ class WorkPrecision(Record):
         length of every run in periods.
     exact
         the one point of the exact solution; its error is what 95 of 100 motions stay below.
-    curves
-        one an algorithm.
-    unit
-        of errors, in words.
     """
 
     window: float
@@ -86,18 +80,10 @@ def work_precision(
 
     Parameters
     ----------
-    model
-        the driveline.
-    algorithms
-        names; ``exact`` is there in any case.
     budget
         a curve ends with the first run that takes longer [s].
-    progress
-        called with the finished share.
     most_cycles
         length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
-    initial
-        where they start, as in ``gearrattle.simulate``.
 
     Raises
     ------

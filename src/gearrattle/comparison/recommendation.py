@@ -1,12 +1,10 @@
-"""What follows from the numbers of a comparison, in words.
+"""Verdicts and recommendation from the numbers of a comparison.
 
 An algorithm is *sound* here if it came to an end, its error inside the window stays below ``SOUND``, no step lies
 outside its stability region, it missed and invented no impact, and no more than a third of its statistics beyond the
 horizon lie outside those of all exact motions: chance puts one in twenty-two there, in groups that go together. The
 cheapest sound one is recommended next to exact.
 Against a reference that is itself wrong none is called sound or unsound.
-
-Takes a Comparison; gives verdicts with their reasons, and three sentences.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ _STABLE = 1.0 + 1e-9
 
 
 def is_sound(row: Row) -> bool:
-    """Whether nothing in its row speaks against an algorithm."""
+    """Whether no reason speaks against an algorithm."""
     if row.error is None or row.impacts is None:
         return False
     impacts = row.impacts.total
@@ -33,7 +31,7 @@ def is_sound(row: Row) -> bool:
 
 
 def _is_strange(row: Row) -> bool:
-    """Whether too many of its statistics lie outside."""
+    """Whether too many statistics of a motion lie outside those of exact ones."""
     return row.statistics is not None and row.statistics.different > STRANGE * len(row.statistics.items)
 
 
@@ -56,7 +54,7 @@ def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
 
 
 def _reasons(row: Row) -> Iterator[str]:
-    """What speaks against a motion."""
+    """Return the reasons against a motion."""
     assert row.error is not None and row.impacts is not None  # noqa: PT018 - it came to an end
     impacts = row.impacts.total
     if row.growth is not None and row.growth > _STABLE:
@@ -72,13 +70,7 @@ def _reasons(row: Row) -> Iterator[str]:
 
 
 def recommendation(comparison: Comparison) -> str:
-    """Return three sentences: what to use, what not to trust, and what no algorithm can do here.
-
-    Parameters
-    ----------
-    comparison
-        its rows judged.
-    """
+    """Return three sentences: what to use, what not to trust, and what no algorithm can do here."""
     return " ".join((_use(comparison), _trust(comparison), _limits(comparison)))
 
 

@@ -1,7 +1,4 @@
-"""What every comparison returns is a record: frozen fields that turn into JSON types.
-
-Takes frozen dataclasses; gives dictionaries to reports and files.
-"""
+"""Base of the records of every comparison: frozen fields that turn into JSON types."""
 
 from __future__ import annotations
 

@@ -25,32 +25,16 @@ class Row(Record):
 
     Attributes
     ----------
-    label, algorithm
-        what it is called here, and its name.
-    status
-        "done", or why there is nothing more to tell.
     cost
         what it took; None if it did not come to an end (nor do the following).
-    error
-        inside the window.
-    crossings, impacts
-        inside the window, matched one by one.
     statistics
         beyond the horizon; None where no whole cycle lies there.
-    transmissibility
-        of the last cycles.
     coherence
         of every inertia's acceleration; empty where the run is too short for it.
     history
         times [s] and the worst error since the one before [``error.unit``], to the end.
-    growths
-        of a mode a step, in every region the reference visits; empty where steps are chosen.
-    notes
-        of the run.
     verdict
         "sound", "not sound" or "no motion"; empty where nothing is judged.
-    reasons
-        what speaks against it, in words.
     """
 
     label: str
@@ -81,10 +65,6 @@ class Comparison(Result, Record):
 
     Attributes
     ----------
-    model
-        its name.
-    reference
-        label of the reference.
     rows
         the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
         the exact motion from nearby.
@@ -96,12 +76,8 @@ class Comparison(Result, Record):
         the reference's predictability horizon [s]; infinite if it is beyond the end.
     period
         T [s].
-    cycles, discard, samples_per_cycle
-        of every run.
     budget
         longest time a contender may take [s].
-    recommendation
-        what follows from the numbers, in three sentences.
     """
 
     kind: ClassVar[str] = "comparison"
@@ -124,5 +100,5 @@ class Comparison(Result, Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user must know of the runs, each with the label of the run."""
+        """Notes of the runs, each with the label of its run."""
         return tuple(f"{row.label}: {note}" for row in self.rows[:-1] for note in row.notes)

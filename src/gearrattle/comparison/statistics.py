@@ -1,17 +1,20 @@
-"""Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics.
+"""Statistics of a motion against those of exact ones, beyond the predictability horizon.
 
-How far may these be apart? The exact solution is asked: twenty-one exact motions, begun within a thousandth of a
-half-gap of the same start (``peers``), show what a correct motion may come to. A motion's statistic is called
-*different* if it lies farther from theirs than any of theirs from the others, which chance gives one motion in
-twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come in bursts, and levels wander.
+Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics. Twenty-one
+exact motions, begun within a thousandth of a half-gap of the same start (``peers``), show how far correct motions
+differ. A motion's statistic is called *different* if it lies farther from theirs than any of theirs from the others,
+which chance gives one motion in twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come
+in bursts, and levels wander.
 
-Nothing is called different, however certain, that the motion's own error explains (``floor``), where that error is
-known: motions that repeat themselves have no scatter, and accurate ones differ in the last digits of their tolerance.
-Nor if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``), nor by less than ``NEGLIGIBLE`` of the loudest
-cycle of the whole motion, start-up included: what is left when a motion has come to rest is rounding and tolerance.
-Such statistics are *equal*. With many items some are called different by chance; their expected number is given.
+Three kinds of difference do not count, however certain they are; such statistics are *equal*:
 
-Takes Portraits; gives a StatisticalComparison.
+* one that the motion's own error explains (``floor``), where that error is known: motions that repeat themselves have
+  no scatter, and accurate ones differ in the last digits of their tolerance;
+* one of less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``);
+* one of less than ``NEGLIGIBLE`` of the loudest cycle of the whole motion, start-up included: when a motion has come to
+  rest, only rounding and tolerance are left.
+
+With many items some are called different by chance; their expected number is given.
 """
 
 from __future__ import annotations
@@ -41,7 +44,7 @@ SIGNIFICANT = 0.05
 NEGLIGIBLE = 1e-3
 NEGLIGIBLE_DB = 0.01  # 0.12 % in amplitude
 FEWEST_IMPULSES = 8
-_ROUNDING = 1e-9  # of a bound: it and what it bounds are summed in another order
+_ROUNDING = 1e-9  # of a bound: the bound and its value are summed in different orders
 
 
 @dataclass(frozen=True)
@@ -50,19 +53,9 @@ class Item(Record):
 
     Attributes
     ----------
-    quantity
-        which, in words.
-    subject
-        of which inertia or clearance.
     candidate, reference
         its value, and the mean of the exact motions' [unit]; NaN where it has
         none of its own.
-    unit
-        of these two.
-    measure
-        what is tested, in words with its unit.
-    value
-        that measure.
     low, high
         all exact motions lie between them.
     floor
@@ -99,16 +92,10 @@ class StatisticalComparison(Record):
     ----------
     start, end
         of the cycles compared [s].
-    cycles
-        how many.
-    motions
-        number of exact motions.
     items
         in the order levels, spectra, rates, impulses, transmissibilities.
     decided
         of how many items is known whether they differ.
-    different
-        how many are called different.
     different_by_chance
         how many would be of a correct motion, on average.
     """
@@ -134,8 +121,6 @@ def compare_statistics(
 
     Parameters
     ----------
-    candidate
-        the motion in question.
     exact
         exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
     floor
@@ -143,6 +128,7 @@ def compare_statistics(
     units
         "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
+    # units of the statistics
     everyone = (candidate, *exact)
     layout = candidate.layout
     clearances, inertias = layout.clearance_names, layout.inertia_names
@@ -156,6 +142,7 @@ def compare_statistics(
         rad = ["1"] * len(metres)
         impulse = ["1"] * len(metres)
         shaking = ones
+    # differences that do not count: a part of the loudest cycle
     moved = NEGLIGIBLE * np.max([motion.largest_deflection for motion in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([motion.largest_acceleration for motion in exact], axis=0)
     tr_rms, tr_peak = _referred(shaken, exact, layout.reference)
@@ -168,6 +155,7 @@ def compare_statistics(
             explained = None if floor is None else (getattr(floor.reference, field)[i], getattr(floor, field)[i])
             yield _number(quantity, (name, units[i]), values, float(least[i]), explained)
 
+    # levels, spectra, impact rates, impulses, transmissibilities
     densities = np.array([motion.density for motion in everyone])
     items = (
         *numbers("rms deflection", "deflection", clearances, rad, moved),
@@ -178,6 +166,7 @@ def compare_statistics(
         *numbers("TR rms", "tr_rms", inertias, ones, tr_rms),
         *numbers("TR peak", "tr_peak", inertias, ones, tr_peak),
     )
+    # how many differ, and how many would by chance
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = sum(item.by_chance for item in items)
@@ -199,7 +188,7 @@ def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[
 
 
 def _judged(distances: Array, *, large: bool, scatter: bool) -> tuple[float, Verdict, float]:
-    """p, verdict of the first, and how often chance alone calls one different."""
+    """Return p, the verdict on the first motion, and the probability that chance calls a motion different."""
     if distances.size * SIGNIFICANT <= 1.0 or np.isnan(distances).any():
         return float("nan"), "undecided", 0.0
     p, chance = rank(distances), 1.0 / distances.size if scatter else 0.0
@@ -215,10 +204,6 @@ def _number(
 
     Parameters
     ----------
-    quantity
-        in words.
-    subject
-        its name and unit.
     values
         (m,) of all motions.
     least
@@ -246,6 +231,7 @@ def _number(
 
 def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floor | None) -> Iterator[Item]:
     """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
+    # distances of the densities, and the part that the motion's own error explains
     nan, chance = float("nan"), 2.0 / len(densities)
     for i, name in enumerate(names):
         far, share = density_distances(densities[:, i], None if floor is None else floor.density[i])
@@ -253,8 +239,10 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
         distance, bound = nan, 0.0
         if floor is not None:
             distance, bound = explained_distance(densities[:, i], floor.reference.density[i], floor.density[i])
+        # is the distance large enough to count, and do exact motions scatter
         large = far[0] > NEGLIGIBLE_DB and apart > least[i] ** 2 and not distance <= bound * (1.0 + _ROUNDING)
         scatter = bool(np.max(far[1:]) > max(NEGLIGIBLE_DB, bound))
+        # both measures of a spectrum
         for quantity, measure, distances, smallest in (
             (
                 "PSD outside bands",
@@ -277,14 +265,17 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
 def _impulses(
     names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait], floor: Floor | None
 ) -> Iterator[Item]:
+    # medians of the impulses
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
         samples = [motion.impulses[k] for motion in everyone]
         medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
+        # distances of the distributions beyond a shift that does not count
         distances, shift = np.full(len(samples), np.nan), float("nan")
         if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
             shift = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
             shift = shift if floor is None else max(shift, float(floor.impulse[k]))
             distances = distribution_distances(samples, shift)
+        # the verdict by rank
         p, verdict, by_chance = _judged(distances, large=bool(distances[0] > 0.0), scatter=bool(np.any(distances[1:])))
         yield Item(
             quantity="contact impulse distribution",

@@ -1,7 +1,4 @@
-"""What is known of an algorithm's step before it is taken: whether it is fixed, and what it makes of a mode.
-
-Takes a Model, a contender and the reference's motion; gives growth factors.
-"""
+"""Properties of an algorithm before it runs: whether its step is fixed, and the growth of a mode in a step."""
 
 from __future__ import annotations
 
@@ -36,7 +33,7 @@ def check_names(algorithms: Iterable[str]) -> None:
 
 
 def check_budget(budget: float) -> None:
-    """Check that a time is one.
+    """Check that a budget is a positive time.
 
     Raises
     ------
@@ -69,17 +66,6 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
 
     Above 1 the mode grows, and the motion of the algorithm there is a numerical artefact. Empty where steps are chosen.
     Regions are named by the labels of their clearances, such as "(1, 0, -1)".
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    contender
-        with its own settings.
-    settings
-        those shared.
-    truth
-        the reference's run.
     """
     solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
     step = fixed_step_of(model, contender.algorithm, truth, asked)

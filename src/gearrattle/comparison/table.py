@@ -1,7 +1,4 @@
-"""A comparison as a table: one line a contender, one column a number.
-
-Takes a Comparison; gives a pandas DataFrame.
-"""
+"""A comparison as a table: one line a contender, one column a number."""
 
 from __future__ import annotations
 

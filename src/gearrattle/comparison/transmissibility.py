@@ -5,8 +5,6 @@ same ratio of rms accelerations within the band around each of the first five ha
 (``signals.band_rms``), over the same cycles. The paper finds that algorithms agree near the driving point and part
 further down the train (sec. 9); so the errors are ordered by the number of elements between an inertia and the
 reference inertia.
-
-Takes two Trajectories; gives a TransmissibilityComparison.
 """
 
 from __future__ import annotations
@@ -48,15 +46,11 @@ class TransmissibilityComparison(Record):
 
     Attributes
     ----------
-    inertias
-        names.
     distance
         (n,) number of elements between the inertia and the reference inertia, on the shortest way that does
         not lead through ground; -1 where there is none.
     frequency
         (h,) harmonics of the lowest excited order, the middles of the bands [Hz].
-    candidate, reference
-        the transmissibilities.
     rms_error, peak_error
         (n,) relative differences.
     band_error
@@ -96,8 +90,6 @@ def compare_transmissibility(
         on the same output grid.
     cycles
         periods T at the end of the motion, fewer where fewer remain after the discarded ones.
-    harmonics
-        number of bands.
 
     Raises
     ------
@@ -122,7 +114,7 @@ def compare_transmissibility(
 
 
 def elements_from(layout: Layout, start: int) -> IntArray:
-    """Return (n,) how many elements lie between each inertia and ``start``; -1 where no way leads, ground left out."""
+    """Return (n,) the number of elements between each inertia and ``start``; -1 without a way, ground left out."""
     distance = np.full(len(layout.inertia_names), -1, dtype=np.int64)
     distance[start] = 0
     touches = layout.rows != 0.0
@@ -142,12 +134,8 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
 
     Parameters
     ----------
-    trajectory
-        the motion.
     cycles
         periods T at its end, fewer where fewer remain after the discarded ones.
-    harmonics
-        number of bands.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Measured files: what they hold, recordings read from them by a mapping, and inputs of a model made of them."""
+"""Measured files: their contents, recordings read from them by a mapping, and inputs of a model made of them."""
 
 from gearrattle.measured.drive import drive
 from gearrattle.measured.look import look

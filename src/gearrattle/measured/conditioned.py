@@ -2,8 +2,6 @@
 
 The order is fixed, and every step that guesses says so in a note. Filters and trends come after resampling, so they see
 uniform samples; the filter comes last, so derivatives lose their noise.
-
-Takes ``Mapped`` of ``readers.mapping`` and the functions of ``signals``; gives arrays.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ _BESIDE = 1e-5  # of an interval: times that differ by less are the same
 
 
 class Conditioned(NamedTuple):
-    """A channel as it becomes: its own times, values, unit, and what was assumed."""
+    """Times, values and unit of a channel after its conversion, with notes on assumptions."""
 
     time: Array
     values: Array
@@ -39,7 +37,7 @@ class Conditioned(NamedTuple):
 
 
 def became(channel: Mapped) -> Conditioned:
-    """Bring a channel to the quantity that it becomes, at its own times.
+    """Convert a channel to the quantity it shall have, at its own times.
 
     Raises
     ------
@@ -50,16 +48,19 @@ def became(channel: Mapped) -> Conditioned:
     if channel.time.size < _FEWEST:
         rule = f"a channel needs {_FEWEST} samples or more"
         raise channel.wrong("", counted(channel.time.size, "sample"), rule, "is this the whole record?")
+    # bridge gaps, and let an encoder's angle go on over its falls
     channel, said = _whole(channel)
     notes += said
     time, values = channel.time, channel.values
     if row.starts_over is not None:
         values, said = _unwrapped(channel, row.starts_over)
         notes += said
+    # pulses become the angle or the speed of the shaft
     measured = row.measured or row.quantity
     if measured == "pulses" and row.quantity != "pulses" and row.tacho is not None:
         time, values, said = _turned(channel, row.tacho)
         return Conditioned(time, values, _SI[row.quantity], (*notes, *said))
+    # derivatives or integrals to the quantity wanted
     if measured == row.quantity:
         return Conditioned(time, values, channel.unit, tuple(notes))
     times = DERIVATIVES[row.quantity] - DERIVATIVES[measured]
@@ -79,6 +80,7 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     if channel.table.gaps != "bridge":
         value = f"{_gap(channel, at)}; {count} in all"
         raise channel.wrong("", value, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
+    # a stretch can be bridged only between two numbers
     numbers = np.flatnonzero(~bad)
     if numbers.size < _FEWEST:
         value = f"{counted(numbers.size, 'number')} among {counted(bad.size, 'sample')}"
@@ -90,6 +92,7 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
         cuts += [f'end = "{last:.9g} s"'] if bad[-1] else []
         rule = "only what lies between numbers can be bridged"
         raise channel.wrong("gaps", " and ".join(ends), rule, f"cut the record: {', '.join(cuts)}")
+    # straight lines over the gaps
     values, longest = bridged(channel.time, channel.values)
     missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
     note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
@@ -97,12 +100,12 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
 
 
 def _gap(channel: Mapped, at: int) -> str:
-    """Return what stands in the place of a number, and where."""
+    """Return what the file has in place of a number, and where."""
     return f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at % channel.values.size})"
 
 
 def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
-    """Let an angle go on where its encoder starts over."""
+    """Make the angle of an encoder continuous where it starts over."""
     try:
         angle = unwrapped(channel.values, span)
     except FallError as error:
@@ -119,6 +122,7 @@ def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
 def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:
     """Turn pulses into the angle or the speed of their shaft, between the first pulse and the last."""
     row, notes = channel.table, []
+    # threshold and hysteresis, as stated or by the height of the signal
     threshold, hysteresis = levels(channel.values)
     if tacho.threshold is None or tacho.hysteresis is None:
         threshold = threshold if tacho.threshold is None else tacho.threshold
@@ -126,17 +130,20 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
         notes.append(f"{row.name}: a pulse begins at {threshold:.6g}, hysteresis {hysteresis:.6g}")
     else:
         threshold, hysteresis = tacho.threshold, tacho.hysteresis
+    # times of the pulses
     times = pulse_times(channel.time, channel.values, threshold, hysteresis, tacho.edge == "rising")
     if times.size < _FEWEST:
         low, high = float(channel.values.min()), float(channel.values.max())
         rule = f"needs {_FEWEST} pulses or more; the signal lies between {low:.6g} and {high:.6g}"
         remedy = "choose threshold and hysteresis within the signal"
         raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
+    # teeth passed at every pulse: gaps of the wheel, pulses lost or too many
     try:
         pulses = teeth_passed(times, tacho.pulses_per_turn, tacho.missing)
     except PulseError as error:
         raise channel.wrong("tacho", "", error.rule, error.remedy) from None
     notes += [f"{row.name}: {words}" for words in _faults(pulses)]
+    # angle and speed by a spline through the pulses
     inside = channel.time[(channel.time >= pulses.times[0]) & (channel.time <= pulses.times[-1])]
     angle, speed = shaft(pulses.times, 2.0 * np.pi / tacho.pulses_per_turn * pulses.passed, inside)
     return inside, speed if row.quantity in ("speed", "velocity") else angle, notes
@@ -173,13 +180,13 @@ class Even(NamedTuple):
     were_even: bool
 
     def places(self, grid: Array) -> Array | None:
-        """Return which sample lies at each time of a grid of the same rate; None if they lie beside them."""
+        """Return the sample at each time of a grid of the same rate; None if samples lie beside these times."""
         at = (grid - self.first) / self.interval
         whole = np.rint(at)
         return whole.astype(np.int64) if np.all(np.abs(at - whole) <= _BESIDE) else None
 
     def beyond(self, grid: Array, rate: float) -> float:
-        """Return how much at each end a grid of this rate cannot have within 1e-4 [s]."""
+        """Return the margins at both ends at which a grid of this rate is not known within 1e-4 [s]."""
         same = abs(self.interval * rate - 1.0) <= _BESIDE and self.places(grid) is not None
         return 0.0 if same else REACH / min(1.0 / self.interval, rate)
 
@@ -194,12 +201,10 @@ def uniform(own: Conditioned) -> Even:
 
 
 def brought(even: Even, grid: Array, rate: float) -> Array:
-    """Bring a channel to the times of the recording; where they are its own, it stays as it is.
+    """Resample a channel at the times of the recording; at its own times it stays as it is.
 
     Parameters
     ----------
-    even
-        its samples.
     grid
         (M,) times within them [s].
     rate
@@ -213,7 +218,7 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
 
 
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
-    """Take away the trend and filter.
+    """Remove the trend, then filter.
 
     Raises
     ------

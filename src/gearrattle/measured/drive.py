@@ -1,6 +1,6 @@
 """``drive``: a channel of a recording becomes a torque or a prescribed motion of a model.
 
-Takes a model and a recording; gives a new model that carries the points (``model.signal``).
+The new model carries the points of the channel (``model.signal``).
 """
 
 from __future__ import annotations
@@ -73,6 +73,7 @@ def drive(
     >>> driven.motions[0].on
     'flywheel'
     """
+    # the channel, and the inertia it drives
     check_model(model)
     chosen = recording[channel] if channel else _only(recording)
     if chosen.quantity not in _KEYS:
@@ -84,6 +85,7 @@ def drive(
     if where not in names:
         rule = f"no inertia has this name; there are {listed(names)}"
         raise ModelError(Problem("on", shown(where), rule, did_you_mean(where, names) or "name the inertia: on=..."))
+    # the points of the signal
     tables = model.to_tables()
     key = _KEYS[chosen.quantity]
     signal: dict[str, Any] = {
@@ -93,6 +95,7 @@ def drive(
         "source": f"{recording.source}: {chosen.name}",
         "interpolation": interpolation,
     }
+    # a torque is added to the others; a motion replaces motion and torques of its inertia
     if key == "signal":
         if about is not None:
             raise ModelError(Problem("about", str(about), "belongs to a motion, and the channel is a torque"))

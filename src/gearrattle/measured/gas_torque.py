@@ -1,4 +1,4 @@
-"""``gas_torque``: a pressure trace and the geometry of a four-stroke engine in, its mean torque and harmonics out."""
+"""``gas_torque``: mean torque and harmonics of a four-stroke engine, from a pressure trace and its geometry."""
 
 from __future__ import annotations
 

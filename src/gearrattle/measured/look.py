@@ -1,7 +1,4 @@
-"""``look``: the contents of a measured file, and a first mapping file for it.
-
-Takes readers' columns; gives a table of channels and the text of a ``measurement.toml``.
-"""
+"""``look``: the contents of a measured file, and a first mapping file for it."""
 
 from __future__ import annotations
 
@@ -171,7 +168,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
 
 
 def _looked_at(source: str | os.PathLike[str]) -> tuple[str | os.PathLike[str], Request, str, tuple[str, ...]]:
-    """Return which file is looked at, how its times are told, its format where that is said, and notes."""
+    """Return the file, how its times are stated, its format where stated, and notes."""
     if Path(source).suffix.lower() != ".toml":
         return source, Request(), "", ()
     path, request, file_format, further = mapped_file(source)
@@ -182,7 +179,7 @@ def _looked_at(source: str | os.PathLike[str]) -> tuple[str | os.PathLike[str], 
 
 
 def _row(column: Column, *, is_uniform: bool) -> dict[str, Any]:
-    """Return what is known of one channel."""
+    """Return the entries of one channel."""
     times = column.time
     assert times is not None
     count, smallest, largest = _extremes(column.values)
@@ -205,7 +202,7 @@ def _row(column: Column, *, is_uniform: bool) -> dict[str, Any]:
 
 
 def _guessed(unit: str, smallest: float, largest: float) -> str:
-    """Return the quantity that a unit tells: a velocity that never passes zero has the mean rotation in it."""
+    """Return the quantity that a unit means: a velocity that never passes zero contains the mean rotation."""
     quantity = guess(unit)
     return "speed" if quantity == "velocity" and (smallest > 0.0 or largest < 0.0) else quantity
 
@@ -246,7 +243,7 @@ def _extremes(values: Array) -> tuple[int, float, float]:
 
 
 def _entry(name: str, row: dict[str, Any]) -> str:
-    """Return the lines of one channel."""
+    """Return the lines of one channel in a mapping file."""
     if not row["quantity"]:
         return _UNKNOWN.format(name=_quoted(name), source=_quoted(row["channel"]), quantities=", ".join(QUANTITIES))
     stated = bool(row["subject"])

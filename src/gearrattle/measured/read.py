@@ -1,7 +1,4 @@
-"""``read``: a measured file, or a mapping of one, in; a ``Recording`` out.
-
-Takes readers and signals; gives recordings to metrics, plots and ``drive``.
-"""
+"""``read``: a ``Recording`` from a measured file, or from a mapping of one."""
 
 from __future__ import annotations
 
@@ -94,11 +91,13 @@ def read(
 
 def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     """Return a column as a channel; without a quantity it keeps the numbers and the unit of the file."""
+    # refuse samples that are no numbers
     finite = np.isfinite(column.values)
     if not finite.all():
         at = int(np.argmin(finite))
         rule, remedy = "samples must be finite numbers", 'a mapping can leave the channel out, or gaps = "bridge"'
         raise ModelError(Problem(f"{source}: {column.name}", f"{column.values[at]} at sample {at}", rule, remedy))
+    # the quantity, as the file says it or by the unit
     said = column.quantity if column.quantity in QUANTITIES else ""
     if said and not column.unit and len(DIMENSIONS[said]) > 1:
         either = " or ".join(dimension.si for dimension in DIMENSIONS[said])
@@ -107,6 +106,7 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     quantity = said or guess(column.unit)
     if not quantity:
         return Channel(column.name, "", column.subject, column.unit or "1", column.values), []
+    # to SI, in place
     try:
         by, unit = factor(column.unit, quantity)
     except UnitError:
@@ -120,7 +120,7 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
 
 
 def _measured(measurement: Measurement) -> Recording:
-    """Have done what a mapping says."""
+    """Process the channels as a mapping states."""
     tables, notes = measurement.tables, list(measurement.notes)
     own: dict[str, Conditioned] = {}
     for channel in measurement.channels:
@@ -144,7 +144,7 @@ def _measured(measurement: Measurement) -> Recording:
 
 
 def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
-    """Bring a channel between start and end to its quantity; for another rate with what its kernel needs around."""
+    """Convert a channel between start and end to its quantity; for another rate with the margin of its kernel."""
     exact = _cut(channel, tables.start, tables.end)
     if tables.rate is None or exact is channel or channel.table.begins_at_zero:
         return became(exact)
@@ -153,12 +153,12 @@ def _became_within(channel: Mapped, tables: MeasurementTables) -> Conditioned:
     end = None if tables.end is None else tables.end + 1.1 * around
     try:
         return became(_cut(channel, start, end))
-    except ModelError:  # what is wrong lies outside, or is told again
+    except ModelError:  # the fault lies outside the span, or is reported again here
         return became(exact)
 
 
 def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
-    """Leave out of a channel of the first file what lies before the start and after the end."""
+    """Remove from a channel of the first file all before the start and after the end."""
     if channel.table.file is not None or (start is None and end is None):
         return channel
     inside = _between(channel.time, start, end)
@@ -170,25 +170,26 @@ def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
 
 
 def _between(time: Array, start: float | None, end: float | None) -> slice:
-    """Return which of ascending times lie from a start to an end."""
+    """Return the slice of ascending times from a start to an end, both included."""
     first = 0 if start is None else int(np.searchsorted(time, start, "left"))
     last = time.size if end is None else int(np.searchsorted(time, end, "right"))
     return slice(first, max(first, last))
 
 
 def _part(array: Array, inside: slice) -> Array:
-    """Return a part of an array; a small one by itself, so that the array can go."""
+    """Return a part of an array; a small one as a copy, so that the array can be freed."""
     part = array[inside]
     return part.copy() if _SMALL * part.size < array.size else part
 
 
 def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[tuple[str, float, str]]:
-    """Return for every second file that is aligned what is added to its times [s], and a note."""
+    """Return for every second file that is aligned the shift of its times [s], and a note."""
     notes = []
     for channel in channels:
         row = channel.table
         if row.align is None or row.file is None:
             continue
+        # the delay between the two clocks, by correlation or by phase
         first, second = own[row.align.with_], own[row.name]
         correlated = row.align.by == "correlation"
         if correlated:
@@ -196,12 +197,14 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
         else:
             one, two = (first.time, first.values), (second.time, second.values)
             delay = delay_by_phase(one, two, row.align.frequency or 0.0)
+        # refuse a delay at which the signals do not agree
         least = WORST_CORRELATION if correlated else LEAST_SHARE
         what = "correlation" if correlated else f"part of the power at {row.align.frequency:.6g} Hz"
         if delay.agreement < least:
             rule = f"the signals do not agree at any delay: a {what} of {least:g} is needed"
             remedy = "align with another channel, raise most, or check sign and unit"
             raise channel.wrong("align", f"{what} {delay.agreement:.3g}", rule, remedy)
+        # the note: delay, agreement, and a rival delay
         note = f"{row.file}: {delay.value:.9g} s added to its times, by {row.name} and {row.align.with_}"
         note += f" ({what} {delay.agreement:.4g})"
         if delay.rival > _RIVAL * delay.agreement:
@@ -225,7 +228,7 @@ def _correlated(first: Conditioned, second: Conditioned, most: float) -> Delay:
 
 
 def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple[Array, list[Array], list[str]]:
-    """Bring all channels to one time axis: the rate's, or the one that they share."""
+    """Bring all channels to one time axis: that of the rate, or the one that they share."""
     parts = list(own.values())
     within = [
         _within(channel, part, measurement.tables) for channel, part in zip(measurement.channels, parts, strict=True)
@@ -259,6 +262,7 @@ def _at_rate(
     measurement: Measurement, parts: Sequence[Conditioned], bounds: tuple[float, float], rate: float
 ) -> tuple[Array, list[Array], list[str]]:
     """Bring all channels to a rate, as far as each of them has the values."""
+    # the grid of the common times, if the memory suffices
     begin, end = bounds
     count = np.floor((end - begin) * rate * (1.0 + 1e-12)) + 1.0
     try:
@@ -271,12 +275,14 @@ def _at_rate(
         value = f"{rate:.6g} Hz"
         rule = f"leaves one sample of {end - begin:.6g} s"
         raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
+    # uniform samples of every channel
     notes: list[str] = []
     try:
         even = [uniform(part) for part in parts]
     except Refused as error:
         value = "steps of very different lengths"
         raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
+    # times at which all channels are known
     known = np.ones(grid.size, dtype=np.bool_)
     for channel, samples in zip(measurement.channels, even, strict=True):
         name = channel.table.name
@@ -295,7 +301,7 @@ def _at_rate(
 
 
 def _known(channel: Mapped, samples: Even, grid: Array, rate: float) -> tuple[NDArray[np.bool_], list[str]]:
-    """Tell at which times of a grid a channel is known within 1e-4, and say which are left out.
+    """Return at which times of a grid a channel is known within 1e-4, and a note on those left out.
 
     Raises
     ------

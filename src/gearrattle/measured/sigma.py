@@ -1,11 +1,9 @@
-"""The paper's relative error of a simulation, and what the rounding of printed values leaves open.
+"""The paper's relative error of a simulation, and its bounds for rounded printed values.
 
     sigma = 100 (measured - simulated) / measured        [%]
 
 as in Padmanabhan et al. 1995, Table 5: positive where the simulation reads low. Of two values rounded to half a unit
 sigma lies between the values that their extreme roundings give.
-
-Takes numbers; gives numbers.
 """
 
 from __future__ import annotations

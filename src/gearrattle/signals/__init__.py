@@ -1,10 +1,8 @@
-"""Signals in, signals out: what every criterion measures on a trajectory, without judging it.
+"""Signals measured on a trajectory for every criterion, without a judgement of them.
 
 Two kinds of signal live here. *Sampled* ones (accelerations, forces) yield levels, spectra and order lines over whole
 periods; they are as fine as the output grid. *Event-exact* ones (contact share, regime, impacts) come from the log of
 corner crossings alone, so no sampling rate limits them.
-
-Takes trajectories and plain arrays; gives plain arrays to the criteria, plots and reports above.
 """
 
 from gearrattle.signals.alignment import Alignment, align

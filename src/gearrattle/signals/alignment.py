@@ -1,4 +1,4 @@
-"""Which event of one list is which event of another, when some are missing from either.
+"""Alignment of two lists of events when some are missing from either.
 
 Both lists ascend. An *alignment* pairs events without changing their order; it costs |t_c - t_r| a pair and
 half the *reach* an event left alone, and the cheapest one is taken (global alignment by dynamic programming:
@@ -7,8 +7,6 @@ that one list lacks is left alone instead of shifting all pairs after it.
 
 Events further apart than the reach cannot meet, so the lists fall into clusters that are aligned one by one; where a
 cluster is too large for its table, the reach is halved inside it.
-
-Takes plain arrays; gives an Alignment to comparisons.
 """
 
 from __future__ import annotations
@@ -33,10 +31,6 @@ class Alignment:
     ----------
     candidate, reference
         (p,) the events of pair i, ascending.
-    missed
-        events of the reference without a partner.
-    invented
-        candidate events without a partner.
     """
 
     candidate: Index

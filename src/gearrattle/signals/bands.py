@@ -1,11 +1,9 @@
-"""How much of a signal lies around each harmonic of a fundamental.
+"""Power of a signal in a band around each harmonic of a fundamental.
 
 The samples of whole periods are split by the discrete Fourier transform into bands: band k holds the bins from
 (k - 1/2) to (k + 1/2) fundamentals, the lower bound included. By Parseval's theorem the squares of all bands' rms
 values, that of the band around zero included, add up to the signal's mean square. A periodic motion has one line a
 band; in a chaotic one a band gathers the continuum about the harmonic as well.
-
-Takes plain arrays; gives arrays to comparisons.
 """
 
 from __future__ import annotations
@@ -22,8 +20,6 @@ def band_rms(signal: Array, periods: int, harmonics: int) -> Array:
     ----------
     signal
         (N, ...) samples over whole periods of the fundamental, each phase once.
-    periods
-        how many periods of the fundamental.
     harmonics
         how many bands; NaN for those not wholly below half the sampling rate.
     """

@@ -1,4 +1,4 @@
-"""What names and constants tell of bodies: which gears are loose, how heavy a pair is to impacts, how fast each turns.
+"""Loose gears, reduced inertias of pairs at impacts and mean speeds, from the constants of a driveline.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
 deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the reduced inertia m_eff,
@@ -8,8 +8,6 @@ deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the red
 Ground and bodies of prescribed motion contribute 0. Bodies connected by other elements are left out: in the short time
 of an impact those elements transmit next to nothing. Mean speeds follow from the radii of the meshes, element by
 element from the reference shaft.
-
-Takes a Layout; gives plain numbers to criteria and metrics.
 """
 
 from __future__ import annotations
@@ -35,10 +33,6 @@ class LooseGear(NamedTuple):
 
     Attributes
     ----------
-    mesh
-        index of the element between them.
-    loose, driver
-        indices of the inertias.
     reduction
         R_driver / R_loose, the loose gear's angle over its driver's.
     """
@@ -77,10 +71,6 @@ def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | Non
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    gear
-        the loose gear.
     acceleration
         theta_driver'' [rad/s^2].
     drag
@@ -109,10 +99,6 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    elements
-        their indices.
     inertia
         (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
 

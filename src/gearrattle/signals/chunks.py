@@ -1,10 +1,9 @@
-"""What is kept of the chunks of a long motion: moments, extremes, products for orders.
+"""Sums over the chunks of a long motion: moments, extremes, products for orders.
 
 Its size does not grow with the number of chunks. Moments of two pieces merge as in P. Pebay (2008, Sandia report
 SAND2008-6212, eqs. 2.1-2.9, after Chan, Golub, LeVeque 1979): no mean is taken away from a sum of squares. Orders rest
 on the products of 1, the time, its square, sines and cosines with each other and with every signal, of which any least
 squares with a polynomial beside the orders is solved in the end.
-Takes consecutive Trajectories and signals on their grid; gives SignalSums.
 """
 
 from __future__ import annotations
@@ -111,16 +110,12 @@ class Moments:
 
 @dataclass(frozen=True)
 class SignalSums:
-    """What is kept of the signals of the chunks so far.
+    """Sums over the signals of the chunks so far.
 
     Attributes
     ----------
-    layout
-        names and constants of the driveline.
     start, end
         of the window so far [s]; start is infinite while all is discarded.
-    cycles
-        of the window, discarded: before it.
     interval
         between samples [s].
     orders
@@ -174,13 +169,7 @@ class SignalSums:
         return amplitudes
 
     def velocities(self, angle: int, velocity: int) -> NDArray[np.complex128]:
-        """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end.
-
-        Parameters
-        ----------
-        angle, velocity
-            their columns.
-        """
+        """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end."""
         assert self.moments is not None
         m, span = self.moments, float(self.end - self.start)
         bend = 0.5 * float(m.last[velocity] - m.first[velocity]) * span
@@ -197,14 +186,10 @@ def add_chunk(
 
     Parameters
     ----------
-    trajectory
-        the next chunk, of whole cycles.
     signals
         (N + 1, q) on the grid of its steady part, both bounds included; (0, q) if all of it is discarded.
     orders
         (o,) of the excitation.
-    before
-        None at the first.
     exact
         columns of the signals whose statistics are known between samples, and these.
     """

@@ -1,14 +1,12 @@
-"""Magnitude-squared coherence of two sampled signals at the harmonics of an excitation, with what chance alone gives.
+"""Magnitude-squared coherence of two sampled signals at the harmonics of an excitation, and its chance level.
 
     gamma^2(f) = |S_xy|^2 / (S_xx S_yy),   each S averaged over n segments that do not overlap,
 
 and kappa, its mean over the first five harmonics (Padmanabhan et al. 1995, sec. 8: 128 points, 4 ensembles). From few
 segments it is far from zero even for independent signals: for Gaussian ones its density is (n - 1)(1 - x)^(n - 2)
-whatever their spectra, so its mean is 1/n and its 95 % point 1 - 0.05^(1/(n - 1)) (G. C. Carter, C. H. Knapp,
-A. H. Nuttall 1973, IEEE Trans. Audio Electroacoust. AU-21, 337-344). Four segments: 0.25 and 0.63. Both go with every
-value. Gain and delay do not lower a coherence: it tells of a shared origin, not of a small error.
-
-Takes plain arrays; gives a Coherence to comparisons.
+whatever their spectra, so its mean is 1/n and its 95 % point 1 - 0.05^(1/(n - 1)) (G. C. Carter, C. H. Knapp, A. H.
+Nuttall 1973, IEEE Trans. Audio Electroacoust. AU-21, 337-344). Four segments: 0.25 and 0.63. Both are given with every
+value. Gain and delay do not lower a coherence: it shows a common origin, not a small error.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ _CELLS = 1000  # of the grid on which densities are folded
 
 @dataclass(frozen=True)
 class ChanceCoherence:
-    """What independent Gaussian signals give.
+    """Coherence of independent Gaussian signals.
 
     Attributes
     ----------
@@ -54,7 +52,7 @@ class ChanceCoherence:
 
 @dataclass(frozen=True)
 class Coherence:
-    """Coherence at the harmonics, and all that is needed to read it.
+    """Coherence at the harmonics, with its settings and its chance level.
 
     Attributes
     ----------
@@ -66,22 +64,12 @@ class Coherence:
         (h,) gamma^2, 0 to 1; NaN where one of the signals has no power.
     mean
         kappa, the mean of the values that exist.
-    chance
-        what independent signals give.
     rate
         sampling rate after decimation [Hz].
     bin_width
         [Hz].
     every
         one sample in so many was kept.
-    anti_aliased
-        whether they were filtered first.
-    taper
-        "hann" or "none".
-    ensembles, points
-        segments, and samples in each.
-    notes
-        what the user must know.
     """
 
     frequency: Array
@@ -108,8 +96,6 @@ def by_chance(ensembles: int, bins: int, level: float = 0.95) -> ChanceCoherence
     ----------
     ensembles
         segments averaged, at least 2; they do not overlap.
-    bins
-        how many bins the mean is over.
     level
         probability of staying below ``threshold`` and below ``mean_high``, and above ``mean_low``.
     """
@@ -130,16 +116,10 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
 
     Parameters
     ----------
-    samples
-        how many there are.
     rate
         their rate [Hz].
     highest
         highest harmonic [Hz], to lie below ``USABLE`` of half the rate.
-    needed
-        how many samples must remain.
-    points
-        samples in a segment.
     spacing
         distance between harmonics [Hz].
 
@@ -182,33 +162,31 @@ def coherence_at_harmonics(
         their rate [Hz].
     fundamental
         lowest frequency of the excitation [Hz].
-    ensembles, points
-        segments, and samples in each.
-    harmonics
-        how many, the fundamental included.
     every
         keep one sample in so many; None chooses (see ``decimation``).
     anti_alias
         whether to filter before samples are left out (FIR, linear phase, shifted back).
-    taper
-        "hann" or "none".
 
     Raises
     ------
     ModelError
         too few samples, too few ensembles, or harmonics outside the band.
     """
+    # harmonics, and the decimation that keeps enough samples
     if ensembles < 2:
         raise ModelError(Problem("ensembles", str(ensembles), "of one segment every coherence is 1", "take at least 2"))
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     needed = ensembles * points
     if every is None:
         every = decimation(len(candidate), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
+    # samples kept, and a check that the harmonics still lie in the band
     x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (candidate, reference))
     decimation(len(x), rate / every, frequency[-1] * USABLE, needed=needed, points=points, spacing=fundamental)
+    # densities over segments that do not overlap
     segments = cut(needed, points, 0.0, {"hann": "hann", "none": "boxcar"}[taper])
     spectra = cross_spectra(x, y, rate / every, segments)
     width = float(spectra.frequency[1])
+    # coherence at the bins nearest to the harmonics
     bins = np.rint(frequency / width).astype(np.int64)
     value = spectra.coherence[bins]
     shown = value[np.isfinite(value)]
@@ -245,7 +223,7 @@ def _thinned(signal: Array, every: int, anti_alias: bool) -> Array:
 
 
 def _notes(position: Array, value: Array) -> Iterator[str]:
-    """Say where the reading is doubtful; ``place`` is that of the harmonics, in bins."""
+    """Return notes where the reading is doubtful; ``place`` is that of the harmonics, in bins."""
     off = np.abs(position - np.rint(position))
     if off.max() > 1e-6:
         yield f"harmonics fall between bins, by up to {off.max():.2f} of a bin; the nearest bin is read"

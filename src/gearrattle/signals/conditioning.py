@@ -7,8 +7,8 @@
 with fc = 0.45 f and w a Kaiser window of 86 dB (J. F. Kaiser 1974, Proc. IEEE Int. Symp. Circuits and Systems, 20-23):
 what lies below 0.4 f passes within 1e-4, what lies above 0.5 f is lower by 80 dB, so nothing folds back. Any ratio of
 rates will do. The kernel reaches 30 / f to either side. Beyond its ends a signal is continued by its point reflection
-there, which is not how it went on: nearer to an end than this reach nothing is promised, and what lies at 0.4 f is off
-by up to 0.42 of its amplitude. ``reach`` says it.
+there, which is not the true signal: nearer to an end than this reach the errors above do not hold, and a line at 0.4 f
+is wrong by up to 0.42 of its amplitude. ``reach`` returns this length.
 
 *Filters* are digital Butterworth sections run forwards and backwards: no phase, twice the order. A low pass has
 the gain
@@ -16,8 +16,6 @@ the gain
     |G(f)| = 1 / (1 + (tan(pi f / fs) / tan(pi fc / fs))^(2 n)),
 
 one half (-6 dB) at its cutoff (A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, sec. 7.2).
-
-Takes arrays; gives arrays.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ _DESIGN = DECIBELS + 6.0
 REACH = 30
 """Half the width of the kernel, in intervals of the lower rate: half its main lobe is then 0.048 of that rate."""
 _MOST_AT_ONCE = 2_000_000  # entries of the kernel's table
-_ARRAYS = 3  # of the uniform samples, that are needed at once
+_ARRAYS = 3  # arrays of the uniform samples that are needed at once
 
 
 def resample(values: Array, interval: float, first: float, wanted: Array, rate: float) -> Array:
@@ -63,16 +61,19 @@ def resample(values: Array, interval: float, first: float, wanted: Array, rate: 
     """
     from scipy.special import i0
 
+    # reach of the kernel; the record continued beyond its ends
     lower = min(1.0 / interval, rate)
     reach = REACH / (lower * interval)  # in samples
     side = int(np.ceil(reach)) + 1
     padded = _continued(values, side)
     beta = 0.1102 * (_DESIGN - 8.7)
+    # positions wanted, in samples
     position = (wanted - first) / interval + side
     offsets = np.arange(-side, side + 1)
     result = np.empty((wanted.size, *values.shape[1:]))
     columns = [(padded, result)] if values.ndim == 1 else list(zip(padded.T, result.T, strict=True))
     step = max(1, _MOST_AT_ONCE // offsets.size)
+    # weighted sums with the windowed sinc, a number of them at a time
     for begin in range(0, wanted.size, step):
         at = position[begin : begin + step]
         centre = np.clip(np.rint(at).astype(np.int64), side, padded.size - 1 - side)

@@ -1,4 +1,4 @@
-"""How far averaged spectra may be trusted: limits of densities, coherences and transfer functions.
+"""Confidence limits of averaged spectra: densities, coherences and transfer functions.
 
 *Averages.* K segments of one record, D samples apart, tapered by w, are worth
 
@@ -23,9 +23,7 @@ N. R. Goodman 1965, AFFDL-TR-65-57) is good for n > 20 only.
     r^2 = ((1 - p)^(-1 / (n - 1)) - 1) (1 - x) / x
 
 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed. 2010, sec. 9.2: the F quantile of 2 and 2 n - 2 degrees of freedom in
-closed form); gain and phase lie within |H| (1 +- r) and arcsin r at once, so each by itself is safer than stated.
-
-Takes plain arrays; gives arrays.
+closed form); gain and phase lie within |H| (1 +- r) and arcsin r both at once, so the probability of each is above p.
 """
 
 from __future__ import annotations
@@ -46,7 +44,7 @@ _FARTHEST = 9.0  # artanh sqrt of the largest coherence: 1 - 6e-8
 
 
 def averages(window: Array, step: int, segments: int) -> float:
-    """Return what overlapping segments are worth, in segments that do not overlap.
+    """Return the number of segments without overlap that overlapping ones are worth.
 
     Parameters
     ----------
@@ -66,14 +64,12 @@ def averages(window: Array, step: int, segments: int) -> float:
 
 
 def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
-    """Return what an estimated density is multiplied with for its lower and upper limit.
+    """Return the factors of a density's lower and upper limit.
 
     Parameters
     ----------
     count
         averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
-    level
-        probability that the limits enclose the density.
     """
     from scipy.special import gammaincinv
 
@@ -107,8 +103,6 @@ def coherence_limits(value: Array, count: float, level: float = LEVEL) -> tuple[
         (f,) estimates; NaN gives NaN.
     count
         averages, above 1; at 1 nothing is known, and the limits are 0 and 1.
-    level
-        probability that the limits enclose the coherence.
     """
     value = np.asarray(value, np.float64)
     known = np.isfinite(value)
@@ -157,7 +151,7 @@ def _density(y: Array, eta: Array, count: float) -> Array:
 
 
 def _quantiles(eta: Array, count: float, probability: float) -> Array:
-    """Return y below which an estimate stays with some probability: Newton's method kept within brackets."""
+    """Return the quantiles y of an estimate: Newton's method kept within brackets."""
     low, high = np.zeros(eta.size), eta + 12.0 / np.sqrt(2.0 * (count - 1.0)) + 20.0 / (count - 1.0)
     y = eta + 0.5 / (count - 1.0)
     for _ in range(_STEPS):
@@ -176,7 +170,7 @@ def _quantiles(eta: Array, count: float, probability: float) -> Array:
 
 
 def coherence_threshold(count: float, level: float = LEVEL) -> float:
-    """Return what the estimated coherence of independent signals stays below with a probability of ``level``."""
+    """Return the coherence below which independent signals stay with a probability of ``level``."""
     return 1.0 - (1.0 - level) ** (1.0 / (count - 1.0)) if count > 1.0 + 1e-9 else 1.0
 
 
@@ -189,8 +183,6 @@ def response_radius(coherence: Array, count: float, level: float = LEVEL) -> Arr
         (f,) estimates.
     count
         averages; at 1 nothing is known, and the radius is infinite.
-    level
-        probability that the circle encloses the transfer function.
     """
     coherence = np.asarray(coherence, np.float64)
     if count <= 1.0 + 1e-9:

@@ -11,7 +11,7 @@ segment, not four, and segments are added up in groups, so that memory does not 
 the integral of S_xx over frequency is the mean over the segments of sum (w x)^2 / sum w^2: for a stationary signal its
 variance.
 
-All densities of the package are made here. Takes plain arrays; gives CrossSpectra.
+All densities of the package are made here.
 """
 
 from __future__ import annotations
@@ -40,18 +40,12 @@ WINDOWS = tuple(_COSINES)
 
 @dataclass(frozen=True)
 class Segments:
-    """How a record is cut.
+    """Segments of a record.
 
     Attributes
     ----------
     window
         (L,) the taper.
-    step
-        samples from one segment to the next.
-    count
-        how many there are.
-    centred
-        whether the mean of every segment is removed.
     """
 
     window: Array
@@ -66,7 +60,7 @@ class Segments:
 
     @property
     def averages(self) -> float:
-        """What the segments are worth, in segments that do not overlap."""
+        """Number of segments without overlap that these are worth."""
         return averages(self.window, self.step, self.count)
 
 
@@ -82,8 +76,6 @@ class CrossSpectra:
         (f,) densities [unit^2 / Hz].
     cross
         (f,) S_xy; its argument is the phase of y before x.
-    segments
-        how they were made.
     """
 
     frequency: Array
@@ -116,18 +108,14 @@ def taper(name: str, length: int) -> Array:
 
 
 def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
-    """Return how a record is cut into overlapping segments.
+    """Return the overlapping segments of a record.
 
     Parameters
     ----------
-    samples
-        in the record, at least ``length``.
     length
         samples in a segment, at least 2.
     overlap
         share of a segment that the next has as well, 0 to below 1.
-    window
-        one of ``WINDOWS``.
     """
     step = max(1, length - round(overlap * length))
     return Segments(taper(window, length), step, 1 + (samples - length) // step)
@@ -140,8 +128,6 @@ def groups(signal: Array, segments: Segments) -> Iterator[Array]:
     ----------
     signal
         (N,) or (N, n).
-    segments
-        from ``cut``.
     """
     views = np.lib.stride_tricks.sliding_window_view(signal, segments.length, axis=0)[:: segments.step]
     size = max(1, _AT_ONCE // (segments.length * (signal.size // len(signal))))
@@ -150,7 +136,7 @@ def groups(signal: Array, segments: Segments) -> Iterator[Array]:
 
 
 def transformed(group: Array, segments: Segments) -> NDArray[np.complex128]:
-    """Return (..., f) Fourier sums of tapered segments (..., L), without their means unless that is not wanted."""
+    """Return (..., f) Fourier sums of tapered segments (..., L), their means removed where ``segments.centred``."""
     if segments.centred:
         group = group - group.mean(axis=-1, keepdims=True)
     return np.asarray(np.fft.rfft(group * segments.window, axis=-1))
@@ -162,7 +148,7 @@ def frequencies(segments: Segments, rate: float) -> Array:
 
 
 def one_sided(sums: Array, length: int) -> Array:
-    """Double what stands for two sides of a spectrum; the last axis is frequency."""
+    """Double the values that stand for two sides of a spectrum; the last axis is frequency."""
     sums[..., 1 : (length + 1) // 2] *= 2.0
     return sums
 
@@ -176,8 +162,6 @@ def periodograms(signal: Array, rate: float, segments: Segments) -> Iterator[Arr
         (N,) or (N, n) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     scale = _scale(rate, segments)
     for group in groups(signal, segments):
@@ -195,8 +179,6 @@ def power_density(signal: Array, rate: float, segments: Segments) -> tuple[Array
         (N,) or (N, n) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     total = sum(group.sum(axis=0) for group in periodograms(signal, rate, segments))
     return frequencies(segments, rate), np.asarray(total).T / segments.count
@@ -211,8 +193,6 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
         (N,) uniform samples of the same times.
     rate
         of the samples [Hz].
-    segments
-        from ``cut``.
     """
     shape = segments.length // 2 + 1
     power_x = np.zeros(shape)
@@ -228,13 +208,13 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
 
 
 def _scale(rate: float, segments: Segments) -> Array:
-    """Return (f,) what makes a one-sided density of a squared Fourier sum."""
+    """Return (f,) factors from a squared Fourier sum to a one-sided density."""
     sides = one_sided(np.ones(segments.length // 2 + 1), segments.length)
     return sides / (rate * float(segments.window @ segments.window))
 
 
 def _squared(sums: NDArray[np.complex128]) -> Array:
-    """Return squared moduli, in one array: another of its size would take longer than the squares."""
+    """Return squared moduli, in one array: a second one of its size would take longer than the squares."""
     modulus = np.abs(sums)
     modulus *= modulus
     return modulus

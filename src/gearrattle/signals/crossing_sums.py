@@ -1,11 +1,9 @@
-"""What is kept of the crossings of a motion: counts, sums, largest values, times. One definition for all who ask.
+"""Sums over the crossings of a motion: counts, sums, largest values, times; the package's one definition of them.
 
 The sums begin at zero, every chunk of a motion adds to them, and their size does not grow with the number of chunks. A
 contact that a chunk ends within is kept open, with force integral, speed and time at its start; the first crossing of
-the same corner in a later chunk closes it, so that what counts is the whole contact. The compiled loop
-(``kernels.tallies``) is the one that batches of variants use.
-
-Takes Trajectories, in order; gives plain arrays to criteria and metrics, and what these add up to.
+the same corner in a later chunk closes it, so the whole contact counts. Batches of variants use the same compiled loop
+(``kernels.tallies``).
 """
 
 from __future__ import annotations
@@ -33,10 +31,6 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 
     Parameters
     ----------
-    before
-        those of the chunks before; None at the first.
-    trajectory
-        the next chunk.
     window
         the part of it that counts; None for nothing of it: only the flanks of its last contacts are kept.
 
@@ -46,12 +40,14 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
         if the log has a gap.
     """
 
+    # the sums of the chunks before
     layout, log = trajectory.layout, trajectory.events
     judged = judged_of(layout)
     out = room_for(1, judged)
     if before is not None:
         for name, array in zip(Tallies._fields, out, strict=True):
             array[0] = before[name]
+    # crossings with regions counted from the lowest one
     first = judged.label.take(log.clearance, mode="clip") if judged.label.size else log.clearance
     crossings = Crossings(
         np.array(log.time, dtype=np.float64),
@@ -61,11 +57,14 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
         np.array(log.velocity, dtype=np.float64),
         np.array(log.force_integral, dtype=np.float64),
     )
+    # the part of the chunk that counts
     nothing = np.nextafter(trajectory.end, np.inf)
     span = np.array([nothing, nothing] if window is None else [window.start, window.end])
+    # regions at the start
     initial = np.array(trajectory.initial_region - judged.label, dtype=np.int64)
     if np.any((initial < 0) | (initial >= np.diff(judged.pieces))):
         raise GearRattleError(f"the motion begins in regions {trajectory.initial_region.tolist()}, which do not exist")
+    # add the crossings; their chain must not break
     final = np.array(trajectory.final_force_integral, dtype=np.float64)
     broken = tallies.add_crossings(judged, crossings, span, initial, final, before is None, 0, out)
     if broken >= 0:
@@ -76,7 +75,7 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 
 @dataclass(frozen=True)
 class Contacts:
-    """What the contacts of one clearance that begin in the window add up to.
+    """Sums over the contacts of one clearance that begin in the window.
 
     Attributes
     ----------
@@ -106,16 +105,10 @@ class Contacts:
 
 
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
-    """Return what the contacts of one clearance add up to.
+    """Return the sums over the contacts of one clearance.
 
     Parameters
     ----------
-    sums
-        of one motion.
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
     end
         of the motion [s]: a contact that is still open counts up to it.
     """
@@ -135,12 +128,10 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 
 @dataclass(frozen=True)
 class Sides:
-    """Where a clearance spends its time, and how its impacts change flanks.
+    """Time of a clearance in its regions, and its changes of flank at impacts.
 
     Attributes
     ----------
-    shares
-        of the time by region.
     single, double
         impacts that follow a contact on the same flank, and on the other one. The first impact of all
         follows the side on which the motion begins; from within the gap it counts as single-sided.
@@ -152,16 +143,10 @@ class Sides:
 
 
 def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sides:
-    """Return where one clearance spends its time, and how its impacts change flanks.
+    """Return the times of one clearance in its regions, and its changes of flank at impacts.
 
     Parameters
     ----------
-    sums
-        of one motion.
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
     duration
         of the window [s].
     """
@@ -170,13 +155,13 @@ def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sid
 
 
 def corners_of(layout: Layout, clearance: int) -> slice:
-    """Return where a clearance's corners lie among those of all."""
+    """Return the range of a clearance's corners among those of all."""
     before = sum(corners.size for corners in layout.corners[:clearance])
     return slice(before, before + layout.corners[clearance].size)
 
 
 def pieces_of(layout: Layout, clearance: int) -> slice:
-    """Return where a clearance's pieces lie among those of all."""
+    """Return the range of a clearance's pieces among those of all."""
     before = sum(stiffness.size for stiffness in layout.stiffness_of_piece[:clearance])
     return slice(before, before + layout.stiffness_of_piece[clearance].size)
 

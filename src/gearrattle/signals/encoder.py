@@ -1,11 +1,9 @@
-"""An angle that goes on, from an encoder that starts over after a turn.
+"""Continuous angle from an encoder that starts over after a turn.
 
 An encoder falls by its span from one sample to the next. An analogue output that was filtered, or sampled in the fall,
 has samples in between: there the steps are far from those around them, modulo the span. Such samples are replaced by
-the cubic spline through all others. What counts is the step less the usual one, the median of those around: over a
-fall it sums up to minus the span, however many steps it takes.
-
-Takes arrays; gives arrays.
+the cubic spline through all others. The excess of a step over the usual one, the median of those around, is added up:
+over a fall the sum is minus the span, however many steps the fall takes.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ _WHOLE = 0.1  # of the span: how closely a fall must sum up to it
 
 
 class FallError(ValueError):
-    """Falls of an encoder that cannot be told from its turning; says the rule and what to try."""
+    """Falls of an encoder that cannot be distinguished from its rotation, with rule and remedy."""
 
     def __init__(self, rule: str, remedy: str) -> None:
         super().__init__(rule)
@@ -41,16 +39,12 @@ class FallError(ValueError):
 
 
 class Unwrapped(NamedTuple):
-    """An angle that goes on.
+    """A continuous angle.
 
     Attributes
     ----------
     values
         (N,) in the unit of the encoder.
-    falls
-        how many falls took more than one step.
-    replaced
-        how many samples were replaced for them.
     """
 
     values: Array
@@ -59,7 +53,7 @@ class Unwrapped(NamedTuple):
 
 
 def unwrapped(values: Array, span: float) -> Unwrapped:
-    """Return an angle that goes on where an encoder starts over.
+    """Return a continuous angle where an encoder starts over.
 
     Parameters
     ----------
@@ -93,23 +87,26 @@ def unwrapped(values: Array, span: float) -> Unwrapped:
 
 
 def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span: float) -> Unwrapped:
-    """Let an angle go on over falls of several steps.
+    """Make an angle continuous over falls of several steps.
 
     Raises
     ------
     FallError
         they are not told from the turning.
     """
+    # steps beyond the usual one, in spans
     steps = np.diff(values)
     excess = np.concatenate([[0.0], np.cumsum(steps - usual)]) / span
     turns = np.rint((steps - usual) / span)
     replaced = np.zeros(values.size, dtype=np.bool_)
     falls = 0
     for first, behind in groups:
+        # the fall of a group; at the ends of the record it may be cut
         fallen = float(excess[behind] - excess[first])
         off_whole = abs(fallen - round(fallen)) > _WHOLE
         begins = first == 0 or (off_whole and first < _RINGS)
         ends = behind == steps.size or (off_whole and behind > steps.size - _RINGS)
+        # no fall, or one that is no whole number of spans
         if not (begins or ends):
             if round(fallen) == 0:
                 continue
@@ -118,19 +115,22 @@ def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span
                     f"from sample {first} to {behind} it falls by {abs(fallen):.3g} of the angle where it starts over"
                 )
                 raise FallError(rule, "check starts_over, scale and offset, or cut with start and end")
+        # the whole fall counts at the group's last step; its samples are replaced
         turns[first:behind] = 0.0
         turns[behind - 1] = round(fallen)
         replaced[0 if begins else first + 1 : values.size if ends else behind] = True
         falls += 1
+    # refuse falls that take too much of a turn
     if replaced.mean() > MOST_REPLACED:
         rule = f"its falls take {replaced.mean():.0%} of the samples: a filter smears them over too much of a turn"
         raise FallError(rule, "record it unfiltered or at a higher rate")
+    # the continuous angle, samples in the falls by a spline
     whole = values - span * np.concatenate([[0.0], np.cumsum(turns)])
     return Unwrapped(_bridged(whole, replaced, usual), falls, int(replaced.sum()))
 
 
 def _usual(steps: Array, span: float, around: int) -> tuple[Array, Array]:
-    """Return the usual step around each, modulo the span, and how far each is from it."""
+    """Return the usual step around each step, modulo the span, and the distance of each from it."""
     from scipy.ndimage import median_filter
 
     usual = median_filter(_within(steps, span), size=min(around, steps.size), mode="nearest")
@@ -146,11 +146,13 @@ def _groups(distance: Array, usual: Array, span: float, is_coarse: bool) -> list
     """Return first steps, and those behind the last, of stretches that may be falls of several steps."""
     from scipy.ndimage import median_filter
 
+    # steps far from the usual ones
     scatter = median_filter(distance, size=min(_SCATTER_OVER, distance.size), mode="nearest")
     limit = _COARSE * span if is_coarse else np.clip(6.0 * scatter, _FAR[0] * span, _FAR[1] * span)
     far = np.flatnonzero(distance > limit)
     moving = distance > np.maximum(4.0 * scatter, np.maximum(_REST * span, _REST_OF_STEP * np.abs(usual)))
     groups: list[tuple[int, int]] = []
+    # extend every group over the ringing of a filter
     for step in far.tolist():
         if groups and step < groups[-1][1]:
             continue
@@ -160,9 +162,10 @@ def _groups(distance: Array, usual: Array, span: float, is_coarse: bool) -> list
         behind = step + 1
         while behind < min(step + _RINGS, distance.size) and moving[behind : behind + 2].any():
             behind += 1
-        if behind - first > 2:  # a filter, whose ringing goes on below what vibration hides
+        if behind - first > 2:  # a filter, whose ringing goes on below the vibration
             first = max(first - _HIDDEN, 0)
             behind = min(behind + _HIDDEN, distance.size)
+        # join groups that touch
         if groups and first <= groups[-1][1] + 2:
             first = groups.pop()[0]
         groups.append((first, behind))

@@ -1,4 +1,4 @@
-"""One motion among others: how far each lies from all the rest, and how often chance puts one so far out.
+"""One motion among others: its distance from the rest, and the probability of a distance so large.
 
 If m motions are draws of one process, none of them is special: each is as likely as any other to lie farthest from the
 rest. So with the distance of every motion from all others, d_1 ... d_m, the share of those that lie at least as far out
@@ -11,7 +11,7 @@ is at most alpha in at most alpha of the cases, whatever the process and however
 G. K. Smyth 2010, Stat. Appl. Genet. Mol. Biol. 9, art. 39). Distances here: of numbers, of spectral densities
 (log-spectral distance), of densities bin by bin, and of distributions (Kolmogorov-Smirnov).
 
-Takes plain arrays, the motion in question first; gives distances to comparisons.
+The motion in question comes first in every array.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def mean_of_others(values: Array) -> Array:
 
 
 def number_distances(values: Array) -> Array:
-    """Return (m,) how far each number is from the mean of the others, in their unit."""
+    """Return (m,) distance of each number from the mean of the others, in their unit."""
     return np.asarray(np.abs(values - mean_of_others(values)))
 
 

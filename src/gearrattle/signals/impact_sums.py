@@ -1,7 +1,4 @@
-"""How hard impacts are, clearance by clearance, from what is kept of the crossings (``crossing_sums``).
-
-Takes sums; gives speeds, momenta, energies and impulses to the criteria.
-"""
+"""Hardness of the impacts of every clearance, from the sums over crossings (``crossing_sums``)."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from gearrattle.trajectory import Array, Layout
 
 
 class Hardness(NamedTuple):
-    """How hard the impacts of one clearance are: magnitudes, NaN without impacts.
+    """Hardness of the impacts of one clearance: magnitudes, NaN without impacts.
 
     Attributes
     ----------
@@ -53,10 +50,6 @@ class ImpactSummary:
 
     Attributes
     ----------
-    count, drive
-        how many, and how many of them on the drive side.
-    hardness
-        how hard they are.
     censored
         whether the motion ends within a contact that counts.
     """
@@ -68,7 +61,7 @@ class ImpactSummary:
 
 
 def summarise_impacts(sums: Sums, layout: Layout, clearance: int) -> ImpactSummary:
-    """Return the statistics of one clearance; an open contact counts with what it has gathered."""
+    """Return the statistics of one clearance; an open contact counts up to the end of the motion."""
     return ImpactSummary(
         count=int(sums["count"][clearance]),
         drive=int(sums["drive"][clearance]),
@@ -82,6 +75,7 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
 
     Momenta and energies of an element without a free end do not exist: NaN.
     """
+    # contacts that are still open count up to the end
     mine = corners_of(layout, clearance)
     of = {name: sums[name][..., clearance] for name in _OF_CLEARANCES}
     pending = np.zeros(np.shape(of["count"]))
@@ -93,6 +87,7 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
         pending = np.where(is_open, pending + gathered, pending)
         largest = np.where(is_open, np.maximum(largest, gathered), largest)
         change = np.where(is_open, np.maximum(change, sums["met"][..., corner]), change)
+    # means and largest values of speed, momentum, energy, exchanged momentum and impulse
     mass, count = np.where(np.isfinite(of["mass"]), of["mass"], np.nan), of["count"]
     with np.errstate(invalid="ignore", divide="ignore"):
         values = (

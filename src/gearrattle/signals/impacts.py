@@ -9,13 +9,11 @@ forces Q and the error e,
 
     m_eff delta'' = F_0 - F,    F_0 = m_eff (w M^-1 Q - e''),    integral of (F - F_0) dt = m_eff (v - v').
 
-The *contact impulse*, the integral of F itself, has the static load in it and grows with the length of the contact.
-A contact still closed when the motion ends is *censored*: its contact impulse and duration count up to the end, and
-v' is taken as 0, for it has not rebounded. In a staged clutch damper every stage that is entered from within is such a
+The *contact impulse*, the integral of F itself, has the static load in it and grows with the length of the contact. A
+contact still closed when the motion ends is *censored*: its contact impulse and duration count up to the end, and v' is
+taken as 0, as there is no rebound yet. In a staged clutch damper every stage that is entered from within is such a
 contact. (Where delta = 0 is a corner and just one of the two pieces that meet there is a gap, passing from the gap into
 the other is an impact as well.)
-
-Takes a Trajectory; gives Impacts to the criteria, plots and reports.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
 
 @dataclass(frozen=True)
 class Impacts:
-    """A table of impacts in the order of their begin.
+    """A table of impacts in the order of their start.
 
     Attributes
     ----------
@@ -96,11 +94,11 @@ class Impacts:
 
     @property
     def drive(self) -> NDArray[np.bool_]:
-        """Return (I,) which impacts are met with growing deflection: those on the drive side."""
+        """Return (I,) whether impacts are on the drive side, met with growing deflection."""
         return np.asarray(self.region >= 0, dtype=np.bool_)
 
     def where(self, chosen: NDArray[np.bool_]) -> Impacts:
-        """Return those of the impacts that are marked, (I,)."""
+        """Return the impacts of a mask (I,)."""
         return Impacts(
             self.time[chosen],
             self.clearance[chosen],

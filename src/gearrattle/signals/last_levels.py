@@ -3,8 +3,6 @@
 Of an exact motion extremes and means are taken between the samples, both limits at every crossing included. Samples are
 what remains for a recording, for another algorithm and for a body of prescribed motion; their error is estimated by
 what every second sample alone would have told (``gearrattle.signals.levels``).
-
-Takes Trajectories; gives a state of bounded size, and levels from it.
 """
 
 from __future__ import annotations
@@ -37,13 +35,6 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
     """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
 
     low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
-
-    Parameters
-    ----------
-    trajectory
-        the next chunk.
-    before
-        the same of the chunks before; None at the first.
     """
     window = steady(trajectory)
     count = min(LAST_CYCLES, window.cycles)
@@ -58,7 +49,7 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
 
 
 def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArray, count: int) -> None:
-    """Write the levels of some bodies by their samples, and what these miss."""
+    """Write the levels of some bodies by their samples, and the error of these."""
     per_cycle = trajectory.samples_per_cycle
     samples = steady(trajectory).closed(trajectory.acceleration)[-(count * per_cycle + 1) :, bodies]
     for c in range(count):
@@ -70,7 +61,7 @@ def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArr
 
 
 def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> list[int]:
-    """Write the levels of the exact motion, where they are known; the bodies of which they are."""
+    """Write the exact levels where they are known; return the bodies that have them."""
     if trajectory.exact is None:
         return []
     signals = [signal for signal in trajectory.exact.signals(trajectory) if signal[0] == "acceleration"]
@@ -98,14 +89,14 @@ def rms_of(state: Mapping[str, Array]) -> Level:
 
 
 def _together(levels: Array) -> Array:
-    """(n,) root mean square of those of cycles (cycles, n): squares neither overflow nor vanish."""
+    """(n,) root mean square over the cycles (cycles, n), scaled against overflow and underflow."""
     largest = levels.max(axis=0)
     scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)
     return np.asarray(scale * np.sqrt(np.mean((levels / scale) ** 2, axis=0)))
 
 
 def shortened(what: str, cycles: int) -> str:
-    """Say that fewer cycles remain than a level is taken over; empty where they do not."""
+    """Return a note where fewer cycles remain than a level is taken over, else an empty text."""
     if cycles >= LAST_CYCLES:
         return ""
     remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"

@@ -4,7 +4,7 @@ x_rms = [ (1/T) integral_0^T x^2 dt ]^(1/2), by the trapezoidal rule over whole 
 exact up to aliasing), and x_pp = max x - min x over the samples: Padmanabhan et al. 1995, eqs. (23)-(25). The mean is
 *not* removed: an acceleration is taken as it is.
 
-Takes plain arrays, time along the first axis; gives arrays to the criteria.
+Time runs along the first axis of every array.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def thinned(samples: Array) -> list[Array]:
 
 
 def rms_missed(signal: Array) -> Array:
-    """Return (...) the estimated error of ``rms``: the largest by which that of ``thinned`` samples is off it."""
+    """Return (...) the estimated error of ``rms``: its largest difference from the rms of ``thinned`` samples."""
     periodic = signal[:-1]
     largest = np.max(np.abs(signal), axis=0)
     scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)

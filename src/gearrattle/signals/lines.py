@@ -10,8 +10,6 @@ A chaotic response has a continuous spectrum, so some amplitude at every bin; a 
 bins around it (Gaussian noise does so by chance in one of 30 million bins, if many surround it). The amplitudes are
 those of the discrete Fourier transform over whole multiples of q T, without a taper. At least eight of those multiples
 must be there, or there are no bins to compare with: a shorter signal shows no line of that kind.
-
-Takes plain arrays; gives Lines to the criteria and reports.
 """
 
 from __future__ import annotations
@@ -49,7 +47,7 @@ def _amplitudes(signal: Array) -> Array:
 
 
 def _standing_out(amplitudes: Array, bins: IntArray, spacing: int, reference: float) -> NDArray[np.bool_]:
-    """Return which bins hold a line, where candidate lines are ``spacing`` bins apart."""
+    """Return the mask of bins that hold a line, where candidate lines are ``spacing`` bins apart."""
     reach = (spacing - 1) // 2
     offsets = np.concatenate([np.arange(-reach, 0), np.arange(1, reach + 1)])
     height = amplitudes[bins]
@@ -105,8 +103,6 @@ def super_harmonics(
     ----------
     signal
         (N,) samples of whole common periods T, each phase once.
-    samples_per_cycle
-        samples in T.
     fundamental
         g, the order whose period is T.
     orders
@@ -143,7 +139,7 @@ def sub_harmonics(
 def _unexcited(
     signal: Array, samples_per_cycle: int, fundamental: float, orders: Array, known: dict[int, Array]
 ) -> list[Line]:
-    """Return the lines present at k g that are no excited order."""
+    """Return the lines present at k g that are no excited orders."""
     if np.size(orders) == 0:
         return []
     numerators, amplitudes, _ = _lines(signal, samples_per_cycle, 1, known)

@@ -4,8 +4,6 @@ Between samples a signal is its cubic spline: integrals are those of the spline,
 its derivatives. Of a signal of frequency f sampled at rate fs an integral is in error by (2 pi f / fs)^4 / 720 of
 itself, a first derivative by (2 pi f / fs)^4 / 180; a derivative raises noise with the frequency, so a filter belongs
 after it.
-
-Takes arrays; gives arrays.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""Negligible impacts: which ones are touches, by the thresholds of a layout, and the words for what is left.
+"""Negligible impacts: touches by the thresholds of a layout, and the words for the other impacts.
 
 The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for all.
-
-Takes sums over crossings; gives truths to the criteria.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ def are_negligible(state: Sums, layout: Layout, clearance: int) -> Array:
 
 
 def are_touches(impacts: Impacts, layout: Layout) -> NDArray[np.bool_]:
-    """Return (I,) which impacts are touches."""
+    """Return (I,) whether impacts are touches."""
     limits = layout.negligible
     is_mesh = layout.is_mesh[layout.clearance[impacts.clearance]]
     slowest = np.where(is_mesh, limits.speed, limits.angular_speed)
@@ -46,7 +44,7 @@ def are_touches(impacts: Impacts, layout: Layout) -> NDArray[np.bool_]:
 
 
 def limits_words(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
-    """Say which impacts are negligible."""
+    """Return the limits of negligible impacts in words."""
     sizes = (
         ("energy", limits.energy, "J", ""),
         ("approach speed", limits.speed, "m/s", " of a mesh"),

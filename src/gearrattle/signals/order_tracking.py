@@ -21,8 +21,6 @@ a exp(i phi). The bins are 1/R of an order apart, so orders p/R with an integer 
 
 for all requested orders at once; n is the trend of a signal that changes with the speed. It separates orders that an
 order spectrum of the same block cannot separate. The two methods have only the angle in common.
-
-Takes plain arrays; gives frozen arrays.
 """
 
 from __future__ import annotations
@@ -55,8 +53,6 @@ class Turned:
         (M,) at uniform angles.
     angle
         of the first value [rad].
-    per_turn
-        samples per turn.
     time
         (M,) times of these angles [s].
     speed
@@ -84,8 +80,6 @@ class Orders:
         (b,) mean time of each block, weighted by its window [s].
     speed
         (b,) mean speed with the same weights [rad/s].
-    turns
-        per block.
     """
 
     order: Array
@@ -155,8 +149,6 @@ def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn:
         (N,) of the shaft, ascending [rad].
     speed
         (N,) of the shaft, positive [rad/s].
-    per_turn
-        samples per turn.
     """
     step = TURN / per_turn
     first, last = int(np.ceil(angle[0] / step - 1e-9)), int(np.floor(angle[-1] / step + 1e-9))
@@ -184,14 +176,8 @@ def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highe
     ----------
     signal
         at least ``turns`` turns long.
-    turns
-        per block.
     overlap
         fraction of a block that the next one shares, 0 <= overlap < 1.
-    window
-        one of ``cross_spectra.WINDOWS``.
-    highest
-        highest order that is kept.
     """
     length = turns * signal.per_turn
     blocks = cut(signal.values.size, length, overlap, window)
@@ -258,11 +244,10 @@ def orders_of_blocks(
         (N,) its angle, ascending [rad], and its speed [rad/s].
     orders
         (o,) positive and distinct.
-    turns
-        per block.
     starts
         (b,) angles at which blocks begin [rad].
     """
+    # samples of every block
     angle, speed = shaft
     span = TURN * turns
     firsts = np.searchsorted(angle, starts - 1e-9)

@@ -4,7 +4,7 @@ x(t) = x_0 + sum_j a_j sin(o_j Omega t + phi_j), fitted to all orders at once. O
 are orthogonal and this *is* the discrete Fourier transform at those lines, exact for every line below half the
 sampling rate; where the orders have no common period it still separates them.
 
-Takes plain arrays; gives complex amplitudes c_j = a_j exp(i phi_j) to the criteria and reports.
+The complex amplitudes are c_j = a_j exp(i phi_j).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _WHOLE = 1e-12  # of the turns in a period: as much is rounding
 
 
 def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
-    """Return which orders lie strictly between zero and half the sampling rate.
+    """Return the mask of orders strictly between zero and half the sampling rate.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array, *, trend:
 
 
 def order_sums(signal: Array, time: Array, omega: float, orders: Array, *, periods: int = 1) -> tuple[Array, Array]:
-    """Return the two sums the same least squares rest on; those of consecutive samples add up.
+    """Return the two sums of the least squares of ``harmonics``; those of consecutive samples add up.
 
     Where every order turns whole times in a period, sines and cosines repeat: samples of equal phase are added first.
 
@@ -119,8 +119,6 @@ def repeating_angles(time: Array, omega: float, orders: Array, periods: int) -> 
         reference speed [rad/s].
     orders
         (o,) multiples of omega.
-    periods
-        number of parts.
     """
     length = time.size // max(periods, 1)
     if length < 2 or length * periods != time.size:

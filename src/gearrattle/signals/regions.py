@@ -1,4 +1,4 @@
-"""Where a clearance spends its time, from the log of corner crossings alone.
+"""Regions of a clearance over time, from the log of corner crossings alone.
 
 The region at any instant follows by replaying the log from the region at t = 0; between two crossings it is constant.
 Shares of time are therefore sums of event times, exact to the accuracy of the events, whatever the output grid.
@@ -9,8 +9,6 @@ contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3):
 "single-sided" if only drive-side or only coast-side ones are, "double-sided" if both. A gap (a centre without
 stiffness) rattles where it separates, so only the corners of its centre count; of a staged spring every corner counts.
 Passing delta = 0 inside the centre is no crossing in this sense, for it opens or closes no contact.
-
-Takes a Trajectory; gives regions to ``crossing_sums``, which has shares and regimes, and to ``impacts``.
 """
 
 from __future__ import annotations
@@ -30,15 +28,7 @@ Regime = Literal["quiet", "single-sided", "double-sided"]
 
 
 def centre(layout: Layout, clearance: int) -> frozenset[int]:
-    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact.
-
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact."""
     first = int(layout.region_of_first_piece[clearance])
     corner_below_zero = -first - 1  # the corner between the pieces -1 and 0
     corners = layout.corners[clearance]
@@ -51,15 +41,7 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 
 
 def centre_words(layout: Layout, clearance: int) -> str:
-    """Say which regions are the centre where delta = 0 is a corner, for formulas; empty elsewhere.
-
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
-    """
+    """Return in words the regions of the centre where delta = 0 is a corner, for formulas; empty elsewhere."""
     if 0.0 not in layout.corners[clearance]:
         return ""
     labels = [f"{label:+d}" if label else "0" for label in sorted(centre(layout, clearance))]
@@ -67,7 +49,7 @@ def centre_words(layout: Layout, clearance: int) -> str:
 
 
 def judged_of(layout: Layout) -> Judged:
-    """Return what compiled code needs to know of the clearances: their pieces, and which of them are the centre."""
+    """Return the arrays of the clearances for compiled code: their pieces, and those of the centre."""
     sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
     inner = [
         int(first + piece in centre(layout, k))
@@ -83,14 +65,10 @@ def judged_of(layout: Layout) -> Judged:
 
 
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
-    """Return which of the region labels of one clearance are contact.
+    """Return the mask of the region labels of one clearance that are contact.
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    clearance
-        index into ``layout.clearance``.
     region
         (...) region labels.
     """
@@ -98,15 +76,7 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 
 
 def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
-    """Return the error for a crossing that does not lead on from where the one before led, to a region beside it.
-
-    Parameters
-    ----------
-    trajectory
-        the motion.
-    row
-        position of the crossing in the log.
-    """
+    """Return the error for a crossing that does not lead from the last region to a neighbouring one."""
     log, k = trajectory.events, int(trajectory.events.clearance[row])
     if not 0 <= k < trajectory.layout.clearance.size:
         return GearRattleError(f"event log, row {row}: there is no clearance {k}; simulate again, or repair the data")

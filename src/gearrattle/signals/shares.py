@@ -7,8 +7,6 @@ share k/n that was seen,
     (k + z^2/2  -+  z sqrt(k (n - k) / n + z^2/4)) / (n + z^2)
 
 It never leaves 0 to 1, and says something at k = 0.
-
-Takes counts; gives limits.
 """
 
 from __future__ import annotations

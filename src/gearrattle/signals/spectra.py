@@ -4,8 +4,6 @@ Segments of whole common periods (eight, or all there are), half overlapping, me
 density: P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73. Whole cycles per segment put every order on
 a bin; the Hann window spreads a line of amplitude A over three bins, of which the middle one reads
 A^2 / 2 / (1.5 df), df being the bin width, and whose sum times df is A^2 / 2.
-
-Takes plain arrays; gives a Spectrum to the criteria, plots and reports.
 """
 
 from __future__ import annotations
@@ -30,10 +28,6 @@ class Spectrum:
         (f,) ascending from 0 to half the sampling rate [Hz].
     density
         (f,) or (f, n) [unit of the signal squared / Hz].
-    window
-        how it was made, in words.
-    segments
-        number of segments averaged.
     """
 
     frequency: Array
@@ -56,8 +50,6 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
         (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
     period
         length of a cycle [s].
-    samples_per_cycle
-        samples in a cycle.
     cycles_per_segment
         whole cycles in a segment, cut to what there is.
 
@@ -84,6 +76,6 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
 
 
 def averaged(cycles: int, segments: int) -> str:
-    """Return in words how a density of so many segments of so many cycles was made."""
+    """Return in words the segments and cycles of a density."""
     counted = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
     return f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"

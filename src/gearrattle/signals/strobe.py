@@ -2,17 +2,15 @@
 
 A driven motion seen at t = t_0 + k T is a sequence of points x_k. It repeats after n periods iff x_{k+n} = x_k, and a
 settled motion is then described by n points, its *orbit*; the same motion begun some periods later is the same orbit,
-its points rotated (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Nothing measured is ever quite equal, so:
+its points rotated (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Computed points are never exactly equal, so:
 
 * n is the smallest number for which, over the last half of the points, every x_{k+n} is within ``tolerance`` of x_k. A
   motion that still creeps, is quasi-periodic, chaotic or longer than the points can show has none;
 * the distance of two orbits is the largest of their points' distances, in the best of the n ways to turn one of them.
-  Orbits nearer than ``same`` to the first of their group are one group. The distance of groups is given (``room``),
-  for a threshold proves nothing unless there is empty space about it.
+  Orbits nearer than ``same`` to the first of their group are one group. The distance of groups is given (``room``):
+  a threshold is reliable only if no distances lie near it.
 
 Points are given in units of their own (half a clearance, say); distances are the largest of their components.
-
-Takes arrays; gives numbers.
 """
 
 from __future__ import annotations
@@ -37,8 +35,6 @@ def period_number(points: Array, tolerance: float, most: int) -> int:
     ----------
     points
         (K, q) once a period, scaled.
-    tolerance
-        largest difference of two points that are called the same.
     most
         largest n looked for; n needs 2 n points in the last half.
     """
@@ -60,7 +56,7 @@ def orbit_distances(orbits: Array, one: Array) -> Array:
 
 
 def apart(one: Array, other: Array) -> float:
-    """Return the distance of two orbits (n, q) and (m, q), each gone through until both begin anew."""
+    """Return the distance of two orbits (n, q) and (m, q), compared over their common period."""
     length = lcm(len(one), len(other))
     if length > _LONGEST_TURN:
         return float("inf")
@@ -88,14 +84,12 @@ class Groups:
 
 
 def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
-    """Tell orbits apart.
+    """Group equal orbits.
 
     Parameters
     ----------
     orbits
         (n, q) each, scaled; None where a motion has none.
-    same
-        orbits nearer than this to the first of their group belong to it.
     """
     label = np.full(len(orbits), -1, dtype=np.int64)
     first: list[int] = []

@@ -2,8 +2,6 @@
 
 They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunks``); means are
 by the trapezoidal rule.
-
-Takes samples; gives frozen sums to metrics.
 """
 
 from __future__ import annotations
@@ -27,8 +25,6 @@ class Summary:
         <x>.
     second, fourth
         <(x - <x>)^2>, <(x - <x>)^4>.
-    low, high
-        smallest and largest sample.
     miss
         by how much low and high may be passed between two samples; 0 where they are exact.
     column

@@ -1,14 +1,14 @@
-"""By how much the clock of one record is behind that of another, from a signal that both have.
+"""Delay of one record's clock behind another's, from a signal that both have.
 
 *Correlation.* Both signals are brought to one rate, their means taken away; the delay is where
 
     c(d) = sum x(t) y(t - d) / sqrt(sum x(t)^2 sum y(t - d)^2)
 
 over the samples both have is largest (C. H. Knapp, G. C. Carter 1976, IEEE Trans. ASSP 24, 320-327), refined by the
-parabola through three points. *Phase.* For a motion at steady speed, the phases of one frequency f are compared; what
-they tell repeats with 1/f, so the delay nearest to zero is meant.
+parabola through three points. *Phase.* For a motion at steady speed, the phases of one frequency f are compared; the
+delay is known up to multiples of 1/f, and the one nearest to zero is returned.
 
-Takes arrays; gives a delay in s: add it to the times of the second.
+The delay [s] is added to the times of the second record.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Delay:
-    """What was found.
+    """Delay between two records.
 
     Attributes
     ----------
@@ -54,6 +54,7 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
     """
     from scipy.signal import fftconvolve
 
+    # products of the signals, and their powers, at every lag
     x, y = first - first.mean(), second - second.mean()
     flipped = y[::-1]
     n = x.size
@@ -64,16 +65,19 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
     other = fftconvolve(np.ones(n), flipped**2)
     shared = np.minimum(n, lags + m) - np.maximum(0, lags)
     scale = np.sqrt(np.clip(own, 0.0, None) * np.clip(other, 0.0, None))
+    # lags within the bounds at which enough samples are shared
     usable = (lags * interval >= bounds[0]) & (lags * interval <= bounds[1])
     usable &= (2 * shared >= min(n, m)) & (scale > 1e-12 * scale.max())
     if not usable.any():
         return Delay(0.0, 0.0)
+    # the largest correlation, refined by a parabola
     c = np.where(usable, product / np.where(scale > 0.0, scale, 1.0), -np.inf)
     best = int(np.argmax(c))
     fine = 0.0
     if 0 < best < c.size - 1 and np.isfinite(c[best - 1]) and np.isfinite(c[best + 1]):
         bend = c[best - 1] - 2.0 * c[best] + c[best + 1]
         fine = 0.5 * (c[best - 1] - c[best + 1]) / bend if bend < 0.0 else 0.0
+    # the largest other peak
     peaks = (c[1:-1] >= c[:-2]) & (c[1:-1] >= c[2:]) & (np.arange(1, c.size - 1) != best)
     rival = float(c[1:-1][peaks].max(initial=0.0))
     return Delay(float(lags[best] + fine) * interval, float(c[best]), rival)

@@ -1,4 +1,4 @@
-"""From the pulses of a toothed wheel to the angle of its shaft.
+"""Angle of a shaft from the pulses of its toothed wheel.
 
 A pulse counts where the signal rises through the threshold, provided that it has been below threshold minus hysteresis
 since the last one: noise smaller than the hysteresis adds no pulse. Its time lies on the straight line between the
@@ -8,8 +8,6 @@ After k teeth the shaft has turned 2 pi k / z, z the teeth of a full wheel; ``wh
 Between pulses the angle is the cubic spline through these points, its derivative the speed; for pulses h apart it is
 within 5/384 h^4 max|d^4 phi / dt^4| (C. de Boor, A Practical Guide to Splines, ch. V). Before the first pulse and after
 the last nothing is known.
-
-Takes arrays; gives arrays.
 """
 
 from __future__ import annotations
@@ -43,12 +41,8 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
         (N,) strictly ascending [s].
     values
         (N,) the signal in any unit.
-    threshold
-        in that unit.
     hysteresis
         how far below the threshold the signal must have been, at least 0.
-    rising
-        whether a pulse begins where the signal rises; otherwise where it falls.
 
     Returns
     -------

@@ -4,8 +4,6 @@
 
 Where the motion is known between samples, the exact peak acceleration of every cycle lies between the ratios with the
 largest and with the smallest drag torque of that cycle: the second bounds what the first leaves out.
-
-Takes a Trajectory, or samples; gives ratios by the index of the loose gear.
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 
 
 class LargestRatio(NamedTuple):
-    """The largest ratio over a time, and by how much the true one may lie above it."""
+    """The largest ratio over a time, and the bound of the true one above it."""
 
     value: float
     miss: float
@@ -43,10 +41,6 @@ def largest_of_samples(layout: Layout, gear: LooseGear, acceleration: Array, spe
 
     Parameters
     ----------
-    layout
-        names and constants of the driveline.
-    gear
-        the loose gear.
     acceleration
         (N,) theta_driver'' [rad/s^2].
     speed

@@ -7,8 +7,6 @@ the wider its bins; order spectra (``order_tracking``) have no such limit.
 
 *Steps of speed* gather all rows whose speed rounds to the same step, whatever their order in time, as the mean of
 their squares: a run-up and the run-down after it add up, and a speed held long does not fill the map.
-
-Takes plain arrays; gives frozen arrays.
 """
 
 from __future__ import annotations
@@ -59,12 +57,8 @@ def waterfall(
         (N,) uniform samples.
     rate
         of the samples [Hz].
-    segments
-        from ``cross_spectra.cut``.
     speed
         (N,) of the shaft [rad/s]; None where it is not known.
-    density
-        whether densities are wanted; otherwise amplitudes of lines on a bin.
     highest
         frequency up to which they are kept [Hz].
     """
@@ -92,8 +86,6 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
 
     Parameters
     ----------
-    rows
-        with speeds.
     step
         of the speed [rad/s].
     squared
@@ -114,8 +106,6 @@ def over_orders(rows: Waterfall, orders: Array) -> Waterfall:
 
     Parameters
     ----------
-    rows
-        over frequency, with speeds.
     orders
         (o,) wanted.
     """

@@ -1,4 +1,4 @@
-"""Which tooth of a wheel each pulse is: gaps of the wheel, pulses lost, pulses too many.
+"""Assignment of pulses to the teeth of a wheel: gaps of the wheel, pulses lost, pulses too many.
 
 A wheel is the sequence of its intervals over a turn, in teeth: all 1 for a full wheel; fifty-seven of 1 and one of 3
 for 60-2. Every measured interval is taken in units of a tooth, by the median of the seven intervals around it. A wheel
@@ -9,14 +9,12 @@ compared: that the shaft did so, that up to five pulses in a row are lost, that 
 reading is the sum of the squared logarithms of its intervals over the wheel's, and ``_EDIT`` for every pulse lost or
 too many; the cheapest one is taken (A. J. Viterbi 1967, IEEE Trans. Inf. Theory 13, 260-269). On a full wheel a pulse
 is lost from about 1.63 intervals on. A step of the speed, a run-up or a vibration does not become cheaper by such a
-reading, for the median follows it.
+reading, as the median follows it.
 
 On a wheel with gaps the next gap decides. On a full one a repair must be certain as well: the shaft does not slow down
 towards the interval on either side, as it does before and after a standstill; and on a wheel with fewer than ``_FINE``
-teeth, over one of which a real speed may change by half, and near the ends, it must turn evenly there. What is not
-certain is left as it is and told. What recurs every turn is no fault of single pulses, but another wheel.
-
-Takes times of pulses; gives times and teeth.
+teeth, over one of which a real speed may change by half, and near the ends, it must turn evenly there. A repair that is
+not certain is not made, but reported. A fault that recurs every turn means another wheel, not a lost pulse.
 """
 
 from __future__ import annotations
@@ -35,11 +33,11 @@ Gaps = tuple[int, ...] | tuple[tuple[int, ...], ...]
 SHARE = 0.02
 """Of the pulses: more that are lost or too many are refused; one is always repaired."""
 _AROUND = 7  # intervals whose median is the unit of the one in their middle
-_AGREES = 0.35  # of logarithms of intervals over the wheel's: no reason to look closer
-_GAP_AGREES = 0.5  # of teeth, which is less at a gap
-_DOUBTFUL = 0.5  # beyond it an interval is told, if it is left as it is
-_NEAR = 0.25  # how well a reading with pulses lost or too many must fit, as a logarithm
-_TEETH_OFF = 0.45  # and in teeth: beyond, the number of lost ones is not known
+_AGREES = 0.35  # logarithm of an interval over the wheel's that still agrees
+_GAP_AGREES = 0.5  # of teeth: the stricter limit at a gap
+_DOUBTFUL = 0.5  # beyond it an interval that is left as it is gets reported
+_NEAR = 0.25  # largest misfit of a reading with pulses lost or too many, as a logarithm
+_TEETH_OFF = 0.45  # largest misfit in teeth: beyond it the number of lost ones is not known
 _CERTAIN = 6  # intervals of a reading that are kept; those after it only decide between readings
 _EDIT = 0.2
 _EDITS = ((0, 0), *((0, lost) for lost in range(1, 6)), (1, 0), (2, 0))  # pulses too many, pulses lost
@@ -52,7 +50,7 @@ _FEWEST_RECURRING = 4
 
 
 class PulseError(ValueError):
-    """Pulses from which no angle follows; says the rule and what to try."""
+    """Pulses from which no angle follows, with rule and remedy."""
 
     def __init__(self, rule: str, remedy: str) -> None:
         super().__init__(rule)
@@ -85,7 +83,7 @@ class Teeth(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """Teeth of every interval, and what was found on the way, by numbers of intervals."""
+    """Teeth of every interval, and the faults, by numbers of intervals."""
 
     teeth: Array
     edits: list[tuple[int, int, int]]  # interval, pulses too many, pulses lost
@@ -93,7 +91,7 @@ class _Reading(NamedTuple):
 
 
 def teeth_passed(times: Array, per_turn: float, gaps: Gaps = ()) -> Teeth:
-    """Return which pulses count and how many teeth have passed at each.
+    """Return the pulses that count, and the teeth passed at each.
 
     Parameters
     ----------
@@ -101,8 +99,6 @@ def teeth_passed(times: Array, per_turn: float, gaps: Gaps = ()) -> Teeth:
         (P,) ascending [s], P >= 4.
     per_turn
         teeth of the wheel, those left out counted.
-    gaps
-        of the wheel.
 
     Raises
     ------
@@ -135,12 +131,14 @@ def _in_teeth(steps: Array) -> Array:
 
 def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Array, int]:
     """Return the wheel's intervals from a gap on, and the first interval from which a whole turn shows them."""
+    # every interval in whole teeth; those longer than one are gaps
     sizes = [len(gap) if isinstance(gap, tuple) else gap for gap in gaps]
     levels = np.array([1, *sorted({size + 1 for size in sizes})])
     whole = levels[np.searchsorted(np.sqrt(levels[1:] * levels[:-1]), units)]
     long = np.flatnonzero(whole > 1)
     if not long.size:
         raise PulseError("no interval is as long as a gap", "set missing = 0 for a full wheel")
+    # sequences of one turn, and how often each comes
     count = per_turn - sum(sizes)
     expected = sorted(size + 1 for size in sizes)
     stated = _turns_alike(_given(per_turn, gaps)) if isinstance(gaps[0], tuple) else None
@@ -152,10 +150,12 @@ def _pattern(times: Array, units: Array, per_turn: int, gaps: Gaps) -> tuple[Arr
             alike = _turns_alike(tuple(turn.tolist()))
             turns[alike] += 1
             first.setdefault(alike, at)
+    # a stated sequence must be among them
     if stated is not None:
         turns = Counter({stated: turns[stated]} if turns[stated] else {})
     if not turns:
         raise _other_wheel(times, np.rint(units).astype(np.int64), per_turn, sizes)
+    # the commonest one must be that of most turns
     commonest, seen = turns.most_common(1)[0]
     if 2 * seen <= sum(turns.values()):
         rule = f"the gaps lie at one place in {seen} turns of {sum(turns.values())}: they are not told from lost pulses"
@@ -172,12 +172,12 @@ def _given(per_turn: int, gaps: Gaps) -> tuple[int, ...]:
 
 
 def _turns_alike(turn: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the one of a turn's rotations that stands for all: a turn may begin at any gap."""
+    """Return one rotation of a turn that stands for all: a turn may begin at any gap."""
     return max(turn[at:] + turn[:at] for at, step in enumerate(turn) if step > 1)
 
 
 def _other_wheel(times: Array, whole: NDArray[np.int64], per_turn: int, sizes: list[int]) -> PulseError:
-    """Return the refusal of pulses none of whose turns is that of the wheel, with what they show."""
+    """Return the error for pulses none of whose turns is that of the wheel, with what they show."""
     wheel = "-".join(str(number) for number in (per_turn, *sizes))
     rule = f"no whole turn of a wheel {wheel} is among the intervals"
     long = np.flatnonzero(whole > 1)
@@ -208,7 +208,7 @@ def _follow(units: Array, pattern: Array) -> _Reading:
     at = 0
     tooth = 0
     while at < units.size:
-        # what agrees
+        # intervals that agree with the wheel
         end = min(units.size, at + block)
         places = (tooth + np.arange(end - at)) % size
         off = np.abs(logarithms[at:end] - wheel[places]) > _AGREES
@@ -218,7 +218,7 @@ def _follow(units: Array, pattern: Array) -> _Reading:
         reading.teeth[at : at + agreeing] = pattern[places[:agreeing]]
         at += agreeing
         tooth = (tooth + agreeing) % size
-        # what does not
+        # the first interval that does not agree
         if off.any():
             at, tooth = _read(units, pattern, at, tooth, reading)
     return reading
@@ -313,7 +313,7 @@ def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern
 
 
 def _only_certain(times: Array, units: Array, reading: _Reading, per_turn: float) -> _Reading:
-    """Take back what a real motion of the shaft may have done; refuse where pulses fail for longer.
+    """Undo repairs that a real motion of the shaft may explain; refuse where pulses fail for longer.
 
     Raises
     ------
@@ -348,13 +348,13 @@ def _repaired(times: Array, reading: _Reading) -> Array:
 
 
 def _slows(logarithms: Array, first: int, last: int) -> bool:
-    """Tell whether intervals grow towards some on either side: the shaft stops there."""
+    """Return whether intervals grow towards given ones on either side: the shaft stops there."""
     sides = (logarithms[max(first - 6, 0) : first][::-1], logarithms[last + 1 : last + 7])
     return any(side.size == 6 and float(np.median(side[:3]) - np.median(side[3:])) > _SLOWS for side in sides)
 
 
 def _fits_closely(units: Array, teeth: Array, at: int, extra: int) -> bool:
-    """Tell whether a repair is certain without both sides or on few teeth: it fits, and all around is even."""
+    """Return whether a repair is certain without both sides or on few teeth: it fits, and all around is even."""
     last = at + extra + 1
     sides = (slice(max(at - 5, 0), at), slice(last, last + 5))
     around = np.concatenate([np.log(units[side] / np.maximum(teeth[side], 1.0)) for side in sides])

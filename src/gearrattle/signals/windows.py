@@ -1,10 +1,8 @@
-"""Which part of a motion is judged: whole periods, in samples and in exact time.
+"""Windows of a motion that are judged: whole periods, in samples and in exact time.
 
 Two windows are in use. The *steady part* is [discard T, end]: what is left once the start-up has been discarded.
 The *last cycles* are the final N periods of it, N = 8 for transmissibility and peak-to-peak values after the paper's
 "span of eight cycles" (Padmanabhan et al. 1995, sec. 8); where fewer remain, all of them are taken.
-
-Takes a Trajectory; gives Windows to every signal and criterion.
 """
 
 from __future__ import annotations
@@ -27,8 +25,6 @@ class Window:
     ----------
     start, end
         times of its bounds, both included [s].
-    first, last
-        sample indices of the same bounds.
     cycles
         its length in periods T, at least 1.
     """
@@ -65,7 +61,7 @@ class Window:
         return signal[self.first : self.last]
 
     def contains(self, time: Array) -> NDArray[np.bool_]:
-        """Return which of the times [s] lie in the window, its bounds included."""
+        """Return the mask of the times [s] in the window, its bounds included."""
         return np.asarray((time >= self.start) & (time <= self.end), dtype=np.bool_)
 
 
@@ -86,6 +82,7 @@ def steady(trajectory: Trajectory) -> Window:
     ModelError
         if nothing remains after the discarded cycles, or if the samples are not the stated whole cycles.
     """
+    # cycles that are left to be judged
     remaining = trajectory.cycles - trajectory.discard
     if remaining < 1:
         raise ModelError(
@@ -96,6 +93,7 @@ def steady(trajectory: Trajectory) -> Window:
                 remedy="simulate more cycles or discard fewer",
             )
         )
+    # samples of whole periods
     expected = trajectory.cycles * trajectory.samples_per_cycle + 1
     if trajectory.time.size != expected:
         raise ModelError(

@@ -2,6 +2,4 @@
 
 A recorded motion is compared as ``validate`` compares it, and the differences are made least: residuals from
 ``validation``, search and judgement from ``identification``.
-
-Takes a Model and data; gives a frozen ``Fit``.
 """

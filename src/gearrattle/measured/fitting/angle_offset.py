@@ -20,6 +20,7 @@ def angle_offset(cross: NDArray[np.complex128], order: NDArray[np.float64]) -> f
     order
         (m,) of each, may come more than once.
     """
+    # the sum of every distinct order
     orders, columns = np.unique(order, return_inverse=True)
     sums = np.zeros(orders.size, np.complex128)
     np.add.at(sums, columns, cross)

@@ -1,11 +1,9 @@
-"""Which lines of a recorded motion are compared with a simulated one.
+"""Choice of the lines of a recorded motion that are compared with a simulated one.
 
 The choice must not depend on the noise in the lines. Of lines chosen by their measured size, more are chosen that noise
 has raised, and a fit to them is biased. The search has lines by both sizes (``of_both``), as a start may be far off.
 The final fit has the lines that are strong in the fitted motion (``of_fitted``), and those measured lines that it
 cannot explain: of a true model there are none.
-
-Takes lines of a measured and a simulated mean cycle; gives indices.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ _BY_CHANCE = 1e-4
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which lines of which channels are compared.
+    """Lines and channels that are compared.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Covariance of residuals that are not independent, and what least squares make of it.
+"""Covariance of residuals that are not independent, and the errors of least squares with it.
 
 A covariance of N residuals is held as what it is made of: blocks of k residuals that go with each other and with those
 of the next block, and F' F of few rows F, where something is common to many (a calibration, runs of a simulation).
@@ -43,11 +43,11 @@ class Covariance:
         return cls(matrix[None], np.zeros((0, size, size)), none if factor is None else factor)
 
     def plus(self, factor: Array) -> Covariance:
-        """Return it with F' F added."""
+        """Return this covariance with F' F added."""
         return replace(self, factor=np.vstack([self.factor, factor]))
 
     def weighted(self, weight: Array) -> Covariance:
-        """Return it for residuals that are multiplied by (N,) weights."""
+        """Return the covariance of residuals that are multiplied by (N,) weights."""
         by_block = weight.reshape(len(self.within), -1)
         within = self.within * by_block[:, :, None] * by_block[:, None, :]
         neighbour = self.neighbour * by_block[:-1, :, None] * by_block[1:, None, :]
@@ -102,7 +102,7 @@ def spread(jacobian: Array, covariance: Covariance) -> Array:
 
 
 def widening(freedom: float) -> float:
-    """Return by what a variance from few samples is multiplied: 1.96 roots then hold 95 %, as by Student's t."""
+    """Return the factor on a variance from few samples with which 1.96 roots hold 95 %, as by Student's t."""
     from scipy.stats import norm, t
 
     within = 0.5 + 0.5 * CONFIDENCE
@@ -119,8 +119,6 @@ def chance(data: tuple[Array, Array], covariance: Covariance, freedom: tuple[int
     ----------
     data
         (N,) residuals and (N, P) Jacobian.
-    covariance
-        of the residuals.
     freedom
         rows less values fitted; of the covariance.
     """

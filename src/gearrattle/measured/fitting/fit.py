@@ -1,7 +1,4 @@
-"""``fit``: a rough model and data in, the model that fits them best out, with what the data leave open.
-
-Takes a Model and data of any kind; gives a ``Fit``.
-"""
+"""``fit``: the parameters of a rough model that agree best with data, and combinations that the data leave open."""
 
 from __future__ import annotations
 
@@ -173,7 +170,7 @@ def _named(tables: Mapping[str, Any], positions: Positions, folder: Path) -> Rec
         if isinstance(file, Recording):
             recordings.append(file)
             continue
-        if positions.name:  # tables from Python name what their author may read
+        if positions.name:  # tables from Python may name any file that their author may read
             check_reachable(file, folder)
         recordings.append(read(folder / file))
     return recordings, table

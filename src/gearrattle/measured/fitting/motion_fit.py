@@ -1,4 +1,4 @@
-"""``fit_motion``: a rough model and a recorded motion in, the model whose motion agrees with it best out.
+"""``fit_motion``: the parameters of a rough model whose motion agrees best with a recorded one.
 
 One motion is simulated at every start; those that fit best and lie apart are followed by the search that modes and
 responses are fitted by. Where the simulated motion does not repeat itself, what the search ends with is settled on a
@@ -68,15 +68,6 @@ def fit_motion(
 ) -> Fit:
     """Find the parameters with which the simulated motion agrees with a recorded one best; arguments as of ``fit``.
 
-    Parameters
-    ----------
-    model
-        the rough start.
-    recordings
-        the motion; of a run-up also its repeats.
-    table
-        how it is compared.
-
     Raises
     ------
     ModelError
@@ -84,15 +75,18 @@ def fit_motion(
     ConvergenceError
         no start converged, or the start has no motion.
     """
+    # check the arguments
     check_settings(starts, seed, prior)
     wanted = table.wanted(seed)
     problems = [*problems_of(wanted), *run_up_problems(table, len(recordings), model.excitation.sweep is not None)]
     if problems:
         raise ModelError(problems)
+    # free parameters, and pairs of measured and simulated channels
     parameters = free_parameters(model, free, bounds or {}, factor, sets_the_period)
     pairings = [paired(recording, to_be_recorded(model), wanted.match) for recording in recordings]
     for pairing in pairings:
         check_names(pairing, wanted)
+    # the start's motion, and its compared values
     steps = Steps(starts, len(parameters.paths), progress)
     run = simulate(model, **table.settings, audit=False, progress=steps.watch)
     measured: Measured
@@ -101,6 +95,7 @@ def fit_motion(
         measured, simulator, notes = steady_motion(run, recordings[0], (pairings[0], wanted), table, steps.watch)
     else:
         measured, simulator, notes = run_up_motion(run, recordings, (pairings, wanted), table, steps.watch)
+    # the least-squares problem, its search and the notes of it
     problem = MotionProblem(measured, simulator, model, parameters, prior, steps.count)
     steps.count()
     searched, judged, said = _searched(problem, starts, seed)
@@ -110,8 +105,10 @@ def fit_motion(
             *said,
             "no profiles: of a motion that does not repeat itself only slopes are known, over a small range.",
         ]
+    # notes of pairs and records
     of_records = [note for pair in zip(pairings, recordings, strict=True) for one in pair for note in one.notes]
     said = [*notes, *said, *dict.fromkeys(of_records)]
+    # standard errors and intervals at the minimum
     has_profile = profile and is_smooth
     fitted = estimates(model, judged, parameters, searched, notes=said, profile=has_profile, progress=progress)
     if isinstance(judged.of.recorded, MeasuredRunUp):
@@ -123,7 +120,7 @@ def fit_motion(
 
 
 def sets_the_period(path: str) -> tuple[str, str] | None:
-    """Say why a value cannot be fitted to a motion; None for any other."""
+    """Return why a value cannot be fitted to a motion; None for any other."""
     if path.startswith("simulation."):
         return "is a setting of the simulation, not of the driveline", "leave it out of free"
     if path.startswith("excitation.") or path.rsplit(".", 1)[-1] == "order":
@@ -132,17 +129,7 @@ def sets_the_period(path: str) -> tuple[str, str] | None:
 
 
 class Steps:
-    """What of a fit is done, in simulations.
-
-    Parameters
-    ----------
-    starts
-        that are tried.
-    count
-        of parameters.
-    progress
-        called with the share; what it raises ends the fit.
-    """
+    """Progress of a fit, in simulations."""
 
     def __init__(self, starts: int, count: int, progress: Progress | None) -> None:
         self._done, self._progress = 0, progress
@@ -155,16 +142,18 @@ class Steps:
         self.watch(0.0)
 
     def watch(self, _share: float) -> None:
-        """Tell the share."""
+        """Report the share that is done."""
         if self._progress is not None:
             self._progress(self._done / self._all)
 
 
 def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, Judged, list[str]]:
-    """Return the minima, the problem by which the best of them is judged, and what must be said of the search."""
+    """Return the minima, the problem by which the best of them is judged, and notes on the search."""
+    # the noise of a motion that does not repeat itself, at the start
     origin = np.zeros(len(problem.parameters.paths))
     if problem.jitter(origin) > ROUGH:
         problem = problem.scattering(origin, seed)
+    # one simulation at every start; the best ones that lie apart are followed
     points, failed, reason = _tried(problem, starts, seed)
     if not points:
         raise ConvergenceError(f"none of {counted(starts, 'start')} has a motion: {reason}", remedy="narrower bounds")
@@ -174,19 +163,23 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
         points = sorted(((problem.chi_square(point), point) for _, point in points), key=lambda one: one[0])
         points = [(chi, point) for chi, point in points if chi <= _WORSE * points[0][0]]
     followed = _apart(points, problem.parameters.box)
+    # local searches, with the step of the differences by the jitter
     differences = problem.differences(problem.jitter(followed[0]))
     effort = _JUMPING if rough else _SMOOTH
     minima, lost = search(differences.residuals, followed, problem.parameters.box, effort)
     said = [f"{counted(starts, 'start')} tried, the {len(followed)} that fit best followed."] if len(points) > 1 else []
     if failed:
         said.append(f"{counted(failed, 'start')} had no motion that could be compared: {reason}")
+    # choose the compared lines anew at the best minimum
     searched = problem
     problem = problem.judged_at(minima[0].x)
     after = problem.jitter(minima[0].x)
+    # a motion that scatters is settled on a response surface
     if after > ROUGH:
         problem = problem.scattering(minima[0].x, seed)
         best, judged = settle(problem.differences(problem.jitter(minima[0].x)), minima[0])
         return Searched((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
+    # otherwise search again where residuals or compared lines have changed
     jumped = rough or differences.step > 3.0 * problem.step(after)  # the start's motion jumps, the best one's does not
     if jumped or not problem.recorded.compares_as(searched.recorded):
         differences = problem.differences(after)
@@ -197,7 +190,7 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
 
 
 def _anew(problem: MotionProblem, minima: Sequence[Minimum]) -> list[Minimum]:
-    """Return minima with their chi-square in the standard errors that the best one is judged by."""
+    """Return minima with their chi-square in the standard errors of the best one."""
     judged = [replace(minimum, chi_square=problem.level(minimum.x)) for minimum in minima]
     return sorted(judged, key=lambda minimum: minimum.chi_square)
 
@@ -215,7 +208,7 @@ def _tried(problem: MotionProblem, starts: int, seed: int) -> tuple[list[tuple[f
 
 
 def _apart(tried: Sequence[tuple[float, Array]], box: tuple[Array, Array]) -> list[Array]:
-    """Return the best starts that are not in one valley."""
+    """Return the best starts that lie in different valleys."""
     chosen: list[Array] = []
     for _, point in tried:
         if len(chosen) == FOLLOWED:

@@ -1,11 +1,11 @@
-"""The least-squares problem of a recorded motion: a simulation a point, derivatives by central differences.
+"""The least-squares problem of a recorded motion: one simulation a point, derivatives by central differences.
 
 How smooth the residuals are is measured, not assumed (J. J. More, S. M. Wild 2011, SIAM J. Sci. Comput. 33, 1292): the
 second difference of the residuals over a step of 1e-7 is rounding where the motion settles, and of the size of the
 simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
 central difference is best at the step h = (3 e / S)^(1/3).
 
-What is compared of a motion is not known here: lines of a mean cycle (``recorded``), or orders over speed (``run_up``).
+The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up`` (orders over speed).
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ _NOTHING = 1e-6  # of the longest row of a Jacobian: shorter is rounding
 _NEIGHBOURS = 8
 _ROUNDING = 1e-10  # of a row
 _BENT = 0.5  # standard errors of the data
-_FAR = 0.5  # a standard error of a logarithm over which nobody expects a straight line
-_SURE = 1.6  # times what noise alone makes of it
+_FAR = 0.5  # standard error of a logarithm above which no straight line is expected
+_SURE = 1.6  # times the value by noise alone
 
 
 Samples = Any
@@ -48,20 +48,20 @@ Compared = Any
 
 
 class Simulates(Protocol):
-    """How a model's motion is computed and read."""
+    """Simulation of a model's motion, and its reading."""
 
     def samples(self, model: Model) -> Samples:
-        """Return what is kept of a model's motion."""
+        """Return the part of a model's motion that is kept."""
 
     def motion_of(self, samples: Samples, /) -> Compared:
-        """Return what of it is compared."""
+        """Return the compared values of kept samples."""
 
     def remarks(self, samples: Samples, /) -> list[str]:
-        """Say what must be known of the simulated motion."""
+        """Return notes on the simulated motion."""
 
 
 class Measured(Protocol):
-    """A measured motion, its standard errors, and how a simulated one is set against it."""
+    """A measured motion with its standard errors, and its residuals against a simulated one."""
 
     @property
     def delays(self) -> int:
@@ -81,15 +81,15 @@ class Measured(Protocol):
 
     @property
     def covariance(self) -> Covariance:
-        """Of the rows in standard errors."""
+        """Covariance of the rows in standard errors."""
 
     @property
     def covariance_for_values(self) -> Covariance:
-        """The same, from which intervals are made."""
+        """The same covariance, as used for intervals."""
 
     @property
     def remarks_on_scatter(self) -> list[str]:
-        """What must be said where the simulated motion scatters from run to run."""
+        """Notes on a simulated motion that scatters from run to run."""
 
     def rows(self, motion: Compared, /) -> Array:
         """(N,) residuals of a simulated motion in standard errors."""
@@ -98,39 +98,29 @@ class Measured(Protocol):
         """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
 
     def judged_by(self, fitted: Compared, /) -> Measured:
-        """Return the same as a fitted motion has it judged."""
+        """Return this motion with the choice of lines and errors that a fitted motion gives."""
 
     def with_scatter_of(self, samples: Samples, /, seed: int) -> Measured:
-        """Return the same with the scatter of a simulated motion in the standard errors."""
+        """Return this motion with the scatter of a simulated one in the standard errors."""
 
     def without_scatter(self) -> Measured:
-        """Return the same without it."""
+        """Return this motion without the scatter of a simulated one."""
 
     def compares_as(self, other: Any, /) -> bool:
-        """Whether the same is compared, with the same standard errors."""
+        """Whether another measured motion has the same compared values and standard errors."""
 
     def remarks(self, fitted: Compared, /) -> list[str]:
-        """Say what must be known of the comparison."""
+        """Return notes on the comparison."""
 
 
 @dataclass(frozen=True)
 class MotionProblem:
-    """A recorded motion and a model whose motion is to agree with it.
+    """A recorded motion and a model that is fitted to it.
 
     Attributes
     ----------
-    recorded
-        what was measured.
-    simulator
-        how a model's motion is computed.
-    model
-        the start.
-    parameters
-        the free ones.
     prior
         standard deviation of every ln(parameter / start); None: no prior.
-    counted
-        called after every simulation.
     """
 
     recorded: Measured
@@ -142,7 +132,7 @@ class MotionProblem:
     _kept: dict[bytes, Compared] = field(default_factory=dict, repr=False)
 
     def samples(self, x: Array) -> Samples:
-        """Return what is kept of the motion at logarithms x.
+        """Return the kept samples of the motion at logarithms x.
 
         Raises
         ------
@@ -157,7 +147,7 @@ class MotionProblem:
             self.counted()
 
     def motion(self, x: Array) -> Compared:
-        """Return what is compared of the motion at logarithms x."""
+        """Return the compared values of the motion at logarithms x."""
         key = x.tobytes()
         if key not in self._kept:
             self._kept[key] = self.simulator.motion_of(self.samples(x))
@@ -168,7 +158,7 @@ class MotionProblem:
         return self.recorded.rows(self.motion(x))
 
     def judged_at(self, x: Array) -> MotionProblem:
-        """Return the problem as the motion at x has it judged."""
+        """Return the problem with lines and errors chosen by the motion at x."""
         return replace(self, recorded=self.recorded.judged_by(self.motion(x)))
 
     def scattering(self, x: Array, seed: int) -> MotionProblem:
@@ -176,7 +166,7 @@ class MotionProblem:
         return replace(self, recorded=self.recorded.with_scatter_of(self.samples(x), seed))
 
     def remarks(self, x: Array) -> list[str]:
-        """Say what must be known of the motion at x and of the comparison."""
+        """Return notes on the motion at x and on the comparison."""
         samples = self.samples(x)
         return [*self.simulator.remarks(samples), *self.recorded.remarks(self.simulator.motion_of(samples))]
 
@@ -187,27 +177,27 @@ class MotionProblem:
 
     @cached_property
     def slope(self) -> float:
-        """What a change of the logarithm by one is worth in a row, roughly: the motion over its standard error."""
+        """Rough change of a row for a change of the logarithm by one: the motion over its standard error."""
         return float(np.sqrt(np.mean((self.recorded.own_values / self.recorded.errors) ** 2)))
 
     def _next(self, x: Array) -> tuple[Array, Array]:
-        """Return points to either side of x over a step that is next to none."""
+        """Return points to either side of x at a step near rounding."""
         away = np.random.default_rng(0).standard_normal(x.size)
         away *= _TINY / np.linalg.norm(away)
         return x + away, x - away
 
     def jitter(self, x: Array) -> float:
-        """Return by how much the residuals jump over a step that is next to none, in standard errors."""
+        """Return the jump of the residuals over a step near rounding, in standard errors."""
         ahead, behind = (self.rows(point) for point in self._next(x))
         return float(np.sqrt(np.mean((ahead - 2.0 * self.rows(x) + behind) ** 2) / 6.0))
 
     def scatter(self, x: Array) -> float:
-        """Return the scatter of the residuals over runs next to each other, in standard errors."""
+        """Return the scatter of the residuals over runs at neighbouring points, in standard errors."""
         away = _TINY * np.random.default_rng(1).standard_normal((_NEIGHBOURS, x.size))
         return float(np.sqrt(np.mean(np.var([self.rows(x + step) for step in away], axis=0, ddof=1))))
 
     def level(self, x: Array) -> float:
-        """Return chi-square at x, the mean over three runs next to each other."""
+        """Return chi-square at x, the mean over three runs at neighbouring points."""
         return float(np.mean([self.chi_square(point) for point in (x, *self._next(x))]))
 
     def step(self, jitter: float) -> float:
@@ -215,19 +205,13 @@ class MotionProblem:
         return float(np.clip((3.0 * jitter / self.slope) ** (1.0 / 3.0), *STEPS))
 
     def differences(self, jitter: float) -> Differences:
-        """Return the problem with derivatives for residuals that jump by so much."""
+        """Return the problem with derivatives, for residuals that jump by ``jitter`` standard errors."""
         return Differences(self, jitter, self.step(jitter))
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A motion problem with derivatives: what a search and a judgement ask.
-
-    Attributes
-    ----------
-    of
-        the problem.
-    """
+    """A motion problem with derivatives, for a search and for standard errors."""
 
     of: MotionProblem
 
@@ -256,11 +240,11 @@ class Judged:
         raise NotImplementedError
 
     def covariance_of_rows(self, _x: Array) -> Covariance:
-        """Return that of the residuals."""
+        """Return the covariance of the residuals."""
         return self.of.recorded.covariance
 
     def covariance_for_values(self, _x: Array) -> Covariance:
-        """Return that of the residuals from which intervals are made: what scatters in few samples is widened."""
+        """Return the covariance of the residuals for intervals: scatter from few samples is widened."""
         return self.of.recorded.covariance_for_values
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
@@ -279,7 +263,7 @@ class Judged:
         return spread(self.residuals(x)[1][:, free], self.covariance_for_values(x))
 
     def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """What must be said of these data alone."""
+        """Notes on these data alone."""
         raise NotImplementedError
 
     def chance(self, x: Array, freedom: int) -> float:
@@ -295,8 +279,6 @@ class Differences(Judged):
     ----------
     jitter
         of its residuals, in standard errors.
-    step
-        of the logarithms.
     """
 
     jitter: float
@@ -324,7 +306,7 @@ class Differences(Judged):
         return np.column_stack(columns)
 
     def remarks(self, x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
-        """Say where the motion has not settled, and where a straight line does not hold over a standard error."""
+        """Return notes: where the motion has not settled, and where the residuals bend within a standard error."""
         said = self.of.remarks(x)
         bent = [
             f"{path} (by {off:.2g} of the data's)"
@@ -339,7 +321,7 @@ class Differences(Judged):
         return said
 
     def _bent(self, x: Array) -> list[float]:
-        """Return by how much the residuals leave a straight line over a standard error of every parameter, rms."""
+        """Return the deviation of the residuals from a straight line over a standard error of every parameter, rms."""
         rows, jacobian = self.data_residuals(x)
         errors = np.sqrt(np.diag(self.covariance(x, np.ones(x.size, dtype=np.bool_))))
         off = []
@@ -355,7 +337,7 @@ class Differences(Judged):
 
 
 def seen(jacobian: Array, noise: Array) -> Array:
-    """Return a Jacobian without the directions that stand in its noise: nothing was noticed of them.
+    """Return a Jacobian without the directions that are lost in its noise.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What of a recording is fitted: lines of its mean cycle, and levels, each with its standard error from the cycles.
+"""Residuals of a recorded motion in standard errors: lines of its mean cycle, and levels.
 
 Of a channel with the lines z_k of its measured mean cycle (``validation``: same pairing, same cycles, same bootstrap)
 and s_k of the simulated one,
@@ -12,8 +12,6 @@ delay of the clocks with the least sum of squares, one more value that is fitted
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
 simulated motion that does not repeat itself, the scatter of its cycles.
-
-Takes a recording, a model and a pairing; gives rows in standard errors.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ RESAMPLED = 1e-4
 
 @dataclass(frozen=True)
 class Motion:
-    """What is compared of one motion.
+    """The compared values of one motion.
 
     Attributes
     ----------
@@ -58,24 +56,18 @@ class Motion:
 
 @dataclass(frozen=True)
 class Recorded:
-    """The measured motion, its standard errors, and how a simulated one is set against it.
+    """The measured motion with its standard errors, and its residuals against a simulated one.
 
     Attributes
     ----------
     channels
         of the C columns, as measured.
-    cycles
-        measured.
     lowest
         end of the band [Hz].
     period
         of the model [s].
     base
         order of the first line.
-    chosen
-        what is compared.
-    draws
-        replicates of the mean of the measured cycles.
     noise
         (m,) mean square of the stated noise.
     calibration
@@ -96,7 +88,7 @@ class Recorded:
     scatter: Array | float = 0.0
 
     def with_scatter_of(self, cycles: Cycles, seed: int) -> Recorded:
-        """Return the same with the scatter of simulated cycles in the standard errors."""
+        """Return this motion with the scatter of simulated cycles in the standard errors."""
         how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
         lines = how.means(cycles.amplitudes()[:, self.chosen.line, self.chosen.channel])
         size = how.error(lines.real) ** 2 + how.error(lines.imag) ** 2
@@ -105,11 +97,11 @@ class Recorded:
         return replace(self, scatter=np.concatenate([*parts, 0.5 * how.error(squares)]))
 
     def without_scatter(self) -> Recorded:
-        """Return the same without it."""
+        """Return this motion without the scatter of a simulated one."""
         return replace(self, scatter=0.0)
 
     def judged_by(self, fitted: Motion) -> Recorded:
-        """Return the same with the lines that are strong in a fitted motion (``choice``), for a motion that repeats."""
+        """Return this motion with the lines that are strong in a fitted one (``choice``), which repeats itself."""
         lines = lines_of(self.cycles, self.draws)
         omega = 2.0 * np.pi * np.arange(1, len(lines.mean) + 1) / self.period
         there = fitted.lines * np.exp(1j * omega * self.delay(fitted))[:, None]
@@ -122,17 +114,17 @@ class Recorded:
         return replace(self, chosen=replace(self.chosen, line=line, channel=channel), scatter=0.0)
 
     def compares_as(self, other: Recorded) -> bool:
-        """Whether the same lines are compared, with the same standard errors."""
+        """Whether another measured motion has the same compared lines and standard errors."""
         same = (self.chosen.line, other.chosen.line), (self.chosen.channel, other.chosen.channel)
         return all(np.array_equal(*pair) for pair in same) and np.array_equal(self.errors, other.errors)
 
     def remarks(self, _fitted: Motion) -> list[str]:
-        """Say nothing: what must be known is known before."""
+        """Return no notes: all of them are known before the fit."""
         return []
 
     @property
     def delays(self) -> int:
-        """One, where the delay of the clocks is fitted."""
+        """One where the delay of the clocks is fitted, else none."""
         return int(self.chosen.phases and self.chosen.delay is None)
 
     @property
@@ -142,7 +134,7 @@ class Recorded:
 
     @property
     def remarks_on_scatter(self) -> list[str]:
-        """Say that the rms of a channel may be compared as well."""
+        """Return the note that the rms of a channel may be compared as well."""
         if self.chosen.by_rms.size:
             return []
         return [
@@ -152,7 +144,7 @@ class Recorded:
 
     @cached_property
     def motion(self) -> Motion:
-        """The measured one."""
+        """The compared values of the measured motion."""
         return motion_of(self.cycles, self.lowest)
 
     @cached_property
@@ -189,14 +181,14 @@ class Recorded:
 
     @cached_property
     def _open(self) -> Array:
-        """(N,) what resampling leaves open of every row."""
+        """(N,) error of every row by resampling."""
         strongest = np.abs(self.motion.lines).max(axis=0)
         lines = RESAMPLED * strongest[self.chosen.channel]
         return np.concatenate([*([lines] * (2 if self.chosen.phases else 1)), np.full(self.noise.size, RESAMPLED)])
 
     @cached_property
     def _gains(self) -> Array:
-        """(C, N) what the calibration leaves open of every row, a channel each."""
+        """(C, N) error of every row by the calibration, a channel each."""
         size = np.abs(self.measured) * self.calibration[self.chosen.channel]
         both = [size, np.zeros_like(size)] if self.chosen.phases else [size]
         whole = np.concatenate([*both, self.calibration[self.chosen.by_rms]])
@@ -218,19 +210,19 @@ class Recorded:
 
     @cached_property
     def scattered(self) -> Array:
-        """(N, N) covariance of the rows in standard errors: of what scatters together in a cycle."""
+        """(N, N) covariance of the rows in standard errors, by the scatter of whole cycles."""
         away = (self._deviations - self._deviations.mean(axis=0)) / self.errors
         widened = 1.0 / (1.0 - self.draws.block / self.draws.weights.shape[1])
         return np.asarray(widened * away.T @ away / len(away))
 
     @cached_property
     def covariance(self) -> Covariance:
-        """Of the rows in standard errors: what scatters, what is of one calibration, what resampling leaves."""
+        """Covariance of the rows in standard errors: scatter, common calibration, resampling."""
         return self._with_scatter(1.0)
 
     @cached_property
     def covariance_for_values(self) -> Covariance:
-        """The same; few cycles tell their own scatter badly, and widen it."""
+        """The same covariance, widened as few cycles determine their scatter poorly."""
         return self._with_scatter(widening(self.freedom))
 
     def _with_scatter(self, times: float) -> Covariance:
@@ -300,7 +292,7 @@ class Recorded:
 
 
 def motion_of(cycles: Cycles, lowest: float) -> Motion:
-    """Return what is compared of cycles, in a band from ``lowest`` [Hz] to the end of theirs."""
+    """Return the compared values of cycles, in a band from ``lowest`` [Hz] to the end of theirs."""
     amplitudes = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : cycles.lines().size + 1]
     k = np.arange(1, len(amplitudes) + 1)
     turned = np.exp(-2j * np.pi * k * ((cycles.start / cycles.period) % 1.0))
@@ -318,5 +310,5 @@ def power_in(values: Array, period: float, band: tuple[float, float]) -> Array:
 
 
 def in_band(cycles: Cycles, lowest: float) -> NDArray[np.bool_]:
-    """(K,) which lines of cycles lie at or above a frequency [Hz]."""
+    """(K,) whether lines of cycles lie at or above a frequency [Hz]."""
     return np.asarray(cycles.lines() / cycles.period >= lowest)

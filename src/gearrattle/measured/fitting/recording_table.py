@@ -1,7 +1,4 @@
-"""``[recording]`` of a data file: a recorded motion, and how it is compared, with the keys of ``validate``.
-
-Takes value kinds from ``model``; gives a validated table to ``fit``.
-"""
+"""``[recording]`` of a data file: a recorded motion and settings of its comparison, with the keys of ``validate``."""
 
 from __future__ import annotations
 
@@ -147,7 +144,7 @@ class RecordingTable(Table):
                 yield Breach(("match", name), partner, rule, 'such as a3 = "acceleration.hub"')
 
     def wanted(self, seed: int) -> Wanted:
-        """Return how the two are compared."""
+        """Return the arguments of the comparison."""
         low, high = self.band or (0.0, None)
         return Wanted(
             match=dict(self.match),

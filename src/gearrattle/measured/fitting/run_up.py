@@ -1,16 +1,16 @@
-"""What of a run-up is fitted: amplitude and phase of every order in blocks of turns, over speed.
+"""Residuals of a recorded run-up in standard errors: amplitude and phase of every order over speed.
 
-A change of speed has no period. What a measured and a simulated run-up have in common are the orders of the shaft at
-every speed: complex amplitudes z of blocks of turns that overlap by half (``signals.order_tracking``). The simulated
-ones, s, are fitted over blocks that have the measured mean speeds. Of every channel, order and block
+A change of speed has no period. A measured and a simulated run-up have in common the orders of the shaft at every
+speed: complex amplitudes z of blocks of turns that overlap by half (``signals.order_tracking``). The simulated ones, s,
+are fitted over blocks that have the measured mean speeds. Of every channel, order and block
 
     r = Re(s exp(i o phi) conj(z) / |z|) - |z|,   Im(s exp(i o phi) conj(z) / |z|),   over sigma,
 
 phi the angle between the zeros of both shafts, one value a record that is fitted as well; without phases the sizes.
 
-Standard errors come from the scatter between blocks. Of e = z - s exp(i o phi) what is smooth over the blocks is the
-model's fault; what the second difference of neighbours leaves is noise. Blocks that overlap by half share, with Hann's
-weights, a sixth of their noise, so that
+Standard errors come from the scatter between blocks. The part of e = z - s exp(i o phi) that is smooth over the blocks
+is an error of the model; the second difference of neighbours leaves the noise. Blocks that overlap by half share, with
+Hann's weights, a sixth of their noise, so that
 
     E |e_(b-1) - 2 e_b + e_(b+1)|^2 = (6 - 8 / 6) E |e_b|^2.
 
@@ -42,7 +42,7 @@ Indices = NDArray[np.int64]
 SHARED = 1.0 / 6.0
 """Of the noise of a block, that the next one has as well."""
 _WINDOW = 24  # blocks over which the scatter is averaged
-_LEAST = 1e-4  # of the largest amplitude of a channel: what blocks of two samplings leave open
+_LEAST = 1e-4  # of the largest amplitude of a channel: error of blocks at two samplings
 _INDEPENDENT = 0.9  # degrees of freedom of the mean square of overlapping complex second differences, a difference
 TWO_SIDED = 1.96
 """Standard errors to either side that hold 95 %."""
@@ -52,12 +52,10 @@ _SURE = 4.0  # standard errors
 
 @dataclass(frozen=True)
 class MeasuredRunUp:
-    """Measured orders over speed, their standard errors, and how simulated ones are set against them.
+    """Measured orders over speed with their standard errors, and their residuals against simulated ones.
 
     Attributes
     ----------
-    channels
-        measured.
     channel, order
         (m,) index of the channel, and order, of every column.
     record
@@ -68,12 +66,8 @@ class MeasuredRunUp:
         (B, m) measured.
     phases
         whether phases are compared, or sizes alone.
-    fits_angle
-        whether the angle between the zeros of the shafts is fitted, or none.
     calibration
         (C,) relative standard uncertainty of every channel.
-    per_minute
-        whether speeds are told in rpm: the model has units.
     noise
         (B, m, m) covariance of every block.
     simulated_noise
@@ -103,22 +97,22 @@ class MeasuredRunUp:
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
     def judged_by(self, fitted: Complex) -> MeasuredRunUp:
-        """Return the same with standard errors from what a fitted motion leaves."""
+        """Return this run-up with standard errors from the residuals of a fitted motion."""
         misfit = self.amplitude - self._turned(fitted) if self.phases else np.abs(self.amplitude) - self._raised(fitted)
         return replace(self, noise=self.noise_of(misfit), misfit=misfit)
 
     def with_scatter_of(self, samples: Complex, seed: int) -> MeasuredRunUp:
-        """Return the same with the scatter of simulated blocks in the standard errors."""
+        """Return this run-up with the scatter of simulated blocks in the standard errors."""
         del seed
         return replace(self, simulated_noise=self.noise_of(samples if self.phases else np.abs(samples)))
 
     def noise_of(self, values: Complex | Array) -> Complex:
-        """(B, m, m) covariance of what scatters in amplitudes; sizes scatter by one of their parts, by half of it."""
+        """(B, m, m) covariance of the noise of amplitudes; sizes have the variance of one part, half of it."""
         noise = block_noise(values.astype(np.complex128), self.speed, self._records)
         return noise if self.phases else 2.0 * noise
 
     def without_scatter(self) -> MeasuredRunUp:
-        """Return the same without it."""
+        """Return this run-up without the scatter of a simulated one."""
         return replace(self, simulated_noise=np.zeros_like(self.simulated_noise))
 
     def compares_as(self, other: MeasuredRunUp) -> bool:
@@ -127,12 +121,12 @@ class MeasuredRunUp:
 
     @property
     def remarks_on_scatter(self) -> list[str]:
-        """Say nothing: orders alone are compared."""
+        """Return no notes: orders alone are compared."""
         return []
 
     @property
     def delays(self) -> int:
-        """Angles between the zeros of shafts that are fitted."""
+        """Number of angles between the zeros of shafts that are fitted."""
         return len(self._records) if self.phases and self.fits_angle else 0
 
     @property
@@ -142,7 +136,7 @@ class MeasuredRunUp:
 
     @cached_property
     def freedom(self) -> float:
-        """Degrees of freedom of the standard errors: of all differences, and of as many columns as tell something."""
+        """Degrees of freedom of the standard errors: of all differences, and of the columns with information."""
         strength = np.sum(np.abs(self.amplitude) ** 2 / np.maximum(self._variance, np.finfo(float).tiny), axis=0)
         columns = float(np.sum(strength) ** 2 / np.sum(strength**2)) if strength.any() else 1.0
         differences = self.speed.size - 2 * len(self._records)
@@ -168,14 +162,14 @@ class MeasuredRunUp:
 
     @cached_property
     def _open(self) -> Array:
-        """(B, m) what the fit over blocks leaves open of either part."""
+        """(B, m) error of either part by the fit over blocks."""
         largest = np.abs(self.amplitude).max(axis=0)
         of_channel = np.array([largest[self.channel == c].max(initial=0.0) for c in range(len(self.channels))])
         return np.broadcast_to(_LEAST * of_channel[self.channel], self.amplitude.shape)
 
     @cached_property
     def _gain(self) -> Array:
-        """(N,) what the calibration leaves open of every row."""
+        """(N,) error of every row by the calibration."""
         size = np.abs(self.amplitude) * self.calibration[self.channel]
         return self._rows_of(size, np.zeros_like(size))
 
@@ -221,12 +215,12 @@ class MeasuredRunUp:
 
     @cached_property
     def covariance(self) -> Covariance:
-        """Of the rows in standard errors: what scatters, what is of one calibration, what blocks leave open."""
+        """Covariance of the rows in standard errors: scatter, common calibration, fit over blocks."""
         return self._with_scatter(1.0)
 
     @cached_property
     def covariance_for_values(self) -> Covariance:
-        """From the repeats, if there are any; else from the scatter of blocks, widened as few tell it badly."""
+        """Covariance from the repeats, if there are any; else from the scatter of blocks, widened for few."""
         if not self.repeated or self.misfit is None:
             return self._with_scatter(widening(self.freedom))
         count = len(self._records)
@@ -241,14 +235,14 @@ class MeasuredRunUp:
 
     @cached_property
     def _gains(self) -> Array:
-        """(C, N) what the calibration leaves open, a channel each."""
+        """(C, N) errors by the calibration, a channel each."""
         columns = np.tile(self.channel, (2 if self.phases else 1))
         by_row = np.tile(columns, len(self.speed))
         return np.where(by_row == np.arange(len(self.channels))[:, None], self._gain / self.errors, 0.0)
 
     @cached_property
     def _blocks(self) -> Array:
-        """(B, k, k) covariance of the rows of a block, of what scatters."""
+        """(B, k, k) covariance of the rows of a block, by scatter."""
         return self._parts(self.noise + self.simulated_noise, self.direction, self.direction)
 
     def _parts(self, noise: Complex, one: Complex, other: Complex) -> Array:
@@ -305,8 +299,6 @@ class MeasuredRunUp:
         ----------
         fitted
             (B, m) amplitudes.
-        partners
-            names of the C simulated channels.
         """
         error = np.sqrt(0.5 * self._variance + self._open**2)
         made = []
@@ -323,7 +315,7 @@ class MeasuredRunUp:
         return tuple(made)
 
     def remarks(self, fitted: Complex) -> list[str]:
-        """Say where the angle of a measured shaft drifts along the run-up."""
+        """Return notes: where the angle of a measured shaft drifts along the run-up."""
         if not self.delays:
             return []
         turned = self._turned(fitted)

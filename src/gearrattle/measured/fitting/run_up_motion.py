@@ -1,4 +1,4 @@
-"""A recorded run-up: its orders in blocks of turns, and how those of a simulated one are read at the same speeds."""
+"""Orders of a recorded run-up in blocks of turns, and of a simulated one at the same speeds."""
 
 from __future__ import annotations
 
@@ -38,22 +38,14 @@ _GRID = 0.1  # of a block, between the blocks whose mean speeds are tabulated
 
 @dataclass(frozen=True)
 class RunUpSimulator:
-    """How a model's run-up is computed and read.
+    """Simulation of a model's run-up, and the reading of its orders.
 
     Attributes
     ----------
-    settings
-        keyword arguments of ``simulate``.
-    names
-        of the C simulated channels.
     orders
         (o,) of each.
-    turns
-        in a block.
     starts
         (B,) angles of the shaft at which blocks begin [rad].
-    watched
-        called with the finished share of a simulation; what it raises ends it.
     """
 
     settings: Mapping[str, Any]
@@ -85,11 +77,11 @@ class RunUpSimulator:
         return np.asarray(np.swapaxes(blocks.amplitude, 1, 2).reshape(self.starts.size, -1))
 
     def motion_of(self, samples: Complex) -> Complex:
-        """Return them as they are."""
+        """Return the amplitudes as they are."""
         return samples
 
     def remarks(self, _samples: Complex) -> list[str]:
-        """Say nothing: a run-up need not settle."""
+        """Return no notes: a run-up need not settle."""
         return []
 
 
@@ -102,24 +94,12 @@ def run_up_motion(
 ) -> tuple[MeasuredRunUp, RunUpSimulator, list[str]]:
     """Fit the orders of measured blocks, and say how a run-up is simulated and read at their speeds; with notes.
 
-    Parameters
-    ----------
-    run
-        of the start, along its sweep.
-    recordings
-        one run-up, and its repeats.
-    asked
-        pairs of channels by recording, and how they are compared.
-    table
-        the same as written.
-    watched
-        called with the finished share of a simulation; what it raises ends it.
-
     Raises
     ------
     ModelError
         repeats with other channels, speeds that are not simulated, too few blocks, what ``order_cuts`` refuses.
     """
+    # orders that all records and the simulation have
     pairings, wanted = asked
     channels = pairings[0].measured
     check_repeats(recordings, pairings)
@@ -161,7 +141,7 @@ def run_up_motion(
 
 @dataclass(frozen=True)
 class _SimulatedSpeeds:
-    """Which mean speed a block of a simulated run-up has by the angle at which it begins.
+    """Mean speed of a block of a simulated run-up by the angle at which it begins.
 
     Attributes
     ----------
@@ -169,8 +149,6 @@ class _SimulatedSpeeds:
         (n,) angles [rad], by rising speed.
     speed
         (n,) mean speeds [rad/s].
-    rises
-        whether the speed rises along the run.
     """
 
     starts: Array
@@ -179,7 +157,7 @@ class _SimulatedSpeeds:
 
     @classmethod
     def of(cls, run: Run, name: str, turns: float) -> _SimulatedSpeeds:
-        """Tabulate those of a run."""
+        """Tabulate the mean speeds of a run."""
         signal = sampled(run, name)
         shaft = required(run, signal, None)
         span = TURN * turns
@@ -204,13 +182,14 @@ class _SimulatedSpeeds:
 def _measured_blocks(
     recording: Recording, pairing: Pairing, orders: Array, table: RecordingTable, simulated: _SimulatedSpeeds
 ) -> tuple[tuple[Array, Complex], list[str]]:
-    """Return mean speeds and (B, m) amplitudes of the blocks of a record that the simulation has as well; with notes.
+    """Return mean speeds and (B, m) amplitudes of a record's blocks at simulated speeds; with notes.
 
     Raises
     ------
     ModelError
         too few of them, or a speed that falls where the simulated one rises.
     """
+    # mean speeds of the blocks, where the speed rises or falls steadily
     cuts = [
         order_cuts(recording, channel.name, orders.tolist(), speed=table.shaft or None, turns=table.turns)
         for channel in pairing.measured
@@ -222,6 +201,7 @@ def _measured_blocks(
         way = "rises" if rises else "falls"
         rule = "the measured speed and that of the model's sweep must change the same way: motions may differ by it"
         raise ModelError(Problem(f"{recording.source}: speed", way, rule, "turn the sweep round: from, to"))
+    # blocks at speeds that the simulation has as well
     inside = (means[rows] >= simulated.speed[0]) & (means[rows] <= simulated.speed[-1])
     if np.count_nonzero(inside) < FEWEST:
         ends = [
@@ -234,13 +214,14 @@ def _measured_blocks(
     left = rows.size - int(np.count_nonzero(inside))
     if left:
         notes.append(f"{recording.source}: {counted(left, 'block')} at speeds that are not simulated left out.")
+    # complex amplitudes of the orders in these blocks
     kept = rows[inside]
     values = np.concatenate([cut["amplitude"].values[kept] * np.exp(1j * cut["phase"].values[kept]) for cut in cuts], 1)
     return (means[kept], values), notes
 
 
 def _cut(recording: Recording, wanted: Wanted) -> Recording:
-    """Return a record from its start to its end, as far as they are said."""
+    """Return a record between its start and its end, where they are given."""
     low = -np.inf if wanted.start is None else wanted.start
     high = np.inf if wanted.end is None else wanted.end
     inside = (recording.time >= low) & (recording.time <= high)
@@ -260,17 +241,7 @@ def _check_size(amplitude: Complex, channels: Sequence[Channel], orders: Array) 
 
 
 def run_up_problems(table: RecordingTable, count: int, is_run_up: bool) -> list[Problem]:
-    """Return keys that do not go with a run-up, or with a motion at one speed.
-
-    Parameters
-    ----------
-    table
-        how the record is compared.
-    count
-        of records.
-    is_run_up
-        whether the model's speed changes.
-    """
+    """Return keys that do not go with a run-up, or with a motion at one speed."""
     stated = RecordingTable.model_fields
     of_run_up = ("orders", "turns", "shaft")
     of_one_speed = ("band", "trend", "noise")

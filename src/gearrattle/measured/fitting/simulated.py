@@ -1,10 +1,9 @@
-"""A model's motion, over whole cycles and without resampling: its output grid has a whole number of samples in each.
+"""Mean cycles of a model's motion from its output grid, which has a whole number of samples in each cycle.
 
-Lines of a band-limited record and of the run's own samples are the same within what resampling leaves open, as long as
-nothing folds back into the band; a validation's budget tells that. Accelerations jump at impacts, so that their samples
-fold back, and change by stairs as an impact passes a sample. So they are derivatives of the velocities, which do not.
-
-Takes models; gives what is compared of their motions.
+Lines of a band-limited record and of the run's own samples agree within the error of resampling, as long as nothing
+folds back into the band; the budget of a validation shows whether it does. Accelerations jump at impacts: their samples
+fold back, and change in steps as an impact passes a sample. Velocities do neither, so accelerations are computed as
+their derivatives.
 """
 
 from __future__ import annotations
@@ -33,22 +32,14 @@ SETTLED = 1e-3
 
 @dataclass(frozen=True)
 class Simulator:
-    """How a model's motion is computed and read.
+    """Simulation of a model's motion, and the reading of its cycles.
 
     Attributes
     ----------
-    settings
-        keyword arguments of ``simulate``.
-    names
-        of the C simulated channels.
     band
         lowest and highest frequency [Hz].
     lines
         K, how many lines are kept.
-    trend
-        "mean", "linear" or "none".
-    watched
-        called with the finished share of a simulation; what it raises ends it.
     """
 
     settings: Mapping[str, Any]
@@ -67,16 +58,16 @@ class Simulator:
         return simulate(model, **self.settings, audit=False, progress=self.watched)
 
     def motion(self, model: Model) -> Motion:
-        """Return what is compared of a model's motion."""
+        """Return the compared values of a model's motion."""
         return self.motion_of(self.samples(model))
 
     def motion_of(self, cycles: Cycles) -> Motion:
-        """Return what is compared of cycles that begin at a multiple of the period."""
+        """Return the compared values of cycles that begin at a multiple of the period."""
         lines = np.fft.rfft(cycles.values.mean(axis=0), axis=0)[1 : self.lines + 1] * (2.0 / cycles.values.shape[1])
         return Motion(lines, power_in(cycles.values, cycles.period, self.band))
 
     def remarks(self, cycles: Cycles) -> list[str]:
-        """Say where the motion has not settled."""
+        """Return notes: where the motion has not settled."""
         restless = 100.0 * float(np.max(unrest(cycles), initial=0.0))
         if restless <= 100.0 * SETTLED:
             return []
@@ -88,15 +79,6 @@ class Simulator:
 
 def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
     """Return the judged cycles of a run.
-
-    Parameters
-    ----------
-    run
-        the simulated motion.
-    names
-        of its channels.
-    trend
-        "linear": a straight line is taken away.
 
     Raises
     ------
@@ -134,7 +116,7 @@ def band_limited(recording: Recording, name: str, judged: slice, interval: float
 
 
 def unrest(cycles: Cycles) -> Array:
-    """(C,) rms of what changes from cycle to cycle, as a share of the rms."""
+    """(C,) rms of the change from cycle to cycle, as a share of the rms."""
     away = cycles.values - cycles.values.mean(axis=0)
     moving = cycles.values - cycles.values.mean(axis=(0, 1))
     size = np.sqrt(np.mean(moving**2, axis=(0, 1)))

@@ -1,4 +1,4 @@
-"""A recorded motion at one speed: its cycles, what of them is compared, and how a simulated motion is read likewise."""
+"""A recorded motion at one speed: its cycles, the lines that are compared, and the simulation beside it."""
 
 from __future__ import annotations
 
@@ -33,21 +33,7 @@ def steady_motion(
     table: RecordingTable,
     watched: Callable[[float], None],
 ) -> tuple[Recorded, Simulator, list[str]]:
-    """Cut the measured record into cycles, choose what is compared, and say how a motion is simulated; with notes.
-
-    Parameters
-    ----------
-    run
-        of the start.
-    recording
-        measured.
-    asked
-        pairs of channels, and how they are compared.
-    table
-        the same as written.
-    watched
-        called with the finished share of a simulation; what it raises ends it.
-    """
+    """Cut the measured record into cycles, choose what is compared, and say how a motion is simulated; with notes."""
     pairing, wanted = asked
     names = tuple(channel.name for channel in pairing.simulated)
     # cycles of both
@@ -62,7 +48,7 @@ def steady_motion(
     band = lowest, PASSED * setting.samples / period
     simulator = Simulator(table.settings, names, band, int(PASSED * setting.samples), wanted.trend, watched)
     start = simulator.motion_of(own)
-    # what is compared
+    # lines and levels that are compared
     how = draws(levels.mean_squares(cycles), np.random.default_rng(wanted.seed), lines=orders.strong(cycles))
     by_rms = np.array([i for i, c in enumerate(pairing.measured) if c.name in wanted.noise], dtype=np.int64)
     line, channel = of_both(orders.lines_of(cycles, how), start.lines, in_band(cycles, lowest))
@@ -83,7 +69,7 @@ def steady_motion(
 
 
 def _check_levels(recorded: Recorded) -> None:
-    """Refuse a record in which nothing stands out, and noise that is louder than what was measured."""
+    """Refuse a record without a strong line, and noise that is louder than the record."""
     by_rms = recorded.chosen.by_rms
     power = recorded.motion.power[by_rms]
     names = [channel.name for channel in recorded.channels]
@@ -100,7 +86,7 @@ def _check_levels(recorded: Recorded) -> None:
 
 
 def _off(measured: float, period: float) -> list[str]:
-    """Say that the record has a period of its own."""
+    """Return a note where the record has a period of its own."""
     off = measured / period - 1.0
     way = "longer" if off > 0.0 else "shorter"
     return [f"the measured cycle is {100.0 * abs(off):.3g} % {way} than the model's."] if off else []

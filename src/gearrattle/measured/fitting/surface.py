@@ -1,4 +1,4 @@
-"""Residuals that jump, smoothed: a parabola by least squares over runs around a point (a response surface).
+"""A response surface for residuals that jump: a parabola by least squares over runs around a point.
 
 A motion that does not settle has averages that scatter from run to run, however near the parameters. A search on them
 ends at whichever of many runs happened to fit best, which may be several standard errors off. So the residuals of K
@@ -8,8 +8,6 @@ runs over a region u = (x - c) / h within -1 ... 1 are replaced by
 
 whose errors are known from what the parabola leaves (G. E. P. Box, K. B. Wilson 1951, J. R. Stat. Soc. B 13, 1). The
 region follows the minimum and shrinks to some standard errors.
-
-Takes a motion problem and a point; gives a problem that is smooth there.
 """
 
 from __future__ import annotations
@@ -32,17 +30,17 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 8
 _WIDE, _NARROW = 4.0, 0.01  # standard errors, and logarithms, that a region reaches at least to either side
-_CLEAR = 2.0  # times the scatter of all rows together: so much the residuals are to change over a region
+_CLEAR = 2.0  # times the scatter of all rows together: change of the residuals wanted over a region
 _SHRUNK = 0.3  # of the region before, at least
-_BENDS = 1.5  # times the scatter of runs next to each other: a parabola that leaves more bends too little
+_BENDS = 1.5  # times the scatter of neighbouring runs: with larger residuals the parabola bends too little
 _CENTRAL = 0.4  # of a region, within which the minimum is to lie
 _LEAST_STEEP = 0.1  # of a squared slope that is not its scatter
-_RUNS = 6, 24  # for a coefficient, and as many as that where nothing is seen of a parameter
+_RUNS = 6, 24  # runs a coefficient: at first, and at most where a parameter is not noticed
 
 
 @dataclass(frozen=True)
 class Surface(Judged):
-    """A motion problem around a point.
+    """A motion problem smoothed around a point.
 
     Attributes
     ----------
@@ -73,7 +71,7 @@ class Surface(Judged):
 
     @property
     def jitter(self) -> float:
-        """Scatter of a run's residuals about it, in standard errors."""
+        """Scatter of a run's residuals about the parabola, in standard errors."""
         return float(np.sqrt(np.sum(self.left**2) / self.left.shape[1] / self._freedom))
 
     @property
@@ -96,7 +94,7 @@ class Surface(Judged):
 
     @property
     def _scatter(self) -> Array:
-        """(N,) variance of a run's residuals about it."""
+        """(N,) variance of a run's residuals about the parabola."""
         return np.asarray(np.sum(self.left**2, axis=0) / self._freedom)
 
     def _of_slopes(self, x: Array) -> Array:
@@ -125,27 +123,27 @@ class Surface(Judged):
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
     def covariance_of_rows(self, x: Array) -> Covariance:
-        """Return that of the measured motion and of the runs' mean together."""
+        """Return the covariance of the measured motion and of the runs' mean together."""
         return self._with_runs(self.of.recorded.covariance, x)
 
     def covariance_for_values(self, x: Array) -> Covariance:
-        """Return the same, from which intervals are made."""
+        """Return the same covariance, as used for intervals."""
         return self._with_runs(self.of.recorded.covariance_for_values, x)
 
     def _with_runs(self, measured: Covariance, x: Array) -> Covariance:
-        """Add that of the runs' mean."""
+        """Add the covariance of the runs' mean."""
         terms = self._terms(x)
         share = float(terms @ self.inverse @ terms) / self._freedom
         return measured.weighted(self.weight).plus(np.sqrt(share) * self.left)
 
     def weighted(self) -> Surface:
-        """Return it with the standard errors of the runs' mean in those of the rows."""
+        """Return the surface with the standard errors of the runs' mean in those of the rows."""
         of_mean = self.inverse[0, 0] * np.sum(self.left**2, axis=0) / self._freedom
         weight = 1.0 / np.sqrt(1.0 + of_mean)
         return replace(self, coefficients=self.coefficients * weight, left=self.left * weight, weight=weight)
 
     def remarks(self, _x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
-        """Say that the motion does not repeat itself, and what was done."""
+        """Return the note that the motion does not repeat itself, and how it was fitted."""
         wide = 100.0 * float(np.expm1(self.half.max()))
         return [
             "the simulated motion does not repeat itself: what is compared of it scatters from run to run, however "
@@ -161,14 +159,8 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 
     Parameters
     ----------
-    problem
-        whose residuals jump.
     centre, half
         (P,) of the region.
-    runs
-        K.
-    seed
-        of the Latin hypercube of runs.
 
     Raises
     ------
@@ -193,18 +185,22 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 
 
 def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
-    """Return the minimum of the smoothed residuals near the best of those that jump, and the surface it is on."""
+    """Return the minimum of the smoothed residuals near the best of those that jump, and its surface."""
+    # the first region: the step of the differences, around the minimum of the search
     x, half = best.x, np.full(problem.count, problem.step)
     runs = _RUNS[0] * (1 + 2 * x.size)
     jitter = problem.of.scatter(x)
     clearest: tuple[Array, Array, int, int] | None = None
     for seed in range(_ROUNDS):
         region = x, half, runs, seed
+        # the parabola over runs in the region, and its minimum
         smooth = surface(problem.of, *region)
         (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+        # a minimum that the runs do not keep: a smaller region
         if problem.of.level(least.x) > problem.of.level(x) and np.any(half > _NARROW):
             half = np.maximum(0.5 * half, _NARROW)  # the parabola promised more than the runs keep
             continue
+        # slopes at the new point: standard errors, parameters that are noticed, bends
         x = least.x
         low, high = problem.of.parameters.box
         inside = (x <= low) | (x >= high) | (np.abs(x - smooth.centre) < 0.9 * smooth.half)
@@ -213,24 +209,29 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         noticed = np.any(jacobian != 0.0, axis=0)
         errors = np.where(noticed, errors, np.inf)
         bends = smooth.jitter > _BENDS * jitter
+        # parameters that are not noticed need a wider region and more runs
         if noticed.all():
             clearest = region
         elif not bends or np.all(half < problem.step):  # a wider region and more runs show more
             half = np.minimum(2.0 * half, problem.step)
             runs = min(2 * runs, _RUNS[1] * (1 + 2 * x.size))
             continue
+        # the size wanted: wide enough for the scatter, small enough for the parabola
         clear = max(_WIDE, _CLEAR * min(smooth.jitter, jitter) * np.sqrt(smooth.left.shape[1]))
         wanted = np.clip(clear * errors, _NARROW, half)  # so that the residuals change by more than they scatter
         if bends:
             tighter = np.maximum(0.5 * half, np.where(noticed, 0.5 * clear * errors, 0.0))
             wanted = np.minimum(wanted, np.maximum(tighter, _NARROW))
+        # end where the minimum lies near the centre and the region need not shrink
         central = np.abs(x - smooth.centre) < _CENTRAL * smooth.half  # where slopes are known best
         if np.all(central | (x <= low) | (x >= high)) and (np.all(wanted > 0.8 * half) or not (bends or seed == 0)):
             break
         half = np.where(inside, np.maximum(wanted, _SHRUNK * half), half)
+    # the final parabola, weighted by the errors of its runs
     plain = replace(problem.of, recorded=problem.of.recorded.without_scatter())  # the mean of runs scatters less
     smooth = surface(plain, *(clearest or region)).weighted()
     (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+    # parameters on a bound
     low, high = plain.parameters.box
     at = np.where(least.x <= low, -1, np.where(least.x >= high, 1, 0)).astype(np.int64)
     return Minimum(least.x, least.chi_square, best.times, at), smooth

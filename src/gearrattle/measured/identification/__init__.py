@@ -1,8 +1,6 @@
 """Parameters of a driveline from measured or published modes and frequency responses.
 
-A model names its parameters, data name what was seen; weighted least squares in the logarithms of the parameters, from
-many starts, brings them together. As important as the values is what the data do not say: ``identifiability`` tells
-which combinations of parameters may change without any datum noticing.
-
-Takes a Model and data (``data_file``); gives a frozen ``Fit`` with the fitted Model.
+Parameters of the model are fitted to the data by weighted least squares in the logarithms of the parameters, from many
+starts. As important as the values are the combinations of parameters that may change without any change of the data:
+``identifiability`` finds them.
 """

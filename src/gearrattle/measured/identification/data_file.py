@@ -1,9 +1,7 @@
-"""From a data file, or the same tables from Python, to ``Measurements``.
+"""Reading of a data file, or of the same tables from Python, into ``Measurements``.
 
-What can be judged only beside the model is judged here too: names of inertias and elements, numbers of modes, the order
-of frequencies. Errors that were not given are assumed, and that is said.
-
-Takes a path or tables, and the Model; gives ``Measurements`` in SI.
+Checks that need the model are made here too: names of inertias and elements, numbers of modes, the order of
+frequencies. Standard errors that were not given are assumed, with a note.
 """
 
 from __future__ import annotations
@@ -43,15 +41,6 @@ Data = str | os.PathLike[str] | Mapping[str, Any]
 
 def read_data(data: Data, model: Model, default: State) -> Measurements:
     """Read data and check them against a model.
-
-    Parameters
-    ----------
-    data
-        path of a TOML file, or its tables.
-    model
-        names inertias and elements, and says whether there are units.
-    default
-        state of data that do not name their own.
 
     Raises
     ------
@@ -104,6 +93,7 @@ def _state_breaches(at: tuple[str | int, ...], row: StateTable, model: Model) ->
 
 
 def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
+    # names and numbers that the model does not have
     names = [inertia.name for inertia in model.inertias]
     numbered: dict[Any, list[tuple[int, float, int]]] = {}
     for index, row in enumerate(rows):
@@ -120,6 +110,7 @@ def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
         omega = _omega(row)
         if row.number is not None and omega is not None:
             numbered.setdefault(_state(row, State()), []).append((row.number, omega, index))
+    # frequencies in the order of their numbers
     for group in numbered.values():
         group.sort()
         for (number, omega, _), (next_number, next_omega, index) in pairwise(group):
@@ -154,6 +145,7 @@ def _state(row: StateTable, default: State) -> State:
 
 
 def _mode(index: int, row: ModeTable, default: State, assumed: list[str]) -> MeasuredMode:
+    # the frequency and its standard error, assumed where none is stated
     label = f"mode {row.number}" if row.number is not None else f"mode entry {index + 1}"
     label += f" with rigid {', '.join(row.rigid)}" if row.rigid else ""
     omega, shape = _omega(row), row.shape or {}
@@ -162,6 +154,7 @@ def _mode(index: int, row: ModeTable, default: State, assumed: list[str]) -> Mea
         if row.relative_error is None:
             assumed.append(f"{label}: {100 * FREQUENCY_ERROR:g} % of its frequency")
         error = (row.relative_error or FREQUENCY_ERROR) * omega
+    # the shape and its standard error, likewise
     amplitudes = np.array(list(shape.values()), dtype=float)
     if shape and row.shape_error is None:
         assumed.append(f"{label}: {100 * SHAPE_ERROR:g} % of the largest amplitude of its shape")
@@ -181,6 +174,7 @@ def _mode(index: int, row: ModeTable, default: State, assumed: list[str]) -> Mea
 def _response(
     index: int, row: ResponseTable, default: State, source: tuple[Path, Positions, bool], assumed: list[str]
 ) -> MeasuredResponse:
+    # samples from the table or from its file
     label = f"response {index + 1}, {row.at} by {row.torque_on}"
     folder, positions, dimensionless = source
     where = place(("response", index), {}, positions)
@@ -191,6 +185,7 @@ def _response(
         if positions.name:
             check_reachable(row.file, folder)
         samples = read_samples(read_text(path, "response file"), os.fspath(path), dimensionless)
+    # the quantity per torque: as stated, or by the unit of the file
     said = None if row.quantity is None else QUANTITIES.index(row.quantity)
     if said is None and samples.derivatives is None:
         words = ", ".join(f'"{word}"' for word in QUANTITIES)
@@ -198,6 +193,7 @@ def _response(
     if said is not None and samples.derivatives not in (None, said):
         quantity = QUANTITIES[samples.derivatives or 0]
         raise ModelError(Problem(f"{where}.quantity", shown(row.quantity), f"the file's unit is one of {quantity}"))
+    # standard errors, assumed where none are stated
     magnitude = np.abs(samples.value)
     if not magnitude.any():
         raise ModelError(Problem(where, "zeros only", "a response must not vanish everywhere"))

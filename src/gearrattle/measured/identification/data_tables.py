@@ -1,8 +1,6 @@
 """The tables of a data file, each key with its rule: ``[[mode]]`` and ``[[response]]``.
 
 A frequency must name its unit: a plain number could be Hz or rad/s. In a dimensionless model it is plain, Omega itself.
-
-Takes value kinds from ``model``; gives validated tables to ``data_file``.
 """
 
 from __future__ import annotations
@@ -86,7 +84,7 @@ class _Samples(Reader):
 
 
 class StateTable(Table):
-    """Keys that say in which state the driveline was."""
+    """Keys for the state of the driveline."""
 
     contact_ratio: Annotated[dict[str, float], Numbers()] | None = None
     """Factor on the slope of the last drive stage, by element."""
@@ -116,7 +114,7 @@ class ModeTable(StateTable):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: nothing measured, no way to tell which mode, one thing said twice."""
+        """Yield breaches: nothing measured, mode not identified, two statements of one thing."""
         yield from _not_both(table, "frequency", "omega")
         yield from _not_both(table, "standard_error", "relative_error")
         has_frequency = table.get("frequency") is not None or table.get("omega") is not None

@@ -1,9 +1,7 @@
-"""From local minima of a least-squares problem to a ``Fit``: errors, intervals, what stays open, and what must be said.
+"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes.
 
 Whatever was measured - modes, responses, a motion - is a ``DataProblem`` here: residuals in standard errors with their
 Jacobian by x = ln(p / start), a covariance, and words.
-
-Takes a problem, its minima and the parameters; gives a ``Fit``.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ STARTS = 16
 
 
 class DataProblem(Protocol):
-    """A least-squares problem: what was measured against a model at logarithms x of its P parameters."""
+    """A least-squares problem: data against a model at logarithms x of its P parameters."""
 
     @property
     def count(self) -> int:
@@ -57,7 +55,7 @@ class DataProblem(Protocol):
 
     @property
     def assumed(self) -> Sequence[str]:
-        """What had no standard error of its own, in words."""
+        """Data without a standard error of their own, in words."""
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
         """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
@@ -75,24 +73,12 @@ class DataProblem(Protocol):
         """Probability of a chi-square of the data this large or larger."""
 
     def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """What must be said of these data alone."""
+        """Notes on these data alone."""
 
 
 @dataclass(frozen=True)
 class Searched:
-    """What a search ended with.
-
-    Attributes
-    ----------
-    minima
-        the best first.
-    starts
-        number of starts.
-    failed
-        how many of them did not converge.
-    effort
-        of each search.
-    """
+    """Result of a search."""
 
     minima: tuple[Minimum, ...]
     starts: int
@@ -101,7 +87,7 @@ class Searched:
 
 
 def check_settings(starts: int, seed: int, prior: float | None) -> None:
-    """Refuse numbers that no search takes.
+    """Refuse settings that no search can have.
 
     Raises
     ------
@@ -125,40 +111,27 @@ def estimates(
     profile: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Judge the best minimum and put it in words.
-
-    Parameters
-    ----------
-    model
-        the start.
-    problem
-        what was measured.
-    parameters
-        the free ones.
-    searched
-        its minima.
-    notes
-        what else must be said, at the end.
-    profile
-        whether to find profile-likelihood intervals.
-    progress
-        called with the finished share of that; what it raises ends the fit.
-    """
+    """Return the fit at the best minimum: errors, intervals, open combinations and notes."""
+    # residuals, and the directions without information, at the best minimum
     minima = searched.minima
     best = minima[0]
     rows, jacobian = problem.data_residuals(best.x)
     null = null_space(jacobian)
     inside = best.at_bound == 0
+    # degrees of freedom; errors that were assumed are scaled to chi-square per degree one
     rank = int(inside.sum()) - null_space(jacobian[:, inside]).shape[1]
     chi_square = float(rows @ rows)
     freedom = rows.size - problem.scales - rank
     scale = math.sqrt(chi_square / freedom) if problem.assumed and freedom > 0 else 1.0
+    # covariance of the logarithms, and standard errors
     covariances = scale**2 * _covariance(problem, best, null)
     spread = np.sqrt(np.diag(covariances))
+    # profile-likelihood intervals
     ends: list[tuple[float, float] | None] = [None] * problem.count
     if profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
         ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
+    # the parameters, those on a bound named
     values = parameters.values(best.x)
     words = {-1: "lower", 0: "", 1: "upper"}
     table = [
@@ -174,6 +147,7 @@ def estimates(
         )
         for p, path in enumerate(parameters.paths)
     ]
+    # combinations that the data leave open
     open_ones = undetermined(parameters.paths, jacobian, split(problem.data_residuals, best.x, null), scale)
     return Fit(
         model=parameters.fitted(model, best.x),
@@ -253,8 +227,9 @@ def _profiles(
 
 
 def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
-    """Say what holds for any data: errors assumed, residuals too large, rivals, bounds."""
+    """Return notes for any data: assumed errors, large residuals, rival minima, bounds."""
     (scale, freedom), minima = numbers, searched.minima
+    # standard errors that were assumed, or that the residuals exceed
     notes = []
     if problem.assumed:
         notes.append(f"standard errors assumed: {'; '.join(problem.assumed)}.")
@@ -267,12 +242,14 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             f"the residuals are larger than the standard errors allow (probability {chance:.1g}): a datum, its "
             "standard error or the model is wrong, and the standard errors of the parameters are too small."
         )
+    # other minima that fit as well
     rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
     if rivals:
         notes.append(
             f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
             f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
+    # searches that failed, and parameters on a bound
     if searched.failed:
         notes.append(f"{searched.failed} of the starts did not converge.")
     if any(m for m in minima[0].at_bound):

@@ -1,7 +1,4 @@
-"""What a fit found: the model, its parameters with errors, every datum's residual, other minima, what stays open.
-
-Takes numbers from ``fit``; gives frozen records to reports and JSON types.
-"""
+"""Result of a fit: the model, its parameters with errors, every datum's residual, other minima, open combinations."""
 
 from __future__ import annotations
 

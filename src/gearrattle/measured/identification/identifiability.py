@@ -1,7 +1,7 @@
-"""What the data do not determine.
+"""Identifiability: combinations of parameters that the data do not determine.
 
 At the solution the residuals change with the logarithms of the parameters as J dx. Its null space is found from rows of
-unit length, so it does not depend on the standard errors, and is split by asking at other points too:
+unit length, so it does not depend on the standard errors, and is split by comparing it with those at other points:
 
 exact
     directions in the null space everywhere: p -> p s^n changes no datum, whatever s. Frequencies and shapes alone
@@ -16,10 +16,8 @@ weak
     directions v of the singular value decomposition J = U diag(s) V^T whose standard error 1/s exceeds ``WEAK``: the
     data bound them, but not to within a factor of e.
 
-The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a
-part in a structural direction has no standard error.
-
-Takes Jacobians in standard errors; gives directions with words, and covariances.
+The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a part
+in a structural direction has no standard error.
 """
 
 from __future__ import annotations
@@ -71,7 +69,7 @@ class Combination:
 
 
 def null_space(jacobian: Array) -> Array:
-    """(P, q) an orthonormal basis of what no row of a Jacobian (N, P) notices."""
+    """(P, q) an orthonormal basis of the directions that change no row of a Jacobian (N, P)."""
     length = np.linalg.norm(jacobian, axis=1)
     rows = jacobian[length > 0.0] / length[length > 0.0][:, None]
     if not len(rows):
@@ -90,7 +88,7 @@ class Open(NamedTuple):
 
 
 def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Array) -> Open:
-    """Tell what in a null space holds everywhere, what nearby, and what at x only.
+    """Split a null space: directions that hold everywhere, nearby, and at x only.
 
     Parameters
     ----------
@@ -142,14 +140,8 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float
 
     Parameters
     ----------
-    paths
-        the parameters.
     jacobian
         (N, P) in standard errors.
-    null
-        its null space, split.
-    scale
-        factor on the standard errors.
     """
     combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
     combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
@@ -188,7 +180,7 @@ def _structural(paths: Sequence[str], row: Array) -> Combination:
 
 
 def _curved(paths: Sequence[str], row: Array, structural: bool) -> Combination:
-    """Say what holds for small changes: along a curve, or at this point alone."""
+    """Return in words where an open direction holds: along a curve, or at this point alone."""
     row = row / row[int(np.argmax(np.abs(row)))]
     exponents = {path: value for path, value in zip(paths, row.tolist(), strict=True) if abs(value) > _WHOLE}
     names = _powers(exponents)
@@ -210,7 +202,7 @@ def _powers(exponents: Mapping[str, float]) -> str:
 
 
 def _neat(value: float) -> float:
-    """Return a simple fraction if the value is one to the accuracy it was found with."""
+    """Return a simple fraction if the value is one within its accuracy."""
     for denominator in (1, 2, 3, 4):
         near = round(value * denominator) / denominator
         if abs(value - near) < _WHOLE:
@@ -219,7 +211,7 @@ def _neat(value: float) -> float:
 
 
 def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
-    """Say what may change unnoticed."""
+    """Return in words the change that no datum shows."""
     if len(exponents) == 1:
         return f"{next(iter(exponents))}: no datum depends on it"
     up = [path for path, value in exponents.items() if value == 1.0]
@@ -236,7 +228,7 @@ def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
 
 
 def _listed(chosen: Sequence[str], paths: Sequence[str]) -> str:
-    """Join paths; a kind of which all free ones are meant is said in one."""
+    """Join paths; a kind of which all free paths are meant is named once."""
     words: dict[str, None] = {}
     for path in chosen:
         kind = _kind(path)

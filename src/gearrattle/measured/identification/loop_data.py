@@ -9,7 +9,7 @@ A leg goes from one end of the loop to the other. One cycle that begins and ends
 after the last one is no part of a closed loop and is left out. A turn counts once the angle has come back by a
 twentieth of its range, so noise of the angle makes none.
 
-Takes a path or arrays; gives ``Loop``, all in SI.
+All values of a loop are in SI.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FEWEST = 40
 """Samples that a loop must have."""
 _TURN = 0.05  # of the range: a smaller way back is no turn
 _REACH = 0.03  # of the range: a leg ends so near the ends of the loop
-_GAP = 0.1  # of the torque's range: what a closed loop may miss where it meets itself
+_GAP = 0.1  # of the torque's range: largest gap of a closed loop where it meets itself
 _JOINED = "the test began between its ends: its last samples are joined to its first ones"
 
 
@@ -56,10 +56,6 @@ class Loop:
         (N,) the deflection at which the sample's leg began [rad].
     leg
         (N,) number of the leg, counted from 0.
-    source
-        where it came from, in words.
-    notes
-        what was left out.
     angle_unit
         "deg" where the file's angles are degrees, else "rad".
     """
@@ -95,14 +91,13 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
     ----------
     data
         path of a CSV file whose header names the units, or a pair of arrays, deflection [rad] and torque [N m].
-    angle, torque
-        names of the file's columns.
 
     Raises
     ------
     ModelError
         no such file, a column or its unit missing, too few samples, no reversal, a loop that is not closed.
     """
+    # a file: columns with the units of its header
     if isinstance(data, str | os.PathLike):
         path = Path(data)
         if not path.exists():
@@ -114,6 +109,7 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
         loop = _cut(columns.values[angle], columns.values[torque], str(path))
         degrees = units.convert(f"1 {columns.unit(angle)}", units.ANGLE) == units.convert("1 deg", units.ANGLE)
         return replace(loop, angle_unit="deg" if degrees else "rad")
+    # arrays, which are checked
     try:
         deflection, torques = (np.asarray(values, dtype=np.float64) for values in data)
     except (TypeError, ValueError):
@@ -128,20 +124,24 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
 
 
 def _cut(deflection: Array, torque: Array, source: str) -> Loop:
+    # enough samples, which move
     if deflection.size < FEWEST:
         rule = f"too few points for a fit: a loop needs at least {FEWEST}"
         raise ModelError(Problem(source, counted(deflection.size, "sample"), rule, "sample the test more densely"))
     span = float(np.ptp(deflection))
     if not (span > 0.0 and np.ptp(torque) > 0.0):
         raise ModelError(Problem(source, "a constant angle or torque", "a loop needs an angle and a torque that move"))
+    # legs between the turns
     turns = _turns(deflection, _TURN * span)
     if len(turns) < 3:
         rule = "no reversal: the angle goes one way only, so friction cannot be separated from stiffness"
         raise ModelError(Problem(source, f"{len(turns) - 1} leg", rule, "give the way out and the way back"))
+    # one cycle that begins between its ends is joined where it closes
     if _is_one_cycle_begun_between_its_ends(deflection, torque, turns):
         order = np.r_[turns[1] : deflection.size, : turns[1] + 1]
         loop = _cut(deflection[order], torque[order], source)
         return replace(loop, notes=(*loop.notes, _JOINED))
+    # legs that go from one end to the other, on both ways
     low, high = float(deflection.min()), float(deflection.max())
     whole = [
         (first, last)
@@ -156,6 +156,7 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
         raise ModelError(
             Problem(source, turns_text, rule, "let the test go from one end to the other and back to the first")
         )
+    # the loop must close
     _meets(deflection, torque, whole, source)
     return _gathered(deflection, torque, whole, source)
 

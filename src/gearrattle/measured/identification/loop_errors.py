@@ -11,8 +11,6 @@ is let go has no derivative and is left out of A; ``loop_jumps`` tells what it a
 default count as unknown. The bootstrap (H. R. Kunsch, The Jackknife and the Bootstrap for General Stationary
 Observations, Annals of Statistics 17, 1989, pp. 1217-1241) sees jumps: it adds blocks of residuals to the fitted torque
 and fits again, with the same stages.
-
-Takes a polish and its ``Solved`` law; gives the parameters' covariance and samples.
 """
 
 from __future__ import annotations
@@ -33,15 +31,13 @@ Array = NDArray[np.float64]
 
 
 class Spread(NamedTuple):
-    """How far a law is known.
+    """Standard errors of a law over every sample.
 
     Attributes
     ----------
     covariance
         (C + B + R, C + B + R) of coefficients, breaks (drive, then coast), logarithms of reaches; inf on
         the diagonal of what no sample tells.
-    sliders
-        the R sliders in the order of their reaches.
     residual
         (N,) measured less fitted torque [N m].
     tau
@@ -75,15 +71,7 @@ def rubbing(solution: Solved) -> tuple[Slider, ...]:
 
 
 def spread(polish: Polish, solution: Solved) -> Spread:
-    """Return the covariance of a law over every sample.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        the law.
-    """
+    """Return the covariance of a law over every sample."""
     sliders = rubbing(solution)
     samples = Regression(polish.loop, 0, polish.moments.reach)
     residual = samples.torque - samples.table(solution.shape, solution.labels) @ solution.coefficients
@@ -95,7 +83,7 @@ def spread(polish: Polish, solution: Solved) -> Spread:
 
 
 def _covariance(normal: Array, variance: float) -> Array:
-    """Of all parameters; those whose column is empty are open."""
+    """Covariance of all parameters; those with an empty column are open."""
     size = np.sqrt(np.diag(normal))
     used = size > 0.0
     scaled = normal[np.ix_(used, used)] / size[used][:, None] / size[used]
@@ -122,24 +110,7 @@ def autocorrelation(residual: Array) -> float:
 
 
 def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
-    """Fit a law again to its own torque with blocks of residuals in another order.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        its law.
-    number
-        of fits.
-    seed
-        of the blocks drawn.
-
-    Returns
-    -------
-    list[tuple[Polish, Solved]]
-        The law of every draw, with its polish.
-    """
+    """Fit a law again to its own torque with blocks of residuals in another order."""
     loop = polish.loop
     whole = Regression(loop, 0, polish.moments.reach)
     fitted = whole.table(solution.shape, solution.labels) @ solution.coefficients

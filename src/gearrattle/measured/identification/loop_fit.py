@@ -1,12 +1,10 @@
-"""``fit_loop``: a measured torque-angle loop becomes the stages of a coupling.
+"""``fit_loop``: the stages of a coupling from a measured torque-angle loop.
 
 The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction``), so what is fitted is
 what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the stretch before
 slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of stages of the
 drive and of the coast side are chosen by BIC unless given. Where the samples after a reversal do not determine the
 stick stiffness of a slider, the default of the model file is used, and a note says so.
-
-Takes a path or arrays; gives a frozen ``LoopFit``.
 """
 
 from __future__ import annotations
@@ -99,23 +97,28 @@ def fit_loop(
 def _fitted(
     loop: Loop, stages: tuple[int, int] | None, coupling: tuple[str, tuple[str, str]], draws: tuple[int, int]
 ) -> LoopFit:
-    """Search, settle what the samples tell, and put the findings together."""
+    """Choose the stages, fit the law and its errors, and return the result."""
+    # choose the stages, then fit the law over every sample
     chosen, steps = select(loop, stages)
     low, high = loop.ends
     settled = settle(Polish(Moments(loop, REACH * (high - low)), frozenset(idle(chosen))), chosen)
     polish, law = settled.polish, settled.law
+    # covariance of coefficients, breaks and reaches, and the density of every break
     fixed, known = polish.held, spread(polish, law)
     breaks = places(settled, known)
+    # the numbers of the coupling, their covariance and standard errors
     values, slopes = values_of(law, fixed), derivatives(law, fixed, known)
     slopes_told = slopes * smaller(settled, known, breaks)
     open_ = ~np.isfinite(np.diag(known.covariance))
     covariance = slopes_told @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes_told.T
     covariance[np.diag_indices(len(values))] += np.where(np.any(slopes[:, open_] != 0.0, axis=1), np.inf, 0.0)
     errors = dict(zip(values, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True))
+    # 95 % intervals; a stick stiffness has its error from its interval
     ends = intervals(settled, known, (values, errors), breaks)
     for stick in (key for key in values if key.endswith("stick_stiffness")):
         low_end, high_end = ends[stick]
         errors[stick] = 0.5 * (high_end - low_end) / NORMAL
+    # the bootstrap as a check
     checked: Mapping[str, float] = {}
     if draws[0] > 0:
         again = resampled(polish, law, *draws)

@@ -1,4 +1,4 @@
-"""95 % intervals of a fitted loop's numbers, each as its likelihood has it.
+"""95 % likelihood intervals of a fitted loop's numbers.
 
 Slopes, heights and the preload are nearly normal: value +- 1.96 standard errors, none below zero where the law allows
 none. A break that has a jump is known by the samples beside the jump (``loop_jumps``). A stick stiffness s = H / r is
@@ -6,8 +6,6 @@ known by few samples, and the likelihood of its reach r is lopsided and has seve
 the density of r (``loop_reaches``), with what the height H leaves open beside the reach added as a square. Where no
 reach is too short, samples do not resolve the slider and its stiffness has no upper end; where none is too long, no
 lower end but zero.
-
-Takes a settled law and how far it is known; gives intervals by name.
 """
 
 from __future__ import annotations
@@ -48,19 +46,7 @@ def intervals(
     estimates: tuple[Mapping[str, float], Mapping[str, float]],
     breaks: Mapping[str, Array],
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % interval of every number, and of stick stiffnesses whose default stands.
-
-    Parameters
-    ----------
-    settled
-        the law.
-    known
-        how far it is known.
-    estimates
-        values and standard errors by name.
-    breaks
-        of ``places``.
-    """
+    """Return the 95 % interval of every number, and of stick stiffnesses whose default stands."""
     values, errors = estimates
     made = {}
     for name, value in values.items():
@@ -76,7 +62,7 @@ def intervals(
 
 
 def _widened(stretch: Stretch, value: float | None, rest: float) -> tuple[float, float]:
-    """Add to an interval what the height leaves open, a standard error of its logarithm."""
+    """Widen an interval by the uncertainty of the height, a standard error of its logarithm."""
     if value is None:
         return stretch.low, stretch.high
     low, high = stretch.low, stretch.high

@@ -1,4 +1,4 @@
-"""How well every place of a break fits, where its slider is let go and where it begins to stretch.
+"""The density of a break at which the torque jumps, where its slider is let go and where it begins to stretch.
 
 At a break b the torque on the way back jumps by what the slider carried, q; on the way out the slider stretches from b
 to b + r, often within few samples. Both move over the samples one by one, so a curvature says nothing about them. Moved
@@ -17,10 +17,8 @@ again.
     density of b  ~  sum over the density of r of  exp(-(S(b') - S(b)) / (2 tau s^2)) / W(r),
 
 W the integral over b' of the same without the jump, of which the density of r knows nothing, is the posterior with a
-flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its
-quantiles are exact intervals where a law is only shifted.
-
-Takes a law made linear; gives places and intervals.
+flat prior, the best estimate of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its quantiles
+are exact intervals where a law is only shifted.
 """
 
 from __future__ import annotations
@@ -38,8 +36,8 @@ from gearrattle.measured.identification.loop_slopes import carried, slopes_in
 
 Array = NDArray[np.float64]
 
-_WIDE = 8.0  # standard errors without the jump that are looked at
-_ROOM = 0.02  # of the range: the most looked at
+_WIDE = 8.0  # standard errors without the jump that are searched
+_ROOM = 0.02  # of the range: the most that is searched
 _PLACES = 400  # the most
 _FLAT = 1e-5  # of the highest density: what lies beyond is left out
 SHARES = (np.arange(7) + 0.5) / 7
@@ -63,7 +61,7 @@ class _Near(NamedTuple):
 
 
 def best_place(linear: Linear, solution: Solved, where: tuple[str, int]) -> float:
-    """Return the magnitude of deflection at which a break fits best, all else giving way [rad]."""
+    """Return the magnitude of deflection at which a break fits best, all other parameters fitted again [rad]."""
     near = _near(linear, solution, *where)
     low, high = near.here - near.wide, near.here + near.wide
     position = near.here
@@ -80,12 +78,6 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
 
     Parameters
     ----------
-    linear
-        the law made linear in all that is free.
-    solution
-        the law, its least squares.
-    where
-        side and index of the break.
     variance
         of the noise, times its autocorrelation time [(N m)^2].
     reaches
@@ -141,7 +133,7 @@ def _residual(moments: Moments, solution: Solved, part: Loop) -> Array:
 
 
 def _places(near: _Near, low: float, high: float) -> Array:
-    """Places within two ends: between all samples if they are few, else at equal distances; and where it is now."""
+    """Places between two ends: between all samples if they are few, else at equal distances; and the present one."""
     back = near.back[0]
     inside = back[(back > low) & (back < high)]
     if inside.size > _PLACES:
@@ -178,7 +170,7 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
 
 
 def _yielding(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
-    """Curvature C and pull G in one parameter when the others give way: the Schur complement of the normal matrix."""
+    """Curvature C and pull G in one parameter with the others eliminated: Schur complement of the normal matrix."""
     free, number = np.diag(matrix) > 0.0, solution.coefficients.size
     free[1:number] &= solution.coefficients[1:] > 0.0
     if not free[first]:

@@ -12,8 +12,6 @@ on the way out; behind a turn at d it gives way from there down to -r:
 
 That of the centre is engaged throughout: +-r, and 2 r behind each turn to change its sign. Slopes and heights must not
 be negative; the coefficients are the least squares within that, a quadratic programme of a dozen unknowns.
-
-Takes a ``Loop`` and a ``Shape``; gives columns, coefficients and residuals.
 """
 
 from __future__ import annotations
@@ -33,21 +31,17 @@ DRIVE = "drive"
 COAST = "coast"
 CENTRE = "centre"
 _KEPT = 4000  # columns
-_PARTS = 5  # of a cell, in which columns are looked at before they are averaged
+_PARTS = 5  # parts of a cell at which columns are evaluated before they are averaged
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What of a law is not linear: which stages there are, where they end, and how far sliders stretch.
+    """The nonlinear part of a law: its stages, their ends, and the reaches of the sliders.
 
     Attributes
     ----------
     drive, coast
         breaks from the centre outward, positive magnitudes [rad].
-    parted
-        whether the first stages of both sides have slopes of their own.
-    rubs
-        "", "drive" or "coast": the side whose first stage has more friction than the other's.
     reach
         by slider, (side, index) [rad]; the centre's is ("centre", 0).
     """
@@ -71,7 +65,7 @@ class Shape:
                     yield side, i
 
     def reach_of(self, slider: tuple[str, int], default: float) -> float:
-        """How far a slider stretches, or a default."""
+        """Reach of a slider, or a default."""
         return dict(self.reach).get(slider, default)
 
     def with_reach(self, slider: tuple[str, int], value: float) -> Shape:
@@ -151,10 +145,6 @@ class Regression:
 
         Parameters
         ----------
-        points
-            where the columns are looked at.
-        weight
-            how many samples each stands for.
         whole
             sum of the squared torques of all samples [(N m)^2].
         reach
@@ -171,7 +161,7 @@ class Regression:
         self._pull = self._root * self.torque
 
     def labels(self, shape: Shape, without: frozenset[tuple[str, int]]) -> tuple[tuple[str, str, int], ...]:
-        """What the columns of a shape are; ``without`` leaves some sliders out."""
+        """Labels of the columns of a shape; ``without`` leaves some sliders out."""
         first = [("slope", side, 0) for side in ((DRIVE, COAST) if shape.parted else (CENTRE,))]
         more = [("slope", side, i + 1) for side in (DRIVE, COAST) for i in range(len(shape.breaks(side)))]
         sliders = [("slider", *slider) for slider in shape.sliders() if slider not in without]
@@ -258,7 +248,7 @@ def stretch(loop: Loop, side: str, start: float, reach: float) -> Array:
 
 
 def _within(gram: Array, right: Array) -> Array:
-    """The same with all coefficients but the first not negative (Lawson and Hanson, 1974, ch. 23)."""
+    """Least squares with all coefficients but the first not negative (Lawson and Hanson, 1974, ch. 23)."""
     from scipy.optimize import nnls
 
     root = np.linalg.cholesky(gram)  # |root^T x - root^-1 right| is the residual

@@ -1,9 +1,7 @@
-"""A law made linear: its torque's derivatives in every number, over points that stand for all samples.
+"""A linearised law: its torque's derivatives in every number, over points that stand for all samples.
 
 With A the columns, W the weights and y the residuals, A' W A and A' W y are the normal matrix and the right side of a
 step of Gauss and Newton in coefficients, breaks and logarithms of reaches.
-
-Takes ``Moments`` and a ``Solved`` law; gives columns and the normal equations.
 """
 
 from __future__ import annotations
@@ -22,16 +20,12 @@ Slider = tuple[str, int]
 
 
 class Linear:
-    """A law and its derivatives in everything, over points that stand for all samples.
+    """A law and its derivatives in all parameters, over points that stand for all samples.
 
     Attributes
     ----------
     columns
         (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
-    moments
-        of the loop.
-    loop
-        the points.
     residual
         (M,) of the points [N m].
     weight
@@ -50,7 +44,7 @@ class Linear:
         return scaled.T @ self.columns, scaled.T @ self.residual
 
     def with_column(self, index: int, column: Array) -> Linear:
-        """Return the same with another column."""
+        """Return the linear law with another column."""
         made = copy(self)
         made.columns = self.columns.copy()
         made.columns[:, index] = column

@@ -1,4 +1,4 @@
-"""Every sample of a loop in the least squares of a piecewise linear law, at the cost of a hundred samples.
+"""Least squares of a piecewise linear law over every sample of a loop, by moments: as cheap as a hundred samples.
 
 Between two neighbouring kinks of a law all its columns are straight lines, so of the n samples there only
 
@@ -9,8 +9,6 @@ weights n q / (p + q) and n p / (p + q) and torques on the samples' own regressi
 of the ways from m to the outermost samples, so both points lie between those (Bhatia and Davis, American Mathematical
 Monthly 107, 2000, pp. 353-357: v is at most the product of those ways). Sums over a stretch are differences of sums
 kept from the first sample on; nothing is averaged and no sample left out.
-
-Takes a ``Loop``; gives a ``Regression`` over points that has the same least squares as one over every sample.
 """
 
 from __future__ import annotations
@@ -78,8 +76,6 @@ class Moments:
             1 on the drive side, -1 on the coast side.
         way
             1 outward, -1 on the way back.
-        low, high
-            magnitudes on that side.
         """
         delta = sign * self.loop.deflection
         rows = np.flatnonzero((way * sign * self.loop.way > 0.0) & (delta > low) & (delta <= high))
@@ -111,16 +107,20 @@ def _kinks(shape: Shape, way: float, turn: float, reach: float) -> Array:
 
 def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
     """Deflections, torques and weights of two points for every stretch that has samples."""
+    # stretches between two neighbouring kinks
     x = legs.deflection
     cuts = np.where(kinks > 0.0, np.searchsorted(x, kinks, "right"), np.searchsorted(x, kinks, "left"))
     edges = np.unique(np.concatenate([[0], cuts, [x.size]]))
+    # moments of the samples in every stretch
     count, *sums = np.diff(legs.sums[:, edges], axis=1)
     mean, square, torque, product = (total / count for total in sums)
     spread, together = np.maximum(square - mean * mean, 0.0), product - mean * torque
+    # ways from the mean to the outermost samples; a stretch without spread is one point
     below = np.maximum(mean - x[edges[:-1]], 0.0)
     above = np.maximum(x[edges[1:] - 1] - mean, 0.0)
     flat = spread <= 1e-30 + 1e-15 * mean * mean
     flat |= (below <= 0.0) | (above <= 0.0)
+    # two points with the same moments, and their weights
     ratio = np.sqrt(np.where(flat, 1.0, below) / np.where(flat, 1.0, above))
     root = np.sqrt(np.where(flat, 0.0, spread))
     p, q = root * ratio, root / ratio

@@ -1,4 +1,4 @@
-"""From a good start to the least squares of a law over every sample: all breaks and reaches at once, from many starts.
+"""Least squares of a law over every sample: all breaks and reaches at once, from many starts.
 
 With white noise the least squares are the maximum of the likelihood, whose error reaches the bound of Cramer and Rao.
 Steps are those of Levenberg and Marquardt (D. W. Marquardt, SIAM Journal on Applied Mathematics 11, 1963, pp. 431-441)
@@ -6,8 +6,6 @@ in coefficients, breaks and logarithms of reaches; the coefficients are solved f
 jump then move to the best place by what ``loop_jumps`` tells, and the steps begin again. Behind a turn only the sum of
 all sliders is seen, so reaches have several minima: they begin at those found and at sliders that all stick alike;
 ``loop_reaches`` finds more.
-
-Takes ``Moments`` and a ``Solved`` law; gives a ``Solved`` law.
 """
 
 from __future__ import annotations
@@ -36,12 +34,10 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class Polish:
-    """What does not change while a law is polished.
+    """Constants of the final least squares of a law.
 
     Attributes
     ----------
-    moments
-        of the loop.
     without
         sliders that the law has not.
     held
@@ -66,7 +62,7 @@ class Polish:
         return tuple(s for s, height in heights_of(solution).items() if height > 0.0 and s not in self.held)
 
     def linear(self, solution: Solved) -> Linear:
-        """Return the law made linear in all that is free."""
+        """Return the law made linear in all free parameters."""
         return Linear(self.moments, solution, self.free(solution))
 
     def smooth(self, solution: Solved) -> Solved:
@@ -150,7 +146,7 @@ class Polish:
 
 
 def _step(matrix: Array, right: Array, solution: Solved, damping: float) -> Array:
-    """Of all parameters; coefficients that lie on their bound of zero stay there."""
+    """Step of all parameters; coefficients on their bound of zero stay there."""
     free = np.ones(right.size, dtype=bool)
     free[1 : solution.coefficients.size] = solution.coefficients[1:] > 0.0
     size = np.sqrt(np.diag(matrix))

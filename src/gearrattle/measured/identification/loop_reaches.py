@@ -10,8 +10,6 @@ they are, which the rest of the loop tells, the sum of squares is one of single 
 tables over grids of log r. Gibbs sampling (S. Geman and D. Geman, IEEE Transactions on Pattern Analysis and Machine
 Intelligence 6, 1984, pp. 721-741) draws pairs from exp(-S / (2 tau s^2)) with a flat prior of log r, chains begun
 everywhere and cooled (S. Kirkpatrick and others, Science 220, 1983, pp. 671-680). Conditional densities are averaged.
-
-Takes a polish and its law; gives the density of every reach, and better places to begin.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ _OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound th
 
 @dataclass(frozen=True)
 class Density:
-    """What the samples say of one reach.
+    """Density of one reach, by the samples.
 
     Attributes
     ----------
@@ -69,13 +67,13 @@ class Density:
         return 0.0 if open_low else math.exp(low_log), math.inf if open_high else math.exp(high_log)
 
     def at(self, shares: Array) -> Array:
-        """Reaches up to which some shares of the density lie [rad]."""
+        """Quantiles of the reach for some shares of the density [rad]."""
         parts = np.diff(self.logs) * 0.5 * (self.density[1:] + self.density[:-1])
         below = np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
         return np.asarray(np.exp(np.interp(shares, below, self.logs)), dtype=np.float64)
 
     def _falls(self, last: int, way: int) -> float:
-        """Where the density falls below the level of an open end."""
+        """Whether the density falls below the level of an open end."""
         beyond = last + way
         if not 0 <= beyond < self.logs.size:
             return float(self.logs[last])
@@ -92,7 +90,7 @@ class Stretch(NamedTuple):
 
 
 def stretched(solution: Solved, slider: Slider, density: Density) -> Stretch:
-    """Return the interval of a slider's stick stiffness, its height as it is, from the density of its reach."""
+    """Return the interval of a slider's stick stiffness from the density of its reach, at its height."""
     shorter, longer = density.ends()
     height = heights_of(solution)[slider]
     return Stretch(height / longer, height / shorter if shorter > 0.0 else math.inf)
@@ -130,19 +128,10 @@ class _Tables:
 
 
 def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Slider, Density], list[Shape]]:
-    """Return the density of every reach, and shapes from which a better minimum may be reached.
-
-    Parameters
-    ----------
-    polish
-        the loop.
-    solution
-        its least squares.
-    known
-        how far that is known.
-    """
+    """Return the density of every reach, and shapes from which a better minimum may be reached."""
     if not known.sliders:
         return {}, []
+    # tables of the sum of squares over grids of log r, and random places of the chains
     tables = _tables(polish, solution, known)
     random = np.random.default_rng(0)
     number, size = tables.logs.shape
@@ -150,20 +139,25 @@ def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Sli
     widths = np.log(np.gradient(tables.logs, axis=1))
     summed = np.zeros((number, size))
     starts: dict[tuple[int, ...], float] = {}
+    # Gibbs sampling, first at a higher temperature
     for sweep in range(_COOLING + _KEPT):
         heat = _HOT ** max(0.0, 1.0 - sweep / _COOLING)
+        # draw pairs of neighbouring sliders together
         for i, j in _close(tables.sliders):
             raised = -0.5 / heat * tables.of_pair(state, i, j) + widths[i][:, None] + widths[j]
             drawn = _draw(raised.reshape(_CHAINS, -1), random)
             state[:, i], state[:, j] = np.divmod(drawn, size)
+        # draw every reach by itself, and add up its conditional density
         for i in range(number):
             logs = -0.5 / heat * tables.conditional(state, i)
             state[:, i] = _draw(logs + widths[i], random)
             if sweep >= _COOLING:
                 share = np.exp(logs + widths[i] - np.max(logs + widths[i], axis=1, keepdims=True))
                 summed[i] += np.sum(share / share.sum(axis=1, keepdims=True), axis=0)
+        # keep the places of the chains as starts
         if sweep >= _COOLING:
             starts.update(zip(map(tuple, state.tolist()), tables.whole(state).tolist(), strict=True))
+    # densities of the logarithms, and the best starts
     heights = summed / np.exp(widths)
     made = {s: Density(tables.logs[i], heights[i] / heights[i].max()) for i, s in enumerate(tables.sliders)}
     return made, [_shape(solution, tables, key) for key in sorted(starts, key=lambda key: starts[key])[:_STARTS]]
@@ -177,7 +171,7 @@ def _shape(solution: Solved, tables: _Tables, state: tuple[int, ...]) -> Shape:
 
 
 def _draw(logs: Array, random: np.random.Generator) -> NDArray[np.int64]:
-    """One place of every row, by its weight."""
+    """Draw one place of every row, by its weight."""
     below = np.cumsum(np.exp(logs - logs.max(axis=1, keepdims=True)), axis=1)
     places = np.sum(below < random.random((logs.shape[0], 1)) * below[:, -1:], axis=1)
     return np.asarray(np.minimum(places, logs.shape[1] - 1), dtype=np.int64)
@@ -188,11 +182,12 @@ def _pairs(number: range) -> list[tuple[int, int]]:
 
 
 def _close(sliders: tuple[Slider, ...]) -> list[tuple[int, int]]:
-    """Pairs that share a turn."""
+    """Pairs of sliders that share a turn."""
     return [(i, j) for i, j in _pairs(range(len(sliders))) if {sliders[i][0], sliders[j][0]} != {DRIVE, COAST}]
 
 
 def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
+    # grids of log r: the whole range, and finer about the value found
     bounds = [math.log(bound) for bound in polish.bounds()]
     first = known.covariance.shape[0] - len(known.sliders)
     grids = []
@@ -202,19 +197,23 @@ def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
         wide = _ERRORS * min(error if math.isfinite(error) else 1.0, 0.5)
         fine = np.linspace(max(here - wide, bounds[0]), min(here + wide, bounds[1]), _FINE)
         grids.append(np.sort(np.concatenate([np.linspace(bounds[0], bounds[1], _WIDE), fine + 1e-9])))
+    # points that stand for all samples, with kinks at every reach of the grids
     logs = np.array(grids)
     shapes = [_shape_at(solution.shape, known.sliders, column) for column in logs.T]
     points = polish.moments.regression(solution.shape, *shapes)
+    # project out preload, slopes and breaks
     root = np.sqrt(points.weight)[:, None]
     table = points.table(solution.shape, solution.labels)
     bulk = [label[0] != "slider" for label in solution.labels]
     nuisance = root * np.hstack([table[:, bulk], slopes_in(points.loop, solution, ())])
     basis = np.linalg.svd(nuisance / np.maximum(np.linalg.norm(nuisance, axis=0), 1e-300), full_matrices=False)
     kept = basis[0][:, basis[1] > 1e-10 * basis[1][0]]
+    # change of the torque by every reach of the grids, and the residuals
     moved = np.hstack([root * _moved(points, solution, s, row) for s, row in zip(known.sliders, logs, strict=True)])
     moved -= kept @ (kept.T @ moved)
     residual = root[:, 0] * (points.torque - table @ solution.coefficients)
     residual -= kept @ (kept.T @ residual)
+    # sums of squares of single reaches and of pairs
     number, size = logs.shape
     gram = (moved.T @ moved / known.variance).reshape(number, size, number, size).transpose(0, 2, 1, 3)
     pull = (moved.T @ residual / known.variance).reshape(number, size)

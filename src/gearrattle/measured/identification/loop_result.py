@@ -1,7 +1,4 @@
-"""What the fit of a torque-angle loop found: stages with standard errors, as a coupling, and drawn again.
-
-Takes findings of ``loop_fit``; gives TOML, JSON types and the loop of the fitted law.
-"""
+"""Result of the fit of a torque-angle loop: stages with standard errors, as a coupling, and its loop drawn again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which stages a measured loop has, and where they end: forward selection by BIC, each step followed by a search.
+"""Choice of the stages of a measured loop and their ends: forward selection by BIC, each step with a search.
 
     BIC = M ln(S / M) + p ln M,      p = breaks + reaches + coefficients
 
@@ -7,8 +7,6 @@ samples of each way are averaged; S is the weighted sum of squares left. Coeffic
 (variable projection; Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973, pp. 413-432), so only breaks and
 reaches are searched, one after another, over the whole room between their neighbours first and then ever closer: the
 torque jumps where friction is let go, so a slope in a break tells nothing about its jump.
-
-Takes a ``Loop``; gives the best ``Shape``.
 """
 
 from __future__ import annotations
@@ -63,17 +61,7 @@ class Search:
         return float(cells * math.log(solution.left / cells) + number * math.log(cells))
 
     def refine(self, solution: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
-        """Search breaks and reaches, one after another, until a round gains nothing.
-
-        Parameters
-        ----------
-        solution
-            where to begin.
-        rounds
-            the most.
-        near
-            whether breaks stay near where they are.
-        """
+        """Search breaks and reaches, one after another, until a round gains nothing."""
         for turn in range(rounds):
             before = solution.left
             width = 0.02 if near or turn else 1.0
@@ -129,7 +117,7 @@ class Search:
         return _closer(solution, trial, here, ends, (2.0, _CLOSE_LOG))
 
     def with_more(self, solution: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
-        """Yield the best of every way to make a shape richer by one thing."""
+        """Yield the best of every way to add one thing to a shape."""
         shape = solution.shape
         for side, most in zip((DRIVE, COAST), limits, strict=True):
             if len(shape.breaks(side)) + 1 < most:
@@ -147,7 +135,7 @@ class Search:
 
 
 def with_centre(shape: Shape) -> Iterator[Shape]:
-    """Yield the shapes whose first stages differ in one thing more."""
+    """Yield the shapes with one thing more in their first stages."""
     if not shape.parted:
         yield replace(shape, parted=True)
     if not shape.rubs:
@@ -182,16 +170,8 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
 
     Parameters
     ----------
-    loop
-        what to fit.
     stages
         how many drive-side and coast-side stages; None lets BIC choose.
-
-    Returns
-    -------
-    tuple[Solved, list[tuple[int, int, float]]]
-        The best law over cells, a start for ``loop_polish``, and the numbers of drive-side and coast-side stages with
-        their BIC on the way.
     """
     search = Search(loop)
     solution = search.refine(search.at(Shape()), 2)
@@ -211,7 +191,7 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
 
 
 def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
-    """Reach of every slider that sticks ``ratio`` times as stiff as its stage [rad]."""
+    """Reach of every slider that is ``ratio`` times as stiff as its stage [rad]."""
     return {
         slider: height / (ratio * slope)
         for slider, height in heights_of(solution).items()
@@ -220,7 +200,7 @@ def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
 
 
 def idle(solution: Solved) -> Iterator[tuple[str, int]]:
-    """Yield the sliders whose height is nothing beside the highest."""
+    """Yield the sliders whose height is negligible beside the highest."""
     heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
 

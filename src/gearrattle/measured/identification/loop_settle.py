@@ -1,10 +1,8 @@
-"""From the stages chosen to the law of the least squares, with the default where samples do not tell a stick stiffness.
+"""The final law of the chosen stages, with the default where samples do not determine a stick stiffness.
 
 Every slider's reach is fitted with all else first, and its density found (``loop_reaches``). A slider whose stiffness
 has no upper end keeps the default of the model file, 20 times its stage's slope, if that lies within its interval; so
 does one softer than its stage that fits hardly better than the default. All else then gives way to the defaults.
-
-Takes moments of a loop and a ``Solved`` law; gives a polish, its law, and what is known of sliders.
 """
 
 from __future__ import annotations
@@ -29,19 +27,7 @@ _BETTER = 0.02  # chi-square by which a law met on the way must fit better to be
 
 
 class Settled(NamedTuple):
-    """The law of a loop.
-
-    Attributes
-    ----------
-    polish
-        the loop, the sliders that the law has not, and those with the default.
-    law
-        the least squares.
-    reaches
-        density of the reach of every slider that the law has.
-    sticks
-        intervals of their stick stiffnesses.
-    """
+    """The law of a loop."""
 
     polish: Polish
     law: Solved
@@ -50,7 +36,8 @@ class Settled(NamedTuple):
 
 
 def settle(polish: Polish, shape_from: Solved) -> Settled:
-    """Fit all, look at every slider, and give defaults to those that the samples leave open."""
+    """Fit all parameters, find the density of every reach, and give defaults to sliders that the samples leave open."""
+    # least squares with a reach for every slider
     low, high = polish.loop.ends
     shape = shape_from.shape
     for slider in shape.sliders():
@@ -58,6 +45,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     solution = polish.best(polish.at(shape))
     polish = replace(polish, without=polish.without | frozenset(idle(solution)))
     solution = polish.whole(polish.at(solution.shape))
+    # density of the reaches; a better start that it shows is fitted again
     made: dict[Slider, Density] = {}
     for _ in range(_ROUNDS):
         made, starts = densities(polish, solution, spread(polish, solution))
@@ -67,6 +55,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
         if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
             break
         solution = polish.whole(best)
+    # sliders whose stick stiffness the samples leave open keep the default
     sticks = {slider: stretched(solution, slider, reach) for slider, reach in made.items()}
     fixed = frozenset(_open(polish, solution, sticks))
     if not fixed:

@@ -8,8 +8,6 @@ counted outward, engaged beyond b with the stretch e of ``loop_law``:
 
 What slips depends on neither. At b itself the torque jumps on the way back by what the slider carried; a jump has no
 derivative and is left out here: ``loop_jumps`` looks at it.
-
-Takes a ``Loop`` and a ``Solved`` law; gives columns.
 """
 
 from __future__ import annotations
@@ -24,17 +22,7 @@ Array = NDArray[np.float64]
 
 
 def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]) -> Array:
-    """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches.
-
-    Parameters
-    ----------
-    loop
-        where.
-    solution
-        the law.
-    sliders
-        the R sliders whose reaches count.
-    """
+    """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches."""
     columns = [
         _in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))
     ]

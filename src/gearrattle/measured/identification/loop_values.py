@@ -1,9 +1,7 @@
-"""From coefficients, breaks and reaches of a fitted loop to the numbers of a coupling, and their derivatives.
+"""Numbers of a coupling from a fitted loop's coefficients, breaks and reaches, and their derivatives.
 
 A stage's hysteresis is twice the sum of the heights of all sliders engaged in it; a slider's stick stiffness is its
 height over its reach. The slider of the centre has the spring of the side with less friction (``assembly.friction``).
-
-Takes a ``Solved`` law; gives numbers by their names in a coupling.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ _STEP = 1e-6
 
 
 def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
-    """The slider behind every stick stiffness, by its name in a coupling; sliders without height have none."""
+    """The slider of every stick stiffness, by its name in a coupling; sliders without height have none."""
     heights, made = heights_of(solution), {}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
         for i in range(len(solution.shape.breaks(side)) + 1):
@@ -37,10 +35,6 @@ def values_of(
 
     Parameters
     ----------
-    solution
-        the law.
-    fixed
-        sliders whose stick stiffness is the default and no value.
     sticks
         the sliders of the stick stiffnesses; None: those that have a height.
     """

@@ -1,9 +1,8 @@
-"""What was measured, in SI: modes and frequency responses, each in the state the driveline was in.
+"""Measured modes and frequency responses in SI, each with the state the driveline was in.
 
 A *state* says which slope applies to every element (contact ratios, regions) and which elements are taken as rigid.
-Natural frequencies published for a lumped model are data of the full model with some elements rigid.
-
-Takes and gives plain values; ``data_file`` reads them, ``problem`` compares them with a model.
+Natural frequencies published for a lumped model are data of the full model with some elements rigid. ``data_file``
+reads the data, ``problem`` compares them with a model.
 """
 
 from __future__ import annotations
@@ -45,8 +44,6 @@ class MeasuredMode:
 
     Attributes
     ----------
-    label
-        what it is called, e.g. ``"mode 2"``.
     number
         from 1 in ascending order, rigid motions counted; None: matched by its shape.
     omega
@@ -59,8 +56,6 @@ class MeasuredMode:
         (s,) their amplitudes, scale and sign free.
     shape_error
         (s,) standard errors, in the unit of ``shape``.
-    state
-        in which it was measured.
     """
 
     label: str
@@ -79,8 +74,6 @@ class MeasuredResponse:
 
     Attributes
     ----------
-    label
-        what it is called, e.g. ``"response 1, hub by flywheel"``.
     at
         inertia that moves.
     torque_on
@@ -93,8 +86,6 @@ class MeasuredResponse:
         (F,) complex, in rad, rad/s or rad/s^2 per N m, for exp(+i omega t).
     error
         (F,) standard error of the real and of the imaginary part.
-    state
-        in which it was measured.
     """
 
     label: str
@@ -113,8 +104,6 @@ class Measurements:
 
     Attributes
     ----------
-    modes, responses
-        as measured, in the order of the file.
     assumed
         what had no standard error of its own, in words: the covariance is then scaled by the residuals.
     """

@@ -1,8 +1,8 @@
-"""``fit_modes``: a rough model and modes and responses in, the model that fits them best out.
+"""``fit_modes``: the parameters of a rough model that fit measured modes and frequency responses best.
 
     minimise over x = ln(p / start), within bounds:  sum ((model(x) - datum) / standard error)^2
 
-Logarithms keep parameters positive and make the answer independent of units. Takes a Model and data; gives a ``Fit``.
+Logarithms keep parameters positive and make the answer independent of units.
 """
 
 from __future__ import annotations
@@ -54,21 +54,25 @@ def fit_modes(
     ConvergenceError
         no start converged.
     """
+    # check the arguments, look up the free parameters
     check_model(model)
     check_settings(starts, seed, prior)
     refuse_motions(model, "a fit")
     parameters = free_parameters(model, free, bounds or {}, factor)
+    # the data, and the coefficients of every state in which they were measured
     default = State(tuple(sorted((contact_ratio or {}).items())), tuple(sorted((region or {}).items())))
     measured = read_data(data, model, default)
     states = {
         state: coefficients(model, parameters, state)
         for state in dict.fromkeys([m.state for m in measured.modes] + [r.state for r in measured.responses])
     }
+    # refuse parameters that no coefficient contains
     idle = unused(parameters, list(states.values()))
     if idle:
         rule = "enters neither inertias nor slopes nor dampings of the states measured"
         remedy = "clearances count as closed: give data a region, or leave it out of free"
         raise ModelError(Problem(f"free: {path}", "", rule, remedy) for path in idle)
+    # least squares from many starts
     names = tuple(inertia.name for inertia in model.inertias)
     problem = FitProblem(measured, names, states, len(parameters.paths), prior, model.units == "SI")
     check_modes(problem)

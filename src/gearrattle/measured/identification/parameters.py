@@ -1,4 +1,4 @@
-"""Free parameters: paths of a model file, their bounds, and how they enter the matrices.
+"""Free parameters: paths of a model file, their bounds, and their exponents in the matrices.
 
 Every coefficient of the linear system - an inertia, a drag, a slope, a damping - is a product of powers of the
 parameters, so in logarithms x_p = ln(p / start) it is linear,
@@ -7,8 +7,6 @@ parameters, so in logarithms x_p = ln(p / start) it is linear,
 
 The exponents S are found by asking the model itself: each path is doubled and tripled with ``Model.with_``, the system
 assembled again, and the coefficients compared. What is no such factor (a clearance, a radius, an order) is refused.
-
-Takes a Model, paths and states; gives ``Parameters`` and the ``Coefficients`` of a state.
 """
 
 from __future__ import annotations
@@ -41,8 +39,6 @@ class Parameters:
 
     Attributes
     ----------
-    paths
-        P of them, as ``Model.with_`` takes them.
     start
         (P,) values in the model given, SI.
     lower, upper
@@ -55,7 +51,7 @@ class Parameters:
     upper: Array
 
     def values(self, x: Array) -> Array:
-        """(P,) values at logarithms x; a bound that was reached is met to the last digit."""
+        """(P,) values at logarithms x; at a bound exactly the bound."""
         return np.asarray(np.clip(self.start * np.exp(x), self.lower, self.upper))
 
     @property
@@ -101,7 +97,7 @@ class Coefficients:
 
 
 def of_friction(path: str) -> tuple[str, str] | None:
-    """Say that friction cannot be a parameter of what is linear; None for any other value."""
+    """Return why friction cannot be a parameter of a linear system; None for any other value."""
     if path.rsplit(".", 1)[-1] not in ("hysteresis", "stick_stiffness"):
         return None
     return "friction enters neither modes nor linear responses", "leave it out of free"
@@ -118,22 +114,17 @@ def free_parameters(
 
     Parameters
     ----------
-    model
-        the start.
     free
         paths; ``*`` stands for any text, as in ``inertia.*.J``.
-    bounds
-        lowest and highest value by path, as in a model file.
     factor
         bounds of the others: start / factor and start * factor.
-    refused
-        a path to the rule and the remedy of one that cannot be a parameter of these data, or None.
 
     Raises
     ------
     ModelError
         no path, a path that leads nowhere or to no positive number, bounds that do not hold the start.
     """
+    # check the arguments
     if not factor > 1.0 or not np.isfinite(factor):
         raise ModelError(Problem("factor", f"{factor:g}", "must be a finite number greater than 1"))
     if isinstance(free, str):
@@ -142,6 +133,7 @@ def free_parameters(
     if not free:
         rule = "no parameter is free: at least one path is needed"
         raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
+    # paths without their patterns; refuse what cannot be a parameter, and bounds of what is not free
     paths = expanded(tables, free)
     problems = [
         Problem(f"free: {path}", shown(value), rule, remedy)
@@ -156,6 +148,7 @@ def free_parameters(
     ]
     if problems:
         raise ModelError(problems)
+    # start and bounds
     start = np.array([float(value_at(tables, path)) for path in paths])
     lower, upper = start / factor, start * factor
     for p, path in enumerate(paths):
@@ -165,18 +158,20 @@ def free_parameters(
 
 
 def coefficients(model: Model, parameters: Parameters, state: State) -> Coefficients:
-    """Return a state's coefficients, and how each parameter enters them.
+    """Return a state's coefficients, and their exponents in each parameter.
 
     Raises
     ------
     ModelError
         a parameter that is no factor of them; rigid elements that leave nothing to move.
     """
+    # exponents: double every parameter, and compare the coefficients
     base = _values(model, state)
     exponents = []
     for path, value in zip(parameters.paths, parameters.start.tolist(), strict=True):
         two, three = (_values(model.with_({path: factor * value}), state) for factor in (2.0, 3.0))
         powers = [np.round(_logarithm(new, old) / np.log(2.0), 6) for new, old in zip(two[:4], base[:4], strict=True)]
+        # tripled, the coefficients must follow the same power
         check = [
             np.max(np.abs(_logarithm(new, old) - s * np.log(3.0)), initial=0.0)
             for new, old, s in zip(three[:4], base[:4], powers, strict=True)
@@ -185,6 +180,7 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
             rule = "must be a factor of inertias, stiffnesses, dampings or drags; this is none"
             raise ModelError(Problem(f"free: {path}", f"{value:g}", rule, "leave it out of free"))
         exponents.append(powers)
+    # exponents by coefficient; slopes and dampings of rigid elements vanish
     by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
     names = assemble(model).layout.element_names
     held = [names.index(name) for name in state.rigid]
@@ -214,7 +210,7 @@ def unused(parameters: Parameters, states: Sequence[Coefficients]) -> list[str]:
 
 
 def _not_positive(value: object) -> tuple[str, str]:
-    """Say why a value cannot be a parameter; empty if it can."""
+    """Return why a value cannot be a parameter; empty if it can."""
     if value is None:
         return "has no value in the model: a start is needed", "give it one in the model file"
     if isinstance(value, bool) or not isinstance(value, (int, float)):

@@ -8,8 +8,6 @@
 The scale of a shape is eliminated (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), so it
 costs one degree of freedom and the covariance of the parameters knows it. Modes without a number are those whose
 modal assurance criterion with the measured shape is largest, each taken once.
-
-Takes ``Measurements`` and ``Coefficients``; gives vectors to the search and ``Residual`` records to people.
 """
 
 from __future__ import annotations
@@ -63,18 +61,8 @@ class FitProblem:
 
     Attributes
     ----------
-    data
-        the measurements.
-    names
-        of the inertias.
-    states
-        coefficients by state.
-    count
-        number of parameters P.
     prior
         standard deviation of every ln(parameter / start); None: no prior.
-    units
-        whether quantities have units.
     """
 
     data: Measurements
@@ -108,7 +96,7 @@ class FitProblem:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What had no standard error of its own, in words."""
+        """Data without a standard error of their own, in words."""
         return self.data.assumed
 
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
@@ -124,7 +112,7 @@ class FitProblem:
         return float(chi2.sf(rows @ rows, freedom))
 
     def remarks(self, _x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """What must be said of these data alone."""
+        """Notes on these data alone."""
         if self.data.responses or not any(_is_scale(c) for c in open_ones):
             return []
         return [
@@ -133,7 +121,7 @@ class FitProblem:
         ]
 
     def _evaluated(self, x: Array) -> Iterator[tuple[tuple[Array, Array], Callable[[], list[Residual]]]]:
-        """Yield residuals and Jacobian of one datum after another, and what tells them in records."""
+        """Yield residuals and Jacobian of one datum after another, and the entries of its records."""
         spectra = {state: Spectrum(c, x) for state, c in self.states.items()}
         for mode, index in zip(self.data.modes, self._matched(spectra), strict=True):
             if mode.omega is not None:
@@ -231,6 +219,7 @@ def check_modes(problem: FitProblem) -> None:
     ModelError
         all of them, and shapes without a number for which no elastic mode is left.
     """
+    # modes with a number: the model has them, and they are elastic
     problems = []
     spectra = {state: Spectrum(c, np.zeros(problem.count)) for state, c in problem.states.items()}
     waiting = dict.fromkeys(spectra, 0)
@@ -245,6 +234,7 @@ def check_modes(problem: FitProblem) -> None:
             rule = "is rigid motion, whatever the parameters: its frequency is zero and its shape kinematic"
             remedy = f"the first elastic mode has number {np.count_nonzero(omega == 0.0) + 1}"
             problems.append(Problem(mode.label, str(mode.number), rule, remedy))
+    # shapes without a number: enough elastic modes are left for them
     for state, count in waiting.items():
         omega = spectra[state].omega
         taken = {m.number for m in problem.data.modes if m.state == state and m.number is not None}

@@ -1,11 +1,9 @@
-"""Profile likelihood: how far one parameter may move when all others give way as best they can.
+"""Profile likelihood: the range of one parameter while all others are fitted again.
 
 The interval of parameter p holds every value at which min over the others of chi-square stays within 3.841 of its
 minimum, the 95 % point of chi-square with one degree of freedom (Raue et al., Bioinformatics 25 (2009) 1923). Unlike
 a standard error it need not be symmetric, and it is open where the data set no end inside the bounds. Where residuals
 are not independent, or of another size, the minimum may be left by more or less than that (``estimates``).
-
-Takes the residual function and a minimum; gives intervals.
 """
 
 from __future__ import annotations
@@ -41,14 +39,10 @@ def profile(
         x to residuals and Jacobian.
     x
         (P,) the minimum.
-    parameter
-        its index p.
     box
         (P,) lowest and highest x.
     errors
         standard error of x[p], for the first step (need not be finite); by how much chi-square rises to the ends.
-    effort
-        of each local search.
     """
     spread, rise = errors
     rows = residuals(x)[0]

@@ -5,8 +5,6 @@
 
 The unit says whether an angle, a velocity or an acceleration was measured. An optional column ``error`` is the standard
 error of the real and of the imaginary part. Lines that begin with # are comments. The convention is exp(+i omega t).
-
-Takes text; gives arrays in SI.
 """
 
 from __future__ import annotations
@@ -48,15 +46,6 @@ class Samples(NamedTuple):
 
 def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     """Read a frequency response.
-
-    Parameters
-    ----------
-    text
-        the content of the file.
-    name
-        what messages call it.
-    dimensionless
-        whether the columns are plain; ``derivatives`` is then None.
 
     Raises
     ------
@@ -101,11 +90,13 @@ def _columns(location: str, header: Sequence[str]) -> dict[str, str]:
 
 def _factors(location: str, columns: dict[str, str], dimensionless: bool) -> tuple[dict[str, float], int | None]:
     """Return the factor to SI by column, and how many derivatives in time were measured."""
+    # a dimensionless model has columns without units
     if dimensionless:
         with_units = [f"{name} [{unit}]" for name, unit in columns.items() if unit]
         if with_units:
             raise ModelError(Problem(location, with_units[0], "must have no unit: this model is dimensionless"))
         return dict.fromkeys(columns, 1.0), None
+    # otherwise every column needs its unit, and has a factor to SI
     missing = [name for name, unit in columns.items() if not unit]
     if missing:
         raise ModelError(Problem(location, missing[0], "must name its unit in brackets", _EXAMPLE))
@@ -120,6 +111,7 @@ def _factors(location: str, columns: dict[str, str], dimensionless: bool) -> tup
             factors[name] = _factor(location, name, unit, (units.ANGLE,))[0]
         else:
             factors[name], kinds[name] = _factor(location, name, unit, PER_TORQUE)
+    # all columns are of one quantity per torque
     if len(set(kinds.values())) > 1:
         value = ", ".join(f"{name} [{columns[name]}]" for name in kinds)
         raise ModelError(Problem(location, value, "all must be the same quantity per torque"))

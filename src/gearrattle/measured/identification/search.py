@@ -4,8 +4,6 @@ Each start runs a trust-region method with bounds (Branch, Coleman and Li, SIAM 
 on the logarithms of the parameters. The first start is the model given, the others a Latin hypercube in the bounds
 (McKay, Beckman and Conover, Technometrics 21 (1979) 239; ``scipy.stats.qmc``) with a seed of its own. Directions no
 datum notices stay at the start's values: they are projected out of every start and of every minimum.
-
-Takes residual functions and a box; gives distinct minima, the best first.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from gearrattle.measured.identification.identifiability import null_space, split
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
 
-_BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard error
+_BLUNT = 0.1  # change of a logarithm that counts as a standard error of a blunted datum
 _SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
 _EDGE = 1e-6  # of the width of a bound: closer is on it
 _NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it
@@ -32,7 +30,7 @@ _LEVEL = 1e-9  # relative change of chi-square that projection may make
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a local search goes.
+    """Limits of a local search.
 
     Attributes
     ----------
@@ -64,10 +62,6 @@ class Minimum:
     ----------
     x
         (P,) logarithms of the parameters over their start.
-    chi_square
-        sum of squares of the residuals, a prior's included.
-    times
-        from how many starts it was reached.
     at_bound
         (P,) -1 at the lower bound, +1 at the upper, 0 inside.
     """
@@ -95,15 +89,6 @@ def search(
         (P,) where the searches start.
     box
         (P,) lowest and highest x.
-    effort
-        of each search.
-    progress
-        called with the finished share; what it raises ends the search.
-
-    Returns
-    -------
-    tuple[tuple[Minimum, ...], int]
-        The minima, the best first, and the number of starts that did not converge.
 
     Raises
     ------
@@ -127,18 +112,12 @@ def search(
 
 
 def starts(residuals: Residuals, box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
-    """Return the model itself, then a Latin hypercube in the bounds, without what no datum notices.
+    """Return the model itself, then a Latin hypercube in the bounds, both without directions that change no datum.
 
     Parameters
     ----------
-    residuals
-        as of ``search``.
     box
         (P,) lowest and highest x.
-    count
-        how many.
-    seed
-        of the hypercube.
     """
     origin = np.zeros(box[0].size)
     null = split(residuals, origin, null_space(residuals(origin)[1])).exact
@@ -179,11 +158,13 @@ def local(
 
 
 def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Effort, converged: bool) -> Array | None:
-    """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
+    """Put parameters that press against a bound onto it and settle the others: the method alone is slow there."""
+    # parameters that the gradient presses against a bound
     rows, jacobian = residuals(x)
     gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
     low, high = (x <= box[0] + near) & (gradient > 0.0), (x >= box[1] - near) & (gradient < 0.0)
     held = low | high
+    # search the others with these on their bounds
     if held.any():
         whole = np.where(low, box[0], np.where(high, box[1], x))
 
@@ -196,6 +177,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
             part = box[0][~held], box[1][~held]
             ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
             whole[~held], converged = ended.x, bool(ended.status > 0)
+        # keep the point if it fits no worse and the bounds still hold
         there = residuals(whole)
         push = there[1].T @ there[0]
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) and np.all(push[low] >= 0) and np.all(push[high] <= 0):
@@ -205,7 +187,7 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
 
 
 def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], effort: Effort) -> Any:
-    """Return what SciPy's trust-region method finds."""
+    """Return the result of SciPy's trust-region method."""
     from scipy.optimize import least_squares
 
     kept: list[tuple[bytes, Array, Array]] = []
@@ -243,7 +225,7 @@ def _inside(box: tuple[Array, Array]) -> tuple[Array, Array]:
 
 
 def _flat(rows: Array, jacobian: Array) -> bool:
-    """Whether a Gauss-Newton step would gain next to nothing: rounding may keep a search from its own criteria."""
+    """Whether a Gauss-Newton step gains next to nothing: rounding may keep a search from its own criteria."""
     if not jacobian.shape[1]:
         return True
     gain = jacobian @ np.linalg.lstsq(jacobian, rows, rcond=1e-12)[0]
@@ -251,7 +233,7 @@ def _flat(rows: Array, jacobian: Array) -> bool:
 
 
 def _watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
-    """Report with every evaluation."""
+    """Return residuals that report progress at every evaluation."""
     if progress is None:
         return residuals
 
@@ -263,7 +245,7 @@ def _watched(residuals: Residuals, progress: Callable[[float], None] | None, sha
 
 
 def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[Array, float, Array]:
-    """Take out of a minimum what no datum notices, if that is allowed; return it, chi-square, standard errors."""
+    """Project unnoticed directions out of a minimum where allowed; return it, chi-square, standard errors."""
     rows, jacobian = residuals(x)
     null = split(residuals, x, null_space(jacobian)).exact
     moved = x - null @ (null.T @ x)
@@ -278,7 +260,7 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
 
 
 def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
-    """Put equal minima together."""
+    """Merge equal minima."""
     low, high = box
     groups: list[tuple[Array, float, Array, int]] = []
     for x, chi, spread in sorted(optima, key=lambda item: item[1]):

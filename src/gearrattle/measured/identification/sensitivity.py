@@ -9,8 +9,6 @@ Coefficients scale as k_k = k_k(start) exp(S_kp x_p), so dk_k/dx_p = S_kp k_k, a
 
 (Fox and Kapoor, AIAA J. 6 (1968) 2426, with all modes, so exact; Nelson, AIAA J. 14 (1976) 1201, needs one mode only.)
 Modes that share a frequency have no derivatives of their own; their coupling is left out.
-
-Takes ``Coefficients`` and x; gives arrays.
 """
 
 from __future__ import annotations
@@ -36,8 +34,6 @@ class Spectrum:
 
     Attributes
     ----------
-    of
-        the state's coefficients at the start.
     x
         (P,) logarithms of the parameters over their start.
     """

@@ -1,9 +1,7 @@
-"""Measured files in, recordings out as files: a shelf of formats.
+"""Formats of measured files: recognition, reading and writing.
 
 A format is recognised by the first bytes of the file; by its suffix only if the content is not enough. Every fault of a
 file is reported as one ``ModelError`` with its position, whatever error the library of the format raises.
-
-Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes recordings.
 """
 
 from __future__ import annotations
@@ -39,16 +37,12 @@ __all__ = ["ANSWERS", "READERS", "Column", "Raw", "Reader", "Request", "format_o
 def format_of(path: str | os.PathLike[str]) -> str:
     """Return the format of a file, by its content.
 
-    Parameters
-    ----------
-    path
-        the file.
-
     Raises
     ------
     ModelError
         there is no such file, it is empty, or no format known.
     """
+    # the first bytes of the file
     file_path = Path(path)
     name = str(path)
     try:
@@ -62,9 +56,11 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise ModelError(unreadable(name, error)) from None
     if not head:
         raise ModelError(Problem(name, "", "the file is empty", "copy or export it again"))
+    # the reader that knows them
     for reader in READERS.values():
         if reader.knows(file_path, head):
             return reader.NAME
+    # no reader: name the likely cause
     if head[:3] == b"CDF":
         rule = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
         raise ModelError(Problem(name, "a netCDF 3 file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
@@ -78,15 +74,6 @@ def format_of(path: str | os.PathLike[str]) -> str:
 
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
     """Read the columns of a file as they stand.
-
-    Parameters
-    ----------
-    path
-        the file.
-    request
-        what is wanted of it.
-    format
-        one of ``READERS``; empty: recognised by the content.
 
     Raises
     ------
@@ -116,7 +103,7 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
 
 
 def _with_samples(raw: Raw, request: Request) -> Raw:
-    """Leave out columns of less than two samples where all are wanted; say so, and where a rate told has no use."""
+    """Leave out columns of less than two samples where all are wanted, with notes; also on a rate without use."""
     columns = raw.columns
     notes = list(raw.notes)
     if request.names is None:
@@ -132,7 +119,7 @@ def _with_samples(raw: Raw, request: Request) -> Raw:
 
 
 def _is_sampled(column: Column, interval: float) -> bool:
-    """Tell whether the first two times of a column are as far apart as told."""
+    """Return whether the first two times of a column have the stated interval."""
     return column.time is not None and column.time.size > 1 and column.time[1] - column.time[0] == interval
 
 
@@ -163,6 +150,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     >>> gr.read("rig.h5")["load"].unit
     'N*m'
     """
+    # formats that can be written, and their suffixes
     target = Path(path)
     able = {name: reader for name, reader in READERS.items() if name != run.NAME}
     endings = {suffix: reader for reader in reversed(able.values()) for suffix in reader.SUFFIXES}
@@ -173,6 +161,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     if not format and target.suffix.lower() not in endings:
         rule = f"the ending tells the format: {listed(reader.SUFFIXES[0] for reader in able.values())}"
         raise ModelError(Problem(str(path), target.suffix or "no ending", rule, "or give format"))
+    # write beside the target, then replace it
     reader = able[format] if format else endings[target.suffix.lower()]
     if not recording.channels or recording.time.size < 2:
         rule = "a recording to be written needs a channel, and two samples"

@@ -1,9 +1,7 @@
-"""Four questions that every reader answers: what is my axis, what is its unit, which values count, are they scaled?
+"""Axis, unit, counted values and scaling, declared for every reader.
 
-A reader that takes the wrong thing for an answer gives wrong numbers without a word. So each format has one row here.
-The table of docs/howto/measured-data.md is this one, and every cell has its test.
-
-Takes nothing; gives the answers to the shelf.
+A reader that gets one of these wrong gives wrong numbers without a message. So each format has one row here. The table
+of docs/howto/measured-data.md is this one, and every cell has its test.
 """
 
 from __future__ import annotations
@@ -12,19 +10,7 @@ from typing import NamedTuple
 
 
 class Answers(NamedTuple):
-    """What a reader takes for times, and which numbers it gives.
-
-    Attributes
-    ----------
-    axis
-        what the times of a channel are.
-    unit
-        of these times.
-    counts
-        which stored values are samples, and which are gaps.
-    scaled
-        how a stored number becomes the value.
-    """
+    """Times and values of a format: what its reader takes for them."""
 
     axis: str
     unit: str

@@ -1,11 +1,9 @@
-"""What a reader is, and the columns it gives: one file format each, recognised by the file's content.
+"""Base of the readers, one file format each, recognised by the file's content; and the columns they give.
 
-A reader tells whether a file with these first bytes is of its format, what is in the file, and how a recording is
-written in this format. Names and units in the result are those of the file. Units are read in ``quantities``; what a
-reader takes for times and for values is declared in ``answers``.
-``measured.readers`` reports damaged files in one form, so a reader need not catch the errors of its library.
-
-Takes paths; gives ``Raw`` columns, or writes a ``Recording``.
+A reader recognises its format by the first bytes of a file, reads the columns of the file, and writes a recording in
+this format. Names and units in the result are those of the file. Units are read in ``quantities``; ``answers`` declares
+which columns a reader takes for times and which numbers for values. ``measured.readers`` reports damaged files in one
+form, so a reader need not catch the errors of its library.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ _MOST_COLUMNS = 100_000
 
 
 class Request(NamedTuple):
-    """What is wanted of a file, where it does not say so itself.
+    """Columns wanted of a file, and statements on its times that the file lacks.
 
     Attributes
     ----------
@@ -47,8 +45,6 @@ class Request(NamedTuple):
         between samples of a file without times [s]; None: there are times.
     names
         the columns wanted; None: all that are signals. A reader may give more.
-    copies
-        of columns that will be made, as one column may become several channels.
     """
 
     time: str = ""
@@ -58,7 +54,7 @@ class Request(NamedTuple):
     copies: int = 0
 
     def wants(self, name: str) -> bool:
-        """Tell whether a column is asked for."""
+        """Return whether a column is asked for."""
         return self.names is None or name in self.names
 
 
@@ -74,10 +70,6 @@ class Column:
         (N,), its own, which may be changed; (0,) for a column that was not asked for and not read.
     time
         (N,) [s]; None until it is found among the columns, unless the file gives it with the column.
-    quantity, subject
-        where the file says them.
-    axis
-        name of the column of its times, where the file says it.
     """
 
     name: str
@@ -91,19 +83,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """What a file holds.
-
-    Attributes
-    ----------
-    columns
-        in the order of the file; every one has its times.
-    source
-        the file as messages name it.
-    format
-        name of its reader.
-    notes
-        what the user must know about it.
-    """
+    """Columns of a file, with notes."""
 
     columns: tuple[Column, ...]
     source: str
@@ -120,7 +100,7 @@ class Reader(Protocol):
     """Endings of such files, the usual one first."""
 
     def knows(self, path: Path, head: bytes, /) -> bool:
-        """Tell whether a file of this beginning is of the format."""
+        """Return whether a file with this beginning is of the format."""
         ...
 
     def read(self, path: Path, request: Request, /) -> Raw:
@@ -142,10 +122,6 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
     ----------
     columns
         in the order of the file; a column of times may be changed to s where it stands.
-    path
-        the file.
-    request
-        what is wanted of it.
 
     Raises
     ------
@@ -153,16 +129,19 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
         there are no times, they are not those of the column, or two columns wanted have one name.
     """
     refuse_doubles(columns, str(path), request)
+    # an interval was stated: count the samples
     if request.interval is not None:
         step = request.interval
         made = {size: np.arange(size, dtype=np.float64) for size in {c.values.size for c in columns}}
         for times in made.values():
             np.multiply(times, step, out=times)
         return tuple(replace(column, time=made[column.values.size]) for column in columns)
+    # the column of times of every signal, in s
     axes = _axes(columns, path, request)
     used = {name for name in axes.values() if name}
     by_name = {column.name: column for column in columns}
     read = {name: _in_seconds(path, by_name[name], request.time_unit) for name in used}
+    # give every signal its times
     timed = []
     without = []
     for column in columns:
@@ -176,6 +155,7 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
             timed.append(replace(column, time=read[axes[column.name]]))
         else:
             without.append(column)
+    # refuse a wanted signal without times
     wanted = [c for c in without if request.names is not None and c.name in request.names]
     if wanted or not timed:
         names = listed(shown(c.name) for c in wanted or columns)
@@ -212,15 +192,6 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
     """Refuse two columns of one name, where that name is wanted or may be that of the times.
 
-    Parameters
-    ----------
-    columns
-        in the order of the file.
-    source
-        the file as messages name it.
-    request
-        what is wanted of the file.
-
     Raises
     ------
     ModelError
@@ -237,17 +208,17 @@ def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> 
 
 
 def is_time(name: str, unit: str) -> bool:
-    """Tell a column of times by its name, the last part of a path, or by its unit."""
+    """Return whether a column holds times, by its name (the last part of a path) or by its unit."""
     return _is_named_time(name) or (bool(unit) and _is_unit_of_time(unit))
 
 
 def _is_named_time(name: str) -> bool:
-    """Tell whether the last part of a path is a name of time."""
+    """Return whether the last part of a path is a name of time."""
     return name.rsplit("/", 1)[-1].rsplit(".", 1)[-1] in TIME_NAMES
 
 
 def _is_unit_of_time(unit: str) -> bool:
-    """Tell units in which times are given; no unit is one."""
+    """Return whether a unit is one of time; no unit is none."""
     return not unit or " since " in unit or unit in _TIME_UNITS
 
 
@@ -312,7 +283,7 @@ def seconds(unit: str) -> float:
 
 
 def _in_seconds(path: Path, column: Column, unit: str) -> Array:
-    """Return times in s, changed where they stand; what they are counted from is left out."""
+    """Return times in s, changed in place; the origin they count from is left out."""
     text = (unit or column.unit or "s").partition(" since ")[0].strip()
     try:
         factor = seconds(text)
@@ -331,8 +302,6 @@ def column_names(name: str, shape: Sequence[int]) -> list[str]:
 
     Parameters
     ----------
-    name
-        of the array.
     shape
         of the array; the longer side of a table is that of the samples.
 
@@ -349,7 +318,7 @@ def column_names(name: str, shape: Sequence[int]) -> list[str]:
 
 
 def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
-    """Ask, once and before anything is unpacked, whether a file may take as much memory as it needs.
+    """Ask, once and before anything is unpacked, whether the memory that a file needs is allowed.
 
     Parameters
     ----------
@@ -371,5 +340,5 @@ def ask_for(lengths: Sequence[int], request: Request, extra: int = 0) -> None:
 
 
 def unfit(path: Path, value: str, rule: str, remedy: str = "") -> ModelError:
-    """Return the refusal to write what a format cannot hold."""
+    """Return the error for a recording that a format cannot hold."""
     return ModelError(Problem(str(path), value, rule, remedy))

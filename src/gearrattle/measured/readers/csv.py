@@ -3,8 +3,6 @@
 Lines that begin with # are comments; ``write`` uses them to say what each column is (``# n = velocity of flywheel``),
 and this reader to know it again. Names of a saved run, such as ``angle.flywheel``, say their quantity and subject
 themselves. Numbers are written so that they are read back to the last bit.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ _FORBIDDEN = set(",;\t[]\n\r#\"'")
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell a text with several columns."""
+    """Return whether a file is a text with several columns."""
     encoding = encoding_of(head)
     if encoding is None:
         return False
@@ -49,10 +47,12 @@ def read(path: Path, request: Request) -> Raw:
             return True
         return name == request.time if request.time else is_time(name, unit)
 
+    # read the columns wanted and those of times
     try:
         layout, values = read_all(path, use, lambda rows, columns: ask_for([rows] * columns, request))
     except RecordError as error:
         raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
+    # columns with unit, quantity and subject
     said, read_ones = _stated_columns(path, layout.encoding), iter(values.T)
     columns = []
     for name, unit in layout.heads:
@@ -61,6 +61,7 @@ def read(path: Path, request: Request) -> Raw:
         array = next(read_ones) if use(name, unit or "") else np.empty(0)
         quantity, subject = said.get(name) or _of_a_run(name)
         columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
+    # time stamps: finer times beside them are preferred
     if layout.stamps is not None:
         stamps = layout.heads[layout.stamps.column].name
         columns.sort(key=lambda column: column.name == stamps)  # times in s or ms beside them are finer

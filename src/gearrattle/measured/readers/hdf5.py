@@ -1,11 +1,9 @@
-"""HDF5, and what is HDF5 inside: MAT files of version 7.3, netCDF-4.
+"""HDF5, and formats built on it: MAT files of version 7.3, netCDF-4.
 
 Every vector of real numbers is a signal, named by its path; a table is one signal a column. Units, quantities and
 subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); ``packing`` reads those of packed numbers
 and of gaps. Times are a vector of a name or unit of time beside the signal, or the only dimension scale of its length
 that is of times. Format: The HDF Group, HDF5 File Format Specification 3.0.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -43,26 +41,28 @@ _NO_SIGNALS = ("char", "cell", "logical")
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 _OF_TIME = re.compile(r"(?i)time|zeit|^t$")
 _PLAIN = (0, 1)  # classes of types of HDF5: whole numbers, floating point
-_EXACT = 2**53  # the largest whole number up to which a double holds all
+_EXACT = 2**53  # the largest integer up to which a double holds every integer
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the signature, at the beginning or behind a user block as MATLAB writes it."""
+    """Return whether a file has the signature, at the beginning or behind a user block as MATLAB writes it."""
     return any(head[at : at + 8] == HDF5_SIGNATURE for at in _PLACES)
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its vectors; those that are not asked for are named only."""
+    """Return its vectors; those that are not asked for have a name only."""
     columns: list[Column] = []
     scales: list[str] = []
     scaled: list[str] = []
     origins: dict[str, int] = {}
+    # find the signals, and ask for the memory of those wanted
     with opened_hdf5(path, in_parts=True) as file:
         _check_origin(_text(file.attrs.get("format", "")), path)
         signals = [signal for signal in itertools.starmap(_Signal, datasets(file)) if signal.names]
         wanted = [signal for signal in signals if signal.is_wanted(request)]
         lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
         ask_for(lengths, request, max((signal.extra for signal in wanted), default=0))
+        # read the wanted signals and unpack their numbers
         read_ones = {id(signal) for signal in wanted}
         for signal in signals:
             table = [np.empty(0)] * len(signal.names)
@@ -72,6 +72,7 @@ def read(path: Path, request: Request) -> Raw:
                 for values in table:
                     unpack(values, packing)
                 scaled += [signal.name] if packing.scales else []
+            # columns with unit, quantity and subject
             said = [signal.said(key) for key in ("quantity", "subject")]
             columns += [
                 Column(full, signal.unit, values, None, *said) for full, values in zip(signal.names, table, strict=True)
@@ -80,23 +81,14 @@ def read(path: Path, request: Request) -> Raw:
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
+    # notes on scaled numbers and origins of times
     notes = [f"scaled by scale_factor and add_offset of the file: {', '.join(scaled)}"] if scaled else []
     notes += [f"times count from {origin} {unit}" for unit, origin in origins.items()]
     return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME, tuple(notes))
 
 
 class _Signal:
-    """A dataset that may hold signals, and what is known of it before it is read.
-
-    Attributes
-    ----------
-    name, item
-        path in the file, and the dataset.
-    names
-        of its columns; empty for what is no signal.
-    unit
-        as the file has it; empty where there is none.
-    """
+    """A dataset that may hold signals, before it is read."""
 
     def __init__(self, name: str, item: Any) -> None:
         self.name = name
@@ -125,7 +117,7 @@ class _Signal:
         return plain and " since " in self.unit and self.item.dtype.kind in "iu" and self.item.dtype.itemsize == 8
 
     def is_wanted(self, request: Request) -> bool:
-        """Tell whether it is read: a column of it is asked for, or it may hold times."""
+        """Return whether it is read: a column of it is asked for, or it may hold times."""
         if request.names is None:
             return True
         may_hold_times = not request.time and (self.is_scale_of_times or is_time(self.name, self.unit))
@@ -139,7 +131,7 @@ class _Signal:
 
     @property
     def extra(self) -> int:
-        """Bytes that reading takes beside its numbers: a chunk before and after it is unpacked, a block of rows."""
+        """Bytes that reading needs besides its numbers: a chunk before and after it is unpacked, a block of rows."""
         kind = self.item.id.get_type().get_class()
         if kind not in _PLAIN:
             return int(self.item.size * self.item.dtype.itemsize)
@@ -170,7 +162,7 @@ def write(recording: Recording, path: Path) -> None:
 
 
 def _is_numeric(name: str, item: Any) -> bool:
-    """Tell real numbers, of which neither MATLAB nor netCDF says that they are no signal."""
+    """Return whether a dataset holds real numbers that neither MATLAB nor netCDF marks as no signal."""
     return (
         "/#" not in f"/{name}"  # MATLAB's references
         and bool(item.shape)
@@ -181,7 +173,7 @@ def _is_numeric(name: str, item: Any) -> bool:
 
 
 def _packing(signal: _Signal, path: Path) -> Packing:
-    """Return what the attributes of a dataset say of its numbers."""
+    """Return the packing of a dataset by its attributes."""
     fill = signal.item.fillvalue
     known = {key: signal.item.attrs[key] for key in ATTRIBUTES if key in signal.item.attrs}
     return packing_of(known, signal.item.dtype, float(fill or 0.0), f"{path}: {signal.name}")

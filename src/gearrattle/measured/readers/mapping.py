@@ -1,4 +1,4 @@
-"""From a ``measurement.toml``, or the same tables from Python, to the columns it names, in SI and with their places.
+"""Reading of a ``measurement.toml``, or of the same tables from Python: the columns it names, in SI.
 
     schema = 1
     file = "record.mat"
@@ -10,9 +10,7 @@
     of = "flywheel"
     unit = "rpm"
 
-Nothing is processed here: what is to be done stands in the tables, and ``calls`` has it done.
-
-Takes a path or tables; gives a ``Measurement``.
+Nothing is processed here: the tables state the processing, and ``gearrattle.measured.read`` does it.
 """
 
 from __future__ import annotations
@@ -41,20 +39,16 @@ KIND = "mapping file"
 
 @dataclass(frozen=True, eq=False)
 class Mapped:
-    """A channel before anything was done to it.
+    """A channel before it is processed.
 
     Attributes
     ----------
-    table
-        what it is and what is to be done.
     time
         (N,) ascending [s].
     values
         (N,) in SI of what was measured; NaN where the file has no number.
     unit
         SI unit of what was measured.
-    place
-        where messages say it is.
     """
 
     table: ChannelTable
@@ -64,27 +58,13 @@ class Mapped:
     place: str
 
     def wrong(self, key: str, value: str, rule: str, remedy: str = "") -> ModelError:
-        """Return the refusal of one of its keys, or of the whole channel."""
+        """Return the error for one of its keys, or for the whole channel."""
         return ModelError(Problem(f"{self.place}.{key}" if key else self.place, value, rule, remedy))
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a mapping names.
-
-    Attributes
-    ----------
-    tables
-        of the mapping.
-    channels
-        in its order.
-    source
-        the record's name.
-    notes
-        what the user must know.
-    place
-        what messages call the mapping.
-    """
+    """Channels and tables of a mapping."""
 
     tables: MeasurementTables
     channels: tuple[Mapped, ...]
@@ -130,12 +110,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
 
 
 def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
-    """Return the record that a mapping file names, how its times are told, its format, and the further files.
-
-    Parameters
-    ----------
-    source
-        path of a TOML file.
+    """Return the record that a mapping file names, how its times are stated, its format, and the further files.
 
     Raises
     ------
@@ -148,7 +123,7 @@ def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tup
 
 
 def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[MeasurementTables, Positions, Path]:
-    """Return the tables of a mapping, where its keys stand, and the folder of its files.
+    """Return the tables of a mapping, the positions of its keys, and the folder of its files.
 
     Raises
     ------
@@ -170,20 +145,20 @@ def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Measure
     if tables.format is not None and tables.format not in READERS:
         rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
         raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
-    if positions.name:  # tables from Python name what their author may read
+    if positions.name:  # tables from Python may name any file that their author may read
         for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
             check_reachable(file, folder)
     return tables, positions, folder
 
 
 def _request(tables: MeasurementTables, names: Sequence[str] | None) -> Request:
-    """Return what is wanted of the first file."""
+    """Return the request for the first file."""
     interval = None if tables.sampled is None else 1.0 / tables.sampled
     return Request(tables.time, tables.time_unit, interval)._replace(**_named(names))
 
 
 def _named(names: Sequence[str] | None) -> dict[str, Any]:
-    """Return the names of columns that are wanted, and how many are wanted again; None: all."""
+    """Return the names of wanted columns, and how many are wanted more than once; None: all."""
     if names is None:
         return {}
     once = frozenset(names)
@@ -191,7 +166,7 @@ def _named(names: Sequence[str] | None) -> dict[str, Any]:
 
 
 def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
-    """Read one of the files; how times are told is said of the first."""
+    """Read one of the files; how times are stated holds for the first."""
     names = tuple(row.source or row.name for row in tables.channels if row.file == file)
     if file is not None:
         return read_raw(folder / file, Request(**_named(names)))
@@ -201,7 +176,8 @@ def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
 def _mapped(
     row: ChannelTable, raw: Raw, columns: Mapping[str, Column], where: str, *, is_last_use: bool
 ) -> tuple[Mapped, list[str]]:
-    """Find a channel's column and bring it to SI, where it stands if no other channel is made of it."""
+    """Convert the column of a channel to SI, in place if no other channel uses it."""
+    # the column of the file
     name = row.source or row.name
     column = columns.get(name)
     if column is None:
@@ -210,6 +186,7 @@ def _mapped(
         key = "name" if row.source is None else "source"
         remedy = did_you_mean(name, names[:100]) or 'source = "..." tells what the file calls it'
         raise ModelError(Problem(f"{where}.{key}", shown(name), rule, remedy))
+    # its unit, and the factor to SI
     measured = row.measured or row.quantity
     notes = []
     if row.unit is not None and column.unit and row.unit.strip() != column.unit.strip():
@@ -220,6 +197,7 @@ def _mapped(
         raise ModelError(
             Problem(f"{where}.unit", shown(column.unit), f"{raw.source}: {error.rule}", error.remedy)
         ) from None
+    # values in SI, with scale and offset
     values = column.values if is_last_use else column.values.copy()
     values *= row.scale
     values += row.offset

@@ -4,8 +4,6 @@ Every channel has its own times, those of its group; a name that occurs in sever
 The times are the group's master channel that is one of time, in its unit; the library takes any master for a time in s,
 and numbers the samples where there is none. Raw values become physical ones as the file says, those marked invalid
 gaps; channels of texts are left out. Formats: ASAM MDF 3.3 (CNBLOCK) and 4.1 (cn_type, cn_sync_type, cn_flags).
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
 _IDENTIFICATION = 64  # bytes of the block
-_LEFT_TO_DO = 60  # where its flags of what is left to be done begin
+_LEFT_TO_DO = 60  # offset of the flags of unfinished work
 _MOST_BLOCKS = 1_000_000
 _VIRTUAL = (3, 6)  # types of channels that have no bytes
 _ALL_INVALID = 1  # flag of a channel
@@ -47,22 +45,23 @@ _TIMES_TOLD = 'name a channel of its times: time = "..."; or tell the rate: samp
 _LONG_RECORD = 1_000_000  # bytes; a record of a hundred channels has about a thousand
 _MOST_PACKED = 1032  # bytes that one byte unpacks to at most (zlib)
 _PIECE = 4_000_000  # bytes of a group that the library reads at once
-_ARRAYS = 5  # of the length of a channel, that the library holds while it reads one
-_COPIES = 6  # of one record, that the library makes where it is longer than what it reads at once
+_ARRAYS = 5  # arrays of a channel's length that the library holds while it reads one
+_COPIES = 6  # copies of one record that the library makes where the record is longer than a piece
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the identification block, finished or not."""
+    """Return whether a file has the identification block, finished or not."""
     return head[:8] in (b"MDF     ", b"UnFinMF ")
 
 
 def _is_unfinished(head: bytes) -> bool:
-    """Tell a file that the library would finish in a copy of it: by its name, or by flags of what is left to do."""
+    """Return whether the library would finish a file in a copy: by its name, or by flags of open work."""
     return head[:8] == b"UnFinMF " or (head[8:16] >= b"4.10" and any(head[_LEFT_TO_DO:]))
 
 
 def read(path: Path, request: Request) -> Raw:
     """Return its channels of numbers."""
+    # refuse files that are damaged or not finished
     mdf = _library(path)
     with opened(path) as stream:
         if _is_unfinished(stream.read(_IDENTIFICATION)):
@@ -72,17 +71,20 @@ def read(path: Path, request: Request) -> Raw:
     with redirect_stdout(io.StringIO()), _opened(mdf, path) as file:  # the library prints what it cannot decode
         _check_long_records(file)
         _check_records(file)
+        # channels other than the masters, in the order of the file; names made distinct
         places = {_master(file, group) for group in range(len(file.groups))}
         channels = [(name, *at) for name, spots in file.channels_db.items() for at in spots if at not in places]
         count = Counter(name for name, _, _ in channels)
         entries = [(name if count[name] == 1 else f"{name}[{group}]", group, index) for name, group, index in channels]
         entries.sort(key=lambda entry: entry[1:])
+        # read the columns, if the memory suffices
         _check_size(file, entries, request)
         columns, skipped, without_times = _columns(file, entries, request, path)
     if not columns and without_times:
         raise without_times[0]
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
+    # notes on channels and groups left out
     notes = [f"no signals, left out: {', '.join(skipped)}"] if skipped else []
     for error in without_times:
         problem = error.problems[0]
@@ -93,13 +95,14 @@ def read(path: Path, request: Request) -> Raw:
 def _columns(
     file: Any, entries: list[tuple[str, int, int]], request: Request, path: Path
 ) -> tuple[list[Column], list[str], list[ModelError]]:
-    """Return columns, names of what is no signal, and why groups are left out that have no times.
+    """Return columns, names of channels that are no signals, and errors of groups without times.
 
     Raises
     ------
     ModelError
         a channel that is asked for by its name has no times.
     """
+    # the times of every group, read once
     columns: list[Column] = []
     skipped: list[str] = []
     times: dict[int, Array | ModelError] = {}
@@ -117,11 +120,13 @@ def _columns(
             continue
         if request.names is None and (group, index) in chosen:
             continue
+        # numbers of the channel; texts and arrays are no signals
         signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
         values = np.asarray(signal.samples)
         if values.ndim != 1 or values.dtype.kind not in "fiu":
             skipped.append(name)
             continue
+        # invalid numbers become gaps
         values = _valid(file, group, index, signal)
         said = _comment_entries(signal.comment or "")
         columns.append(Column(name, signal.unit or "", values, own, **said))

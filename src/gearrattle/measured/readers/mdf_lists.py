@@ -3,7 +3,7 @@
 Data groups, channel groups and channels are blocks that name the next of their kind and the first of the kind below.
 Offsets: ASAM MDF 3.3 and 4.1.
 
-Takes an open file; refuses one whose lists do not end.
+A file whose lists do not end is refused.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import BinaryIO, NamedTuple
 
 from gearrattle.files import Refused
 
-_VERSION = 28  # where the version stands, two bytes
-_NEXT, _PARTS = 24, 32  # where a block of version 4 names the next, and a channel its parts
+_VERSION = 28  # offset of the version, two bytes
+_NEXT, _PARTS = 24, 32  # offsets in version 4: address of the next block, and of a channel's parts
 
 
 class _Format(NamedTuple):
-    """Where addresses stand.
+    """Positions of addresses in the blocks of a version.
 
     Attributes
     ----------

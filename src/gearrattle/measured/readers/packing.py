@@ -1,10 +1,8 @@
-"""Packed numbers and missing values of HDF5 and netCDF: what the attributes of a variable say about its stored numbers.
+"""Packed numbers and missing values of HDF5 and netCDF: the attributes of a variable on its numbers.
 
 A value is ``scale_factor`` times the stored number plus ``add_offset``. Stored numbers equal to ``_FillValue`` or
 ``missing_value``, or outside of ``valid_range``, ``valid_min`` and ``valid_max``, are gaps. Conventions: CF 1.11,
 sections 2.5.1 and 8.1; NetCDF Users Guide, appendix A (``_Unsigned``, the type of ``valid_range``, netCDF's own fills).
-
-Takes attributes; gives values in place of stored numbers.
 """
 
 from __future__ import annotations
@@ -41,14 +39,10 @@ _FILLS = {
 
 
 class Packing(NamedTuple):
-    """How stored numbers become values.
+    """Conversion of stored numbers to values.
 
     Attributes
     ----------
-    scale, offset
-        value = scale x stored + offset.
-    missing
-        stored numbers that are gaps.
     stored_range, value_range
         least and greatest that count, of the stored numbers and of the values.
     wraps
@@ -69,38 +63,30 @@ class Packing(NamedTuple):
 
 
 def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
-    """Return what the attributes of a variable say.
-
-    Parameters
-    ----------
-    attributes
-        by name, as the file has them.
-    kind
-        type of the stored numbers.
-    fill
-        what stands in the file where nothing was written.
-    location
-        the variable as messages name it.
+    """Return the packing of a variable by its attributes.
 
     Raises
     ------
     ModelError
         a scale or an offset that is no finite number, or a scale of zero.
     """
+    # scale and offset; numbers that are stored as signed and meant unsigned
     scale = _factor(attributes, "scale_factor", 1.0, location)
     offset = _factor(attributes, "add_offset", 0.0, location)
     unsigned = kind.kind == "i" and _text(attributes.get("_Unsigned", "")).lower() == "true"
     wraps = 2.0 ** (8 * kind.itemsize) if unsigned else 0.0
 
     def stored(name: str) -> list[float]:
-        """Numbers of an attribute, as they would be stored and read."""
+        """Return the numbers of an attribute as they would be after storage and reading."""
         numbers = _numbers(attributes.get(name))
         rounded = numbers.astype(kind).astype(np.float64) if kind.kind == "f" else numbers
         return [float(x) + (wraps if x < 0.0 else 0.0) for x in rounded]
 
+    # stored numbers that are gaps
     missing = [x for name in ("_FillValue", "missing_value") for x in stored(name)]
     if "_FillValue" not in attributes and fill == _FILLS.get(f"{kind.kind}{kind.itemsize}"):
         missing.append(fill + (wraps if fill < 0.0 else 0.0))
+    # the valid range, of stored numbers or of values
     both = stored("valid_range")
     lowest, highest = both if len(both) == 2 else (-np.inf, np.inf)
     for lower in stored("valid_min")[:1]:
@@ -116,14 +102,12 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
 
 def unpack(numbers: Array, packing: Packing) -> None:
-    """Turn stored numbers into values where they stand; gaps become NaN.
+    """Convert stored numbers to values in place; gaps become NaN.
 
     Parameters
     ----------
     numbers
         (N,) stored numbers.
-    packing
-        of their variable.
     """
     if packing == Packing():
         return
@@ -146,7 +130,7 @@ def _outside(numbers: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
 
 
 def _factor(attributes: Mapping[str, Any], name: str, default: float, location: str) -> float:
-    """Return a scale or an offset; one that cannot be read must not be passed over."""
+    """Return a scale or an offset; one that cannot be read is an error."""
     if name not in attributes:
         return default
     numbers = _numbers(attributes[name])

@@ -1,9 +1,7 @@
-"""What a channel measures, and the factor of its unit to SI.
+"""Quantities of channels, and the factors of their units to SI.
 
-The units are those of a model file, angle a dimension among them; spellings that measuring systems use beside them
-(``Nm``, ``1/min``, ``g``) are understood in measured files only.
-
-Takes ``model.units``; gives factors to the mapping and to plain reading.
+The units are those of a model file, with angle as a dimension. Other spellings of measuring systems (``Nm``, ``1/min``,
+``g``) are understood in measured files only.
 """
 
 from __future__ import annotations
@@ -62,13 +60,6 @@ _NONE = ("", "-", "1", "[-]", "none", "no_units")
 def factor(unit: str, quantity: str) -> tuple[float, str]:
     """Return the factor of a unit to SI, and the SI unit.
 
-    Parameters
-    ----------
-    unit
-        as a file or a user writes it.
-    quantity
-        one of ``QUANTITIES``.
-
     Raises
     ------
     UnitError
@@ -92,7 +83,7 @@ def factor(unit: str, quantity: str) -> tuple[float, str]:
 
 
 def guess(unit: str) -> str:
-    """Return the quantity that a unit alone tells; empty where it tells none."""
+    """Return the quantity that a unit alone determines; empty where it determines none."""
     for quantity in _GUESSES:
         try:
             factor(unit, quantity)

@@ -2,8 +2,6 @@
 
 Angles and speeds of a run are fluctuations about uniform rotation; the file is that of ``Run.save`` (netCDF-4).
 Names are those of its CSV: ``velocity.flywheel``.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ _OF_INERTIAS = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 
 
 def knows(path: Path, head: bytes) -> bool:
-    """Tell the format that the root group names."""
+    """Return whether the root group names the format of a run."""
     if head[:8] != HDF5_SIGNATURE:
         return False
     try:
@@ -39,6 +37,7 @@ def read(path: Path, request: Request) -> Raw:
     columns = []
     with opened_hdf5(path) as file:
         check_format(file.attrs["format"], path, "run")
+        # variables of a run, by the axis they lie along, with their units
         time = np.array(file["time"][...])
         tables = tomllib.loads(str(file.attrs["model"]))
         meshes = {row["name"] for row in tables.get("mesh", ())}
@@ -49,6 +48,7 @@ def read(path: Path, request: Request) -> Raw:
             "force": ("clearance", "N*m", "N"),
             "element_torque": ("element", "N*m", "N*m"),
         }
+        # a column for every wanted inertia and element
         for variable, (axis, torsional, linear) in kept.items():
             quantity = "torque" if variable == "element_torque" else variable
             for k, subject in enumerate(file[axis].asstr()[...]):
@@ -56,6 +56,7 @@ def read(path: Path, request: Request) -> Raw:
                 if request.wants(name):
                     unit = "" if plain else linear if subject in meshes else torsional
                     columns.append(Column(name, unit, np.array(file[variable][:, k]), time, quantity, subject))
+        # the speed of a sweep
         if "speed" in file:
             columns.append(Column("speed", "" if plain else "rad/s", np.array(file["speed"][...]), time, "speed"))
         title = str(file.attrs.get("title", ""))
@@ -64,5 +65,5 @@ def read(path: Path, request: Request) -> Raw:
 
 
 def write(_recording: Recording, path: Path) -> None:
-    """Refuse: a recording is no run."""
+    """Raise an error: a recording is no run."""
     raise unfit(path, path.suffix, "a recording cannot be written as a run", "such as .h5")

@@ -2,8 +2,6 @@
 
 A quantity is what the channel *becomes*; ``measured`` is what the sensor saw, where that is another one: a speed for an
 angle, pulses for a shaft angle. The unit is that of what was measured.
-
-Takes value kinds from ``model``; gives validated tables to ``mapping``.
 """
 
 from __future__ import annotations
@@ -92,7 +90,7 @@ class _Missing(Reader):
 
 
 class TachoTable(Table):
-    """How pulses tell the turns of a shaft."""
+    """Pulses of a wheel on a shaft: teeth, gaps, threshold."""
 
     pulses_per_turn: Annotated[float, Plain("positive")]
     """Teeth of the wheel, missing ones counted; with a gear between, any number."""
@@ -138,7 +136,7 @@ def _gap_breaches(gaps: list[Any], teeth: int) -> Iterator[Breach]:
 
 
 class AlignTable(Table):
-    """How the clock of a second file is set by that of the first."""
+    """Alignment of a second file's clock with that of the first."""
 
     with_: Annotated[str, Field(alias="with"), Label()]
     """Channel of another file that shows the same motion."""
@@ -162,7 +160,7 @@ class AlignTable(Table):
 
 
 class ChannelTable(Table):
-    """One channel: what it is, where it stands, what is done to it."""
+    """One channel: its quantity, its column, its processing."""
 
     name: Annotated[str, Label()]
     """What the recording calls it."""
@@ -209,6 +207,7 @@ class ChannelTable(Table):
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches between what was measured, its unit and what it becomes."""
+        # a quantity must follow from what was measured
         quantity = table.get("quantity")
         measured = table.get("measured") or quantity
         if quantity not in QUANTITIES or measured not in QUANTITIES:
@@ -223,6 +222,7 @@ class ChannelTable(Table):
             rule = f"{with_article(measured)} does not become {with_article(quantity)}"
             remedy = "angle, velocity, acceleration, shaft angle and speed become one another"
             yield Breach(("measured",), measured, rule, f"{remedy}, but for an acceleration a mean rotation")
+        # keys that belong to other channels
         if table.get("tacho") is not None and (measured != "pulses" or quantity == "pulses"):
             rule = "belongs to pulses that become an angle or a speed"
             yield Breach(("tacho",), table["tacho"], rule, 'measured = "pulses"')
@@ -231,6 +231,7 @@ class ChannelTable(Table):
         if table.get("align") is not None and table.get("file") is None:
             rule = "belongs to a channel of a second file"
             yield Breach(("align",), table["align"], rule, 'such as file = "second.wav"')
+        # the unit must be one of what was measured
         if isinstance(table.get("unit"), str):
             try:
                 factor(table["unit"], measured)
@@ -279,7 +280,7 @@ class MeasurementTables(Table):
 
 
 def _becomes(measured: str, quantity: str) -> bool:
-    """Tell whether a quantity follows from what was measured; an acceleration does not know the mean rotation."""
+    """Return whether a quantity follows from the measured one; an acceleration leaves the mean rotation open."""
     whole = quantity in ("speed", "shaft angle")
     return {measured, quantity} <= set(DERIVATIVES) and not (measured == "acceleration" and whole)
 

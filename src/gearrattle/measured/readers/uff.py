@@ -5,8 +5,6 @@ E13.5 or E20.12, or as many bytes as the line of the number says. The values' sp
 repeats it in full in the fourth line, which only this reader understands. What stands along the abscissa, and in which
 unit, record 8 says: only what is a time is taken for one. Formats: SDRC I-DEAS Test, dataset 58 (records 1 to 12);
 University of Cincinnati, SDRL, dataset 58b.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -45,11 +43,11 @@ _ABSCISSAS = {18: "a frequency", 19: "a speed", 20: "an order"}
 _RESPONSE = 1  # function type of a time history
 _LAGS = {7: "auto-correlation", 8: "cross-correlation", 25: "impulse response"}  # function types over time lags
 _COLUMNS = {2: 13, 4: 20}  # width of a number in a text by kind: single and double precision
-_DIGITS = 1e-5  # relative: what E13.5 keeps
+_DIGITS = 1e-5  # relative precision of E13.5
 
 
 class _Axis(NamedTuple):
-    """What stands along an axis: its specific data type, label and unit; empty where the file has NONE."""
+    """Entries of an axis: specific data type, label and unit; empty where the file has NONE."""
 
     kind: int
     label: str
@@ -72,7 +70,7 @@ class _History(NamedTuple):
 
     @property
     def numbers(self) -> int:
-        """How many the header tells."""
+        """Count of numbers by the header."""
         return self.samples if self.even else 2 * self.samples
 
     @property
@@ -82,17 +80,17 @@ class _History(NamedTuple):
 
 
 class _LeftOut(Exception):
-    """Why a dataset is no time history."""
+    """Reason why a dataset is no time history."""
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the line of -1 and the number of a dataset after it."""
+    """Return whether a file begins with the line of -1 and the number of a dataset."""
     lines = [line for line in head.splitlines()[:4] if line.strip()]
     return len(lines) > 1 and lines[0].strip() == b"-1" and re.match(rb"\s*\d{1,5}\b|\s*58[bB]", lines[1]) is not None
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its real time histories; those that are not asked for are named only."""
+    """Return its real time histories; those that are not asked for have a name only."""
     histories: list[_History] = []
     notes: list[str] = []
     with opened(path) as stream:
@@ -174,13 +172,13 @@ def _times(first: float, step: float, count: int) -> Array:
 
 
 def _shortest(column: Column, count: Counter[str]) -> Column:
-    """Leave the node out of a name that is the only one without it."""
+    """Remove the node from a name that is unique without it."""
     name = column.name.rpartition(" @ ")[0]
     return replace(column, name=name) if count[name] == 1 else column
 
 
 def _history(block: Block, location: str) -> _History:
-    """Return what the header of a dataset says.
+    """Return the entries of a dataset's header.
 
     Raises
     ------
@@ -189,6 +187,7 @@ def _history(block: Block, location: str) -> _History:
     ModelError
         its header cannot be read.
     """
+    # the header: kind and number of values, first time and step
     if len(block.lines) < HEADER:
         raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {HEADER} lines of header"))
     factor, notes = _seconds(block)
@@ -200,6 +199,7 @@ def _history(block: Block, location: str) -> _History:
     if even and not step > 0.0:
         rule = "must have samples a step above zero apart"
         raise ModelError(Problem(f"{location}, record 7", block.lines[6].strip(), rule))
+    # times repeated in full digits by this package's own writer
     exact = _TIMES.search(block.lines[3])
     if exact and factor == 1.0 and abs(float(exact[2]) - step) <= _DIGITS * step:
         first = float(exact[1])
@@ -216,7 +216,7 @@ def _history(block: Block, location: str) -> _History:
 
 
 def _seconds(block: Block) -> tuple[float, list[str]]:
-    """Return the factor of the abscissa to s, and a note if the file does not say that it is a time.
+    """Return the factor of the abscissa to s, and a note if the file does not state that it is a time.
 
     Raises
     ------

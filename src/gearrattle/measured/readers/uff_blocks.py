@@ -2,8 +2,6 @@
 
 A file is gone through once for the headers of its datasets; the numbers of those that are wanted are read later, into
 their final arrays. Lines of numbers are parted by blanks, or are columns of Fortran's E13.5 or E20.12 that touch.
-
-Takes an open file; gives headers and numbers.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ HEADER = 11
 """Lines of the header of a dataset 58."""
 _LONGEST_LINE = 1_000_000  # bytes; such a file has 80 a line
 _PIECE = 1_000_000  # bytes of numbers that are read at once
-_FEWEST_BYTES = 2  # of a number in a text: a digit and what parts it from the next one
+_FEWEST_BYTES = 2  # bytes of a number in a text: a digit and a separator
 _DAMAGED = "the file is damaged: export it again"
 
 
@@ -33,10 +31,6 @@ class Block(NamedTuple):
 
     Attributes
     ----------
-    number
-        which kind it is.
-    lines
-        of its header, as far as there are.
     begin, size
         where its numbers stand in the file, and how many bytes they are.
     order
@@ -83,14 +77,7 @@ class Samples:
 
 
 def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
-    """Cut an open file into datasets; binary ones by the number of bytes they tell.
-
-    Parameters
-    ----------
-    stream
-        the file, at its beginning.
-    path
-        what messages call it.
+    """Cut an open file into datasets; binary ones by the stated number of bytes.
 
     Raises
     ------
@@ -107,7 +94,7 @@ def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
 
 
 class _Cutter:
-    """Goes through an open file line by line; ``at`` is where it stands, ``end`` where the file ends."""
+    """Reader of an open file line by line; ``at`` is its position, ``end`` the end of the file."""
 
     def __init__(self, stream: BinaryIO, path: Path) -> None:
         self.stream = stream
@@ -125,7 +112,7 @@ class _Cutter:
         return text
 
     def binary(self, head: str) -> Block:
-        """Return a dataset 58b, whose first line tells its lines of header and bytes."""
+        """Return a dataset 58b, whose first line states its lines of header and bytes."""
         fields = [int(word) for word in head[7:].split()]
         count = fields[2]
         size = fields[3]
@@ -166,18 +153,7 @@ class _Cutter:
 
 
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
-    """Return the bytes of a sample, 0 of a text; refuse a header that tells more than the dataset can hold.
-
-    Parameters
-    ----------
-    block
-        the dataset.
-    count
-        numbers that its header tells.
-    samples
-        of one number, or of two.
-    location
-        the dataset as messages name it.
+    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold.
 
     Raises
     ------
@@ -198,19 +174,7 @@ def check_count(block: Block, count: int, samples: int, location: str) -> int:
 
 
 def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) -> None:
-    """Read numbers that are stored as bytes.
-
-    Parameters
-    ----------
-    stream
-        the file.
-    block
-        the dataset.
-    width
-        bytes of a sample.
-    samples
-        what is filled.
-    """
+    """Read numbers that are stored as bytes."""
     forms = {4: "f4", 8: "f8"} if samples.time is None else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}
     form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
     stream.seek(block.begin)
@@ -226,20 +190,7 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 
 
 def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, location: str) -> int:
-    """Read numbers of a text; return how many of its last line are more than those: that line is filled up.
-
-    Parameters
-    ----------
-    stream
-        the file.
-    block
-        the dataset.
-    width
-        of a column, where columns touch.
-    samples
-        what is filled.
-    location
-        the dataset as messages name it.
+    """Read numbers of a text; return the count of surplus numbers that fill up its last line.
 
     Raises
     ------
@@ -272,7 +223,7 @@ def _fill(stream: BinaryIO, block: Block, width: int, samples: Samples) -> tuple
     last = 0
     while left > 0 and (lines := stream.readlines(min(_PIECE, left))):
         taken = sum(map(len, lines))
-        if taken > left:  # what closes the dataset
+        if taken > left:  # the lines that close the dataset
             lines = b"".join(lines)[:left].splitlines()
         left -= taken
         rows = [line.decode("latin-1").replace("D", "E") for line in lines if line.strip()]

@@ -1,12 +1,12 @@
 """WAV: samples at a whole rate, without names and without units; the mapping must tell them.
 
-Whole numbers are read as parts of full scale, -1 to 1, real numbers as they are. A recording is written as 64-bit real
-numbers in SI, not scaled: a player takes what exceeds 1 as too loud. A header without the length of the samples, of a
-recorder that was stopped or a program that wrote into a pipe, is read to the end of the file. Formats: IBM, Microsoft,
-Multimedia Programming Interface and Data Specifications 1.0 (1991); real numbers are format tag 3; ITU-R BS.2088 (RF64,
-BW64).
+Integers are read as fractions of full scale, -1 to 1, floating-point numbers as they are. A recording is written as
+64-bit floating-point numbers in SI, not scaled: a player clips numbers above 1. A header without the length of the
+samples, of a recorder that was stopped or a program that wrote into a pipe, is read to the end of the file. Formats:
+IBM, Microsoft, Multimedia Programming Interface and Data Specifications 1.0 (1991); real numbers are format tag 3;
+ITU-R BS.2088 (RF64, BW64).
 
-Takes a path; gives columns "1", "2", ... Takes samples; gives the bytes of a file.
+The columns of a file are called "1", "2", ...
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ _TOP = 2**23 - 1
 _BELOW_WHOLE = 1e-6
 _KINDS = (b"RIFF", b"RIFX", b"RF64", b"BW64")
 _UNKNOWN = 0xFFFFFFFF
-_LEAST_UNKNOWN = 0x7FFF0000  # a length of samples from here on that passes the end of the file is none
+_LEAST_UNKNOWN = 0x7FFF0000  # a length of samples from here on that exceeds the file counts as unknown
 
 _PIECE = 1_000_000  # bytes of samples that are unpacked at once
-_LONGEST_FORM = 10_000  # bytes of a header that are looked at
+_LONGEST_FORM = 10_000  # bytes of a header that are read
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell a RIFF file of waves."""
+    """Return whether a file is RIFF with WAVE."""
     return head[:4] in _KINDS and head[8:12] == b"WAVE"
 
 
 class _Samples(NamedTuple):
-    """Where the samples stand in an open file: what says their form, and how many bytes they are."""
+    """Form, position and byte count of the samples of an open file."""
 
     kind: bytes
     order: str
@@ -68,7 +68,7 @@ class _Samples(NamedTuple):
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return one column a track; tracks that are not asked for are named only."""
+    """Return one column a track; tracks that are not asked for have a name only."""
     with opened(path) as stream:
         samples = _samples(stream, path)
         names = [str(k + 1) for k in range(samples.tracks)]
@@ -114,13 +114,14 @@ def _read(stream: BinaryIO, samples: _Samples, wanted: list[int]) -> tuple[Array
 
 
 def _samples(stream: BinaryIO, path: Path) -> _Samples:
-    """Return what the file says of its samples, and leave it where they begin.
+    """Return the form of a file's samples, with the file positioned at them.
 
     Raises
     ------
     ModelError
         the file is shorter than its header says, or has no samples.
     """
+    # kind of file and order of bytes
     size = os.fstat(stream.fileno()).st_size
     kind = stream.read(12)[:4]
     if kind not in _KINDS:
@@ -128,6 +129,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
     order = ">" if kind == b"RIFX" else "<"
     form = b""
     long = 0
+    # go from block to block until the samples
     while len(chunk := stream.read(8)) == 8:
         name, length = struct.unpack(f"{order}4sI", chunk)
         start = stream.tell()
@@ -140,6 +142,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
             return _Samples(kind, order, form, taken, notes)
         if length > rest:
             raise _shorter(path, rest, "a header", length)
+        # lengths and form of the samples
         if name == b"ds64":  # lengths of RF64, which holds more than 4 GB
             long = int(struct.unpack("<QQ", stream.read(16))[1])
         if name == b"fmt ":
@@ -149,7 +152,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
 
 
 def _taken(length: int, rest: int, block: int, path: Path) -> tuple[int, tuple[str, ...]]:
-    """Return how many bytes of samples are read, all that the header tells; where it tells none, to the end.
+    """Return how many bytes of samples are read: the count of the header, or without one all to the end.
 
     Raises
     ------
@@ -167,13 +170,13 @@ def _taken(length: int, rest: int, block: int, path: Path) -> tuple[int, tuple[s
 
 
 def _shorter(path: Path, rest: int, what: str, length: int) -> ModelError:
-    """Return the refusal of a file that is shorter than its header says."""
+    """Return the error for a file that is shorter than its header states."""
     rule = f"its header says {length}: the file is truncated"
     return ModelError(Problem(str(path), f"{rest} bytes of {what}", rule, "copy or export it again"))
 
 
 def _are_chunks(stream: BinaryIO, rest: int, order: str) -> bool:
-    """Tell whether what follows are chunks that end with the file, and no samples; stays where it is in the file."""
+    """Return whether chunks up to the end of the file follow, no samples; the position in the file is kept."""
     start = stream.tell()
     end = start + rest
     at = start
@@ -209,7 +212,7 @@ def _bytes_a_sample(form: bytes, order: str) -> int:
 
 
 def _rebuilt(kind: bytes, order: str, form: bytes, samples: bytes) -> io.BytesIO:
-    """Return a file of these samples."""
+    """Return the bytes of a file with these samples."""
     length = 20 + len(form) + len(samples)
     head = struct.pack(f"{order}4sI4s", b"RIFX" if kind == b"RIFX" else b"RIFF", min(length, _UNKNOWN), b"WAVE")
     if length > _UNKNOWN:
@@ -236,7 +239,7 @@ def write(recording: Recording, path: Path) -> None:
 
 
 def wav_bytes(values: NDArray[np.float64], rate: int, bits: int) -> bytes:
-    """A WAV file.
+    """Return the bytes of a WAV file.
 
     Parameters
     ----------

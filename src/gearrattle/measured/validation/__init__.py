@@ -1,10 +1,8 @@
-"""A simulated motion against a measured one: what agrees within random scatter, what does not, and why.
+"""Validation of a simulated motion by a measured one: agreement within random scatter, differences, causes.
 
 The paper's Table 5 for any pair of a model or run and a record. Beyond the predictability horizon, and with a start
 that was not measured, two motions can only be compared by what they have on average: levels, orders of the mean cycle,
 spectra, rates of impacts. Each is given with the interval that the scatter from cycle to cycle leaves.
-
-Takes runs and recordings; gives a Validation to plots, reports and commands.
 """
 
 from gearrattle.measured.sigma import Printed, of_printed, sigma

@@ -1,11 +1,9 @@
-"""Where the difference of a level may come from, and what no known source explains.
+"""Error budget of a level: the known sources of its difference, and the remainder that none explains.
 
 Sources that are known are taken as independent and their squares add up (ASME V&V 20-2009: the comparison error E is
 set against u_val^2 = u_num^2 + u_input^2 + u_D^2): scatter of both records, noise and calibration as stated, sampling,
-the certified tolerance, parameters. The interval's factor is Student's t for the two scatters, 1.96 for the others.
-What of sigma lies beyond is the *remainder*: by at least that the model, or a source that was not named, is wrong.
-
-Takes levels, Cycles and what was stated; gives Levels with their budgets.
+the certified tolerance, parameters. The interval's factor is Student's t for the two scatters, 1.96 for the others. The
+part of sigma beyond that interval is the *remainder*: by at least that the model is wrong, or a source is missing.
 """
 
 from __future__ import annotations
@@ -23,31 +21,25 @@ from gearrattle.trajectory import Array
 
 NORMAL = 1.959963984540054  # 97.5 % point
 _FINER = 4
-_CYCLES = 16  # looked at for what sampling does
+_CYCLES = 16  # cycles from which the error of sampling is estimated
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of each channel, relative to its own level.
+    """Relative uncertainties of each channel's levels.
 
     Attributes
     ----------
     scatter
         (2, C) standard errors of the logarithms, measured and simulated.
-    freedoms
-        degrees of freedom of both.
     between
         (2, C) change of the levels between samples, of both records together.
     grid
         (2, C) change of the simulated levels on an output grid half as fine.
     numerical
         (2, C); NaN where nothing is certified.
-    numerical_words
-        how that was obtained.
     parameters
         (2, C); NaN where no standard errors were handed in.
-    parameters_words
-        how that was obtained.
     """
 
     scatter: tuple[Array, Array]
@@ -112,22 +104,18 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
 
     Parameters
     ----------
-    level
-        rms or peak to peak.
     row
         0 for peak to peak, 1 for rms.
-    channel
-        index in the arrays of ``known``.
-    known
-        about all channels.
     stated
         rms of the noise in the channel's unit, standard uncertainty of its calibration [%] (NaN: not stated),
         samples in a cycle.
     """
+    # errors of the measured and the simulated level are relative to the measured one
     ratio = level.simulated / level.measured if level.measured > 0.0 else float("nan")
     share = 100.0 * ratio
     noise, calibration, samples = stated
     scatter = [share * float(spread[row, channel]) for spread in known.scatter]
+    # the contributions
     rows = [
         Contribution("measured scatter", scatter[0], "cycle to cycle, block bootstrap; unstated noise is in it"),
         Contribution("simulated scatter", scatter[1], "cycle to cycle, block bootstrap"),
@@ -147,10 +135,12 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
         Contribution("numerical", share * float(known.numerical[row, channel]), known.numerical_words),
         Contribution("parameters", share * float(known.parameters[row, channel]), known.parameters_words),
     ]
+    # expanded uncertainty: Student's factor for the scatters, 1.96 for the others
     others = [row.value for row in rows[2:] if np.isfinite(row.value)]
     relative = [np.asarray(spread[row, channel]) for spread in known.scatter]
     reach = float(factor((relative[0], relative[1]), known.freedoms)) * float(np.hypot(scatter[0], scatter[1]))
     expanded = float(np.hypot(reach, NORMAL * np.sqrt(np.sum(np.square(others)))))
+    # the remainder beyond it
     beyond = max(0.0, abs(level.sigma) - expanded) if np.isfinite(level.sigma) else float("nan")
     return replace(
         level, budget=tuple(rows), expanded=expanded, remainder=float(np.copysign(beyond, level.sigma)) + 0.0
@@ -158,7 +148,7 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
 
 
 def _noise(level: Level, noise: float, samples: int) -> Contribution:
-    """What stated noise adds to a measured level: not taken off, but counted as uncertainty."""
+    """Contribution of stated noise to a measured level: not subtracted, but counted as uncertainty."""
     if not np.isfinite(noise):
         return Contribution("stated noise", float("nan"), "not stated")
     if level.measure == "rms":

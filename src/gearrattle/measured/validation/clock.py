@@ -1,4 +1,4 @@
-"""One clock for both records: by how much the measured one is behind, and how long a cycle is by it.
+"""Common clock of two records: the delay of the measured one, and the length of a cycle by its clock.
 
 Of a motion that repeats itself a delay is known within a period only. With z_k and x_k the lines of the measured and
 the simulated mean cycle, it is where the correlation of the two,
@@ -7,8 +7,6 @@ the simulated mean cycle, it is where the correlation of the two,
 
 is largest: over all lines ("cycle"), or over the one line that is strongest in both ("phase"). The length of a cycle
 by the measured clock follows from the turn of the strongest measured line from cycle to cycle.
-
-Takes complex amplitudes; gives delays and periods.
 """
 
 from __future__ import annotations
@@ -25,21 +23,19 @@ LEAST = 0.5
 _FINER = 16  # grid points of a delay on the shortest wave
 _TURNED = 0.01  # rad over the whole record: less is no other speed
 _SURE = 5.0  # standard errors
-_SHARE = 0.05  # of the power, that a line needs to tell the speed
+_SHARE = 0.05  # of the power: smallest share of a line that shows the speed
 
 Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class Found:
-    """A delay.
+    """Delay of a clock, with its correlation.
 
     Attributes
     ----------
     delay
         to be added to the measured times [s].
-    agreement, rival
-        correlation there, and the largest apart from it.
     """
 
     delay: float
@@ -109,18 +105,14 @@ def step(cross: Complex, delay: float, period: float) -> Array:
 
 
 def period_by_clock(amplitudes: Complex, power: float, period: float, *, refine: bool = False) -> float:
-    """Return how long a cycle is by the clock of a record.
+    """Return the length of a cycle by the clock of a record.
 
     Parameters
     ----------
     amplitudes
         (N, K) lines of every cycle of a channel, cut at ``period``.
-    power
-        mean square of the channel.
     period
         assumed [s].
-    refine
-        whether it is known already that the record has its own.
 
     Returns
     -------

@@ -1,7 +1,4 @@
-"""The procedure of a validation: pairs, cycles, one clock, levels, orders, bands, impacts, budgets, words.
-
-Takes a run, a recording and what is wanted; gives a Validation.
-"""
+"""The procedure of a validation: pairs, cycles, one clock, levels, orders, bands, impacts, budgets, sentences."""
 
 from __future__ import annotations
 
@@ -40,20 +37,10 @@ _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say 
 
 @dataclass(frozen=True)
 class _Matter:
-    """What all parts of the comparison work on: measured first, simulated second.
+    """Inputs of all parts of the comparison: measured first, simulated second.
 
     Attributes
     ----------
-    run
-        the simulation.
-    pairing
-        the pairs of channels.
-    wanted
-        the arguments.
-    setting
-        how records become cycles.
-    sources, cycles, drawn
-        of both.
     band
         lowest and highest frequency [Hz].
     """
@@ -76,22 +63,27 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     ModelError
         see ``validate``.
     """
+    # pairs, cycles and their scatter
     check_period(run.model)
     errors = standard_errors(run.model, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
+    # one clock for both records
     clock, lines = _clock(matter)
+    # sources of uncertainty, parameters by repeated runs
     known = _known(matter)
     repeats = _repeated(matter, errors, progress) if errors else None
     if repeats is not None:
         told_apart = "" if isinstance(wanted.parameters, Mapping) else ", correlated as fitted"
         words = f"{counted(wanted.draws, 'run')}, seed {wanted.seed}: {listed(errors)}{told_apart}"
         known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
+    # levels, orders and bands of every pair; impacts
     pairs = _pairs(matter, known, clock, lines)
     cycles = matter.cycles
     drawn = matter.drawn
     pairing = matter.pairing
     by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
     impacts = compare_impacts(run.trajectory, cycles, drawn, pairing.measured, wanted.thresholds)
+    # the result, with verdict, findings and notes
     return Validation(
         model=run.model.name or "driveline",
         source=recording.source,
@@ -123,7 +115,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
 
 
 def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
-    """Refuse, before a model is simulated, all that its run could not be compared by.
+    """Refuse, before a model is simulated, all arguments that its run cannot have.
 
     Raises
     ------
@@ -167,6 +159,7 @@ def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
 
 def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     """Return the clock, and the lines of both records on it."""
+    # lines of both mean cycles
     cycles = matter.cycles
     drawn = matter.drawn
     wanted = matter.wanted
@@ -176,10 +169,12 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     period = cycles[1].period
     nan = float("nan")
     replicates = len(own[0].replicates)
+    # a given delay, or one clock
     if wanted.clock == "none" or not isinstance(wanted.clock, str):
         delay = 0.0 if isinstance(wanted.clock, str) else float(wanted.clock)
         alignment = Clock("given" if delay else "none", "", delay, 0.0, nan, nan, period, cycles[0].period)
         return alignment, (orders.moved(own[0], delay, np.full(replicates, delay), period), own[1])
+    # the delay of every channel; of those that agree best, the one with the least scatter
     names = [channel.name for channel in matter.pairing.measured]
     tried = []
     for c in [names.index(wanted.clock_by)] if wanted.clock_by else range(len(names)):
@@ -189,17 +184,20 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     near = [trial for trial in tried if trial[0].agreement >= highest - _AS_GOOD]
     timed = [(orders.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
     sampled_delays, best, c = min(timed, key=lambda one: float(np.std(one[0])))
+    # refuse cycles that do not agree
     if best.agreement < clock.LEAST and wanted.clock == "cycle":
         rule = f"the mean cycles do not agree at any delay: a correlation of {clock.LEAST:g} is needed"
         remedy = 'check sign, unit and speed; clock = "none" if the clocks are one: phases then mean nothing else'
         raise ModelError(Problem(f"clock: {names[c]}", f"a correlation of {best.agreement:.3g}", rule, remedy))
+    # standard error of the delay, and lines on one clock
     error = float(np.hypot(*(one.error(sampled_delays) for one in drawn)) / np.sqrt(2.0))
     alignment = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
     return alignment, (orders.moved(own[0], best.delay, sampled_delays, period), own[1])
 
 
 def _known(matter: _Matter) -> budget.Known:
-    """Gather what is known of every channel."""
+    """Return the uncertainties of every channel."""
+    # change of the levels between samples, and by a coarser output grid
     run = matter.run
     sources = matter.sources
     cycles = matter.cycles
@@ -208,6 +206,7 @@ def _known(matter: _Matter) -> budget.Known:
     shape = (2, cycles[0].values.shape[2])
     between = [budget.between_samples(source, cycle, setting) for source, cycle in zip(sources, cycles, strict=True)]
     end = cycles[1].start, sources[1].last
+    # the numerical error, which the exact algorithm certifies
     exact = run.cost.algorithm == "exact"
     tolerance = run.model.simulation.tolerance or _EXACT_TOLERANCE
     words = (
@@ -216,6 +215,7 @@ def _known(matter: _Matter) -> budget.Known:
         if exact
         else f"not known: {run.cost.algorithm} certifies nothing; compare with exact"
     )
+    # all together, parameters not yet known
     return budget.Known(
         scatter=budget.known_scatter(cycles, drawn),
         freedoms=(drawn[0].freedom, drawn[1].freedom),
@@ -231,7 +231,7 @@ def _known(matter: _Matter) -> budget.Known:
 def _repeated(
     matter: _Matter, errors: dict[str, tuple[float, float]], progress: Callable[[float], None] | None
 ) -> Drawn:
-    """Repeat the simulation with parameters drawn."""
+    """Repeat the simulation with drawn parameters."""
     wanted = matter.wanted
     together = correlations(errors, wanted.parameters)
     return repeated(
@@ -246,7 +246,7 @@ def _repeated(
 
 
 def _few(drawn: Drawn | None, explanation: Explained | None) -> list[str]:
-    """Say why nothing is reported for each parameter separately."""
+    """Return a note where nothing is reported for each parameter separately."""
     if drawn is None or explanation is not None:
         return []
     count, free = drawn.standard.shape
@@ -267,7 +267,7 @@ def _levels(run: Run, matter: _Matter) -> Array:
 def _pairs(
     matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[orders.Lines, orders.Lines]
 ) -> tuple[Pair, ...]:
-    """Put together what is known of every channel."""
+    """Return every channel with its levels, orders, bands and budget."""
     layout, spectra = matter.run.trajectory.layout, densities.densities(*matter.cycles)
     base = 2.0 * np.pi / (layout.period * layout.omega)
     levelled = levels.compare_levels(*matter.cycles, matter.drawn)
@@ -300,7 +300,8 @@ def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
 
 
 def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
-    """Say what the reader must know: motions that are not steady, signs, clocks that repeat."""
+    """Return notes for the reader: motions that are not steady, signs, clocks that repeat."""
+    # motions that are not steady: their halves differ
     notes = []
     for cycle, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
         half = cycle.count // 2
@@ -314,20 +315,23 @@ def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
         ]
         if names:
             notes.append(f"{listed(names)}: the {whose} motion is not steady, its halves differ by more than chance")
+    # channels with the sign turned
     inverted = [pair.name for pair in pairs if pair.agreement < -0.5]
     if inverted:
         notes.append(f"{listed(inverted)}: the mean cycle is that of the simulation with its sign turned")
+    # output grids that are too coarse
     folded = [pair.name for pair in pairs if any(_grid(level) > _FOLDED for level in pair.levels)]
     if folded:
         notes.append(
             f"{listed(folded)}: the run's output grid is too coarse, on half of it levels change by more than "
             f"{_FOLDED:g} %; raise samples_per_cycle"
         )
+    # delays that agree nearly as well
     if clock.rival > 0.95 * clock.agreement:
         notes.append(f"clock: a delay elsewhere agrees nearly as well ({clock.rival:.4g})")
     return notes
 
 
 def _grid(level: Level) -> float:
-    """What the output grid adds to the uncertainty of a level [%]."""
+    """Contribution of the output grid to the uncertainty of a level [%]."""
     return next(term.value for term in level.budget if term.source == "output grid")

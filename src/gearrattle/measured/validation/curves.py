@@ -1,7 +1,4 @@
-"""The mean cycles of both records on one clock, from the model's time zero on, and their spectra: for figures.
-
-Takes Cycles and a delay; gives Curves.
-"""
+"""The mean cycles of both records on one clock, from the model's time zero on, and their spectra: for figures."""
 
 from __future__ import annotations
 
@@ -18,10 +15,6 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
 
     Parameters
     ----------
-    cycles
-        measured, simulated.
-    spectra
-        of these.
     delay
         added to the measured times [s].
     """

@@ -3,8 +3,6 @@
 Each record is resampled by the same windowed sinc to S samples in its own period (``signals.conditioning``), so what
 lies below 0.4 of the new rate passes in both alike; a lower limit is one Butterworth high pass of fourth order, run
 forwards and backwards over both. What filters spoil at the ends of a record is left out.
-
-Takes Recordings; gives Cycles.
 """
 
 from __future__ import annotations
@@ -26,17 +24,15 @@ FEWEST_SAMPLES = 4
 _KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
 _SETTLED = 1.5  # periods of a high pass after which its start is forgotten
 _HIGH_PASS = 4
-_ROUNDING = 1e-12  # of a signal: what is left without its trend, if no more, is none
+_ROUNDING = 1e-12  # of a signal: a smaller rest without its trend is rounding
 
 
 @dataclass(frozen=True)
 class Setting:
-    """How records become cycles.
+    """Settings by which records become cycles.
 
     Attributes
     ----------
-    samples
-        S, in a cycle.
     lowest
         of the frequencies compared [Hz]; 0: no high pass.
     trend
@@ -103,8 +99,6 @@ class Source:
         between samples [s].
     first
         time of the first [s].
-    name
-        of the recording, for messages.
     """
 
     values: Array
@@ -118,7 +112,7 @@ class Source:
         return self.first + self.interval * (len(self.values) - 1)
 
     def thinned(self) -> Source:
-        """Return every second sample: what a grid half as fine would have recorded."""
+        """Return every second sample: those of a grid half as fine."""
         return Source(self.values[::2], 2.0 * self.interval, self.first, self.name)
 
 
@@ -143,7 +137,7 @@ def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Sour
 
 
 def margin_of(period: float, setting: Setting) -> float:
-    """Return how much at each end of a record filters spoil [s]."""
+    """Return the margin at each end of a record that filters spoil [s]."""
     high_pass = _SETTLED / setting.lowest if setting.lowest else 0.0
     return _KERNEL * period / setting.samples + high_pass
 
@@ -153,22 +147,17 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
 
     Parameters
     ----------
-    source
-        its samples.
     period
         by its clock [s].
-    setting
-        samples in a cycle, band, trend.
     bounds
         first and last time wanted [s].
-    whole_start
-        whether cycles begin at multiples of the period.
 
     Raises
     ------
     ModelError
         fewer than ``FEWEST`` cycles.
     """
+    # the span that filters leave, in whole cycles
     margin, step = margin_of(period, setting), period / setting.samples
     begin, end = max(bounds[0], source.first + margin), min(bounds[1], source.last - margin)
     if whole_start:
@@ -179,15 +168,18 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         rule = f"is too short: at least {FEWEST} cycles are needed to tell scatter from difference"
         remedy = f"a longer record or run; {margin:.3g} s at each end go to filters"
         raise ModelError(Problem(source.name, value, rule, remedy))
+    # the grid of samples, from the start of the record to its end
     before = int(np.floor((begin - source.first) / step + 1e-9))
     total = before + int(np.floor((source.last - begin) / step + 1e-9)) + 1
     grid = np.clip(begin + step * (np.arange(total) - before), source.first, source.last)
     used = slice(before, before + count * setting.samples)
+    # resample, filter and treat the trend, channel by channel
     kept, treated = [], []
     for near in resample(source.values, source.interval, source.first, grid, 1.0 / step).T:
         kept.append(near[used])
         band = filtered(near, 1.0 / step, "highpass", (setting.lowest,), _HIGH_PASS) if setting.lowest else near
         treated.append(_levelled(grid[used], band[used], setting.trend))
+    # cut into cycles
     shape = (len(kept), count, setting.samples)
     both = (np.moveaxis(np.reshape(array, shape), 0, -1) for array in (treated, kept))
     values, whole = (np.ascontiguousarray(array) for array in both)

@@ -9,11 +9,9 @@ with r = 1, 2/3, 1/6 between bins of a Hann window, and K segments of which neig
 (P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; J. S. Bendat, A. G. Piersol, Random Data, ch. 8). The
 ratio of two such powers then has the limits ratio / F(0.975; 2n, 2m) and ratio / F(0.025; 2n, 2m).
 
-Rattle is not Gaussian: impacts come in bursts that raise all bins of a band at once and last for cycles. So n is no
-more than the scatter of the band's power from segment to segment says, mean^2 / variance of the mean, with the
-correlation of neighbours in it. Lines that repeat themselves scatter less than this grants: there orders tell more.
-
-Takes cycles; gives densities and Bands.
+Rattle is not Gaussian: impacts come in bursts that raise all bins of a band at once and last for cycles. So n is at
+most mean^2 / variance of the mean of the band's power over the segments, with the correlation of neighbours in it.
+Lines that repeat themselves scatter less than these limits allow: for them orders are the better comparison.
 """
 
 from __future__ import annotations
@@ -82,14 +80,12 @@ def averages(powers: Array) -> float:
 
 
 def gaussian_averages(density: Array, segments: int) -> float:
-    """Return that number for a Gaussian signal.
+    """Return the equivalent number of averages for a Gaussian signal.
 
     Parameters
     ----------
     density
         (b,) of the band's bins.
-    segments
-        K.
     """
     single = segments / (1.0 + (segments - 1) / (18.0 * segments))
     total = 0.0
@@ -100,27 +96,19 @@ def gaussian_averages(density: Array, segments: int) -> float:
 
 
 def observed_averages(powers: Array) -> float:
-    """Return that number from the scatter of the powers (K,) of successive segments, correlation included; K >= 3."""
+    """Return the equivalent number of averages by the scatter of successive powers (K,), with correlation; K >= 3."""
     count = powers.size
     away = powers - powers.mean()
     spread = float(away @ away) / max(count - 1, 1)
     lags = min(_LAGS, count // 4)
     for lag in range(1, lags + 1):  # Bartlett's weights: never negative
         spread += 2.0 * (1.0 - lag / (_LAGS + 1.0)) * float(away[lag:] @ away[:-lag]) / max(count - 1, 1)
-    spread /= 1.0 - (lags + 1.0) / count  # what taking the mean away has taken from the correlations
+    spread /= 1.0 - (lags + 1.0) / count  # correction: subtracting the mean has reduced the correlations
     return count * float(powers.mean()) ** 2 / spread if spread > 0.0 else float("inf")
 
 
 def limits(ratio: float, first: float, second: float) -> tuple[float, float]:
-    """Return between what the true ratio of two powers lies, in 95 of 100 cases.
-
-    Parameters
-    ----------
-    ratio
-        of the estimates.
-    first, second
-        equivalent numbers of averages of its numerator and its denominator.
-    """
+    """Return the limits of the true ratio of two powers in 95 of 100 cases."""
     from scipy.stats import f
 
     high, low = (float(f.ppf(p, 2.0 * first, 2.0 * second)) for p in (0.975, 0.025))
@@ -131,15 +119,18 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
     """Return the bands of every channel: thirds of an octave that hold a bin, within ``band`` [Hz]."""
     measured, simulated = spectra
     frequency = simulated.frequency
+    # edges of the bands: thirds of an octave
     first = max(band[0], 0.75 * float(frequency[1]))
     edges = first * 2.0 ** (np.arange(int(np.ceil(3.0 * np.log2(band[1] / first))) + 1) / 3.0)
     edges[-1] = band[1] * (1.0 + 1e-9)
+    # power of every channel in the whole band compared
     whole = [spectrum.density[frequency <= band[1]].sum(axis=0) for spectrum in spectra]
     bands: list[list[Band]] = [[] for _ in range(measured.density.shape[1])]
     for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         inside = (frequency >= low) & (frequency < high)
         if not inside.any():
             continue
+        # power in the band; a band of rounding alone is left out
         for c, rows in enumerate(bands):
             one, other = measured.density[inside, c], simulated.density[inside, c]
             power = float(one.sum()), float(other.sum())
@@ -148,6 +139,7 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
             )
             if min(power) <= 0.0 or share < _ROUNDING:
                 continue
+            # limits of the ratio by the F distribution
             n = averages(measured.periodograms[inside, c]), averages(simulated.periodograms[inside, c])
             ratio = power[0] / power[1]
             middle, least, most = (float(10.0 * np.log10(value)) for value in (ratio, *limits(ratio, *n)))

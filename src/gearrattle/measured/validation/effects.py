@@ -1,7 +1,4 @@
-"""What a validation holds of uncertain parameters: their effects on levels, and how the levels pull them.
-
-Takes numbers; gives frozen records to the validation, its words, tables and files.
-"""
+"""Records of uncertain parameters in a validation: their effects on levels, and their shifts by the levels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What uncertain parameters could explain of a disagreement, and which of them its levels cannot tell apart.
+"""The part of a disagreement that uncertain parameters explain, and those that its levels cannot tell apart.
 
 Each of the runs with drawn parameters gives the logarithms of the levels; least squares over the runs give the effect
 g of one standard error of every parameter, with its own error from what the line leaves. A motion that rattles has no
@@ -12,8 +12,6 @@ parameters as stated and V the covariance of d from all other sources, the line 
 (A. Tarantola, Inverse Problem Theory, 2005, eq. 3.37-38, for a linear model and Gaussian errors). The correlations of S
 say which parameters the levels leave exchangeable. V holds the scatter of both records with its correlation between
 channels, the other sources of each budget, and the errors of G. Peak to peak is not used: it is of the same cycles.
-
-Takes drawn runs, Pairs and bootstrap replicates; gives an Explained.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from gearrattle.wording import counted
 SPARE = 3
 """Runs more than parameters that the effects need."""
 _SEEN = 2.0  # of its own errors, from which on an effect counts as seen
-_FLOOR = 1e-6  # relative: no level is known better
+_FLOOR = 1e-6  # relative: smallest error of a level
 _APART = ("measured scatter", "simulated scatter", "parameters")  # sources of a budget that are counted elsewhere
 _RMS = MEASURES.index("rms")
 
@@ -42,28 +40,22 @@ _RMS = MEASURES.index("rms")
 def explained(
     drawn: Drawn, pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tuple[Draws, Draws]
 ) -> Explained | None:
-    """Return what the parameters could explain; None where the runs are too few for their effects.
-
-    Parameters
-    ----------
-    drawn
-        runs with drawn parameters.
-    pairs
-        the channels with their budgets.
-    cycles, draws
-        measured, simulated.
-    """
+    """Return the part of the differences that parameters explain; None where runs are too few for their effects."""
+    # effects of the parameters on the levels, and the differences of the levels
     slopes, errors = effects(drawn)
     ratio = np.array([[_log(pair.levels[m]) for pair in pairs] for m in range(len(MEASURES))])
     used = np.flatnonzero(np.isfinite(ratio[_RMS]))
     if not np.isfinite(slopes).all() or not used.size:
         return None
+    # parameters of largest posterior probability, and their covariance
     g, d = slopes[:, _RMS, used].T, ratio[_RMS, used]
     v = _covariance(pairs, cycles, draws)[np.ix_(used, used)] + np.diag(np.sum(errors[:, _RMS, used] ** 2, axis=0))
     shift, spread = update(g, d, v, drawn.correlation)
+    # squared differences before and after
     left = d - g @ shift
     squares = float(d @ np.linalg.solve(v, d)), float(left @ np.linalg.solve(v, left))
     names = tuple(pairs[c].name for c in used.tolist())
+    # effects of every parameter on every level
     parameters = []
     for p, (path, (value, error)) in enumerate(drawn.errors.items()):
         channel_effects = tuple(
@@ -126,7 +118,8 @@ def correlation(covariance: Array) -> Array:
 
 
 def sentences(explanation: Explained) -> list[str]:
-    """Say which parameter could explain most, and which cannot be told apart."""
+    """Return sentences: the parameter that explains most, and parameters that the levels cannot tell apart."""
+    # the parameter that alone explains a channel soonest
     texts = []
     seen = [
         (abs(effect.needed), parameter, effect)
@@ -142,11 +135,13 @@ def sentences(explanation: Explained) -> list[str]:
                 f"{channel}: of the parameters alone {parameter.path} explains the rms soonest, {needed:.2g} of its "
                 "standard errors away."
             )
+    # all parameters together
     texts.append(
         f"Together the parameters take the squared differences of {counted(len(explanation.channels), 'channel')} from "
         f"{explanation.chi_square[0]:.3g} to {explanation.chi_square[1]:.3g} standard errors squared, moved by "
         f"{max((abs(p.shift) for p in explanation.parameters), default=0.0):.2g} of their own at most."
     )
+    # pairs of parameters that the levels leave exchangeable
     names = [parameter.path for parameter in explanation.parameters]
     for i, row in enumerate(explanation.estimated):
         for j, value in enumerate(row[:i]):
@@ -176,7 +171,7 @@ def _covariance(pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tup
 
 
 def _others(level: Level) -> float:
-    """What the other sources of a budget come to, of the logarithm."""
+    """Contribution of the other sources of a budget, of the logarithm."""
     values = [term.value for term in level.budget if term.source not in _APART and np.isfinite(term.value)]
     ratio = level.simulated / level.measured if level.measured > 0.0 else 0.0
     return float(np.sqrt(np.sum(np.square(values)))) / (100.0 * ratio) if ratio > 0.0 else 0.0

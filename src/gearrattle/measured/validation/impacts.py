@@ -1,10 +1,8 @@
 """Impacts per cycle: exactly from the run's crossings, and counted alike in both records where a channel allows it.
 
 A measured record shows impacts only where it has the force or the deflection of a clearance, and only by a threshold
-that is stated: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated
-channel, in the same band, is counted in the same way; what that misses shows against the exact rate.
-
-Takes a run, Cycles and thresholds; gives Impacts.
+that is stated: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated channel,
+in the same band, is counted in the same way; its difference from the exact rate shows the missed impacts.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ FALLEN_BACK = 0.1
 
 
 def passings(values: Array, threshold: float) -> Array:
-    """(N,) how often |x| rises to a threshold in every cycle.
+    """(N,) number of rises of |x| to a threshold in every cycle.
 
     Parameters
     ----------
@@ -53,13 +51,6 @@ def counted_of(
     names: Sequence[str], channels: Sequence[Channel], thresholds: Mapping[str, float]
 ) -> dict[str, tuple[int, float]]:
     """Return index of the measured channel and threshold, by clearance.
-
-    Parameters
-    ----------
-    names
-        of the clearances.
-    channels, thresholds
-        as of ``compare_impacts``.
 
     Raises
     ------
@@ -91,12 +82,6 @@ def compare_impacts(
 
     Parameters
     ----------
-    trajectory
-        of the run.
-    cycles, draws
-        measured, simulated.
-    channels
-        measured ones, as in the cycles.
     thresholds
         by clearance or by measured channel, in SI.
 
@@ -105,14 +90,17 @@ def compare_impacts(
     ModelError
         a threshold for what is no clearance, for what was not measured, or not above zero.
     """
+    # exact impacts of the run, and the ends of the cycles
     names = trajectory.layout.clearance_names
     counted = counted_of(names, channels, thresholds)
     impacts, simulated = find_impacts(trajectory), cycles[1]
     edges = simulated.start + simulated.period * np.arange(simulated.count + 1)
     compared = []
     for k, name in enumerate(names):
+        # exact rate and its standard error
         exact = np.histogram(impacts.of(k).time, edges)[0].astype(np.float64)
         error = float(draws[1].error(draws[1].means(exact))) if np.ptp(exact) else 0.0
+        # a clearance that is not counted, and why
         if name not in counted:
             nan = float("nan")
             measurable = any(subject == name for _, subject in _countable(channels).values())
@@ -120,8 +108,10 @@ def compare_impacts(
             words = f"not counted in the measurement: {why}"
             compared.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))
             continue
+        # passings of the threshold in both records, counted alike
         i, threshold = counted[name]
         one, other = (passings(cycle.whole[:, :, i], threshold) for cycle in cycles)
+        # interval of the difference of the rates
         errors = draws[0].error(draws[0].means(one)), draws[1].error(draws[1].means(other))
         reach = float(factor(errors, (draws[0].freedom, draws[1].freedom)) * np.hypot(*errors))
         apart = float(one.mean() - other.mean())

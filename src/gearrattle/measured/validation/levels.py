@@ -3,8 +3,6 @@
 rms over all cycles; peak to peak as the mean over the cycles of the largest less the smallest sample in each, since
 the extremes of a whole record grow with its length. ln(simulated / measured) is taken for normal: sigma's interval is
 100 (1 - exp(...)) of its ends.
-
-Takes Cycles and Draws; gives Levels.
 """
 
 from __future__ import annotations
@@ -44,15 +42,7 @@ def log_errors(cycles: Cycles, drawn: Draws) -> Array:
 
 
 def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draws]) -> list[tuple[Level, ...]]:
-    """Return both levels of every channel.
-
-    Parameters
-    ----------
-    measured, simulated
-        the same channels.
-    draws
-        of the measured and of the simulated cycles.
-    """
+    """Return both levels of every channel."""
     one, other = levels_of(measured), levels_of(simulated)
     errors = log_errors(measured, draws[0]), log_errors(simulated, draws[1])
     both = np.hypot(*errors)

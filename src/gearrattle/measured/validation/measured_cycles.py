@@ -1,7 +1,4 @@
-"""The measured side of a comparison: what it must not be, and its cycles by its own clock.
-
-Takes a model, a pairing, a source and what is wanted; gives Cycles.
-"""
+"""The measured side of a comparison: checks of the record, and its cycles by its own clock."""
 
 from __future__ import annotations
 

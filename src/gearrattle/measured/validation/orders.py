@@ -3,8 +3,6 @@
 The mean cycle is the synchronous average; its lines are the orders. Standard errors come from replicates of the mean:
 their deviations along and across the line's own direction, so that a small line is not biased. Phases are compared on
 one clock; a replicate sets its own, so the clock's uncertainty is in the standard errors.
-
-Takes Cycles, Draws and a delay; gives Orders.
 """
 
 from __future__ import annotations
@@ -38,8 +36,6 @@ class Lines:
         (K, C) of the mean cycle.
     replicates
         (R, K, C) of its replicates.
-    draws
-        these.
     """
 
     mean: Complex
@@ -56,7 +52,7 @@ class Lines:
         return np.asarray(self._turned().imag / np.where(size > 0.0, size, np.inf))
 
     def _turned(self) -> Complex:
-        """Deviations, in the direction of the line each."""
+        """Deviations in the direction of each line."""
         size = np.abs(self.mean)
         direction = np.where(size > 0.0, self.mean / np.where(size > 0.0, size, 1.0), 1.0)
         return np.asarray((self.replicates - self.mean) * np.conj(direction))
@@ -88,8 +84,6 @@ def delays(
     ----------
     simulated, measured
         each by its own clock.
-    channel
-        that sets the clock.
     used
         (K,) which of its lines do.
     timing
@@ -138,6 +132,7 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     frequency
         of it [Hz].
     """
+    # standard errors of the lines, along and across their direction, and their intervals
     errors = measured.draws.error(measured.along()), simulated.draws.error(simulated.along())
     turned = measured.draws.error(measured.across()), simulated.draws.error(simulated.across())
     freedoms = measured.draws.freedom, simulated.draws.freedom
@@ -146,14 +141,17 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     spread = factor(turned, freedoms) * together
     compared = []
     for c in range(measured.mean.shape[1]):
+        # strongest lines of the channel
         one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
         chosen, there = strongest((one, other), (errors[0][:, c], errors[1][:, c]))
         rows = []
+        # relative error of the amplitude, and its interval
         for k in chosen:
             a = float(one[k])
             b = float(other[k])
             far = float(reach[k, c])
             ratio = 100.0 / a if there[0][k] else float("nan")
+            # phase on one clock; open where an amplitude is lost in its scatter
             phase = float(np.angle(measured.mean[k, c] * np.conj(simulated.mean[k, c]), deg=True))
             both = there[0][k] and there[1][k]
             phase, error, wide = (

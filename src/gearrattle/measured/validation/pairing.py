@@ -1,11 +1,9 @@
-"""Which measured channel is which simulated one: by quantity and subject, or by names handed in.
+"""Pairs of measured and simulated channels: by quantity and subject, or by given names.
 
 A channel whose subject is not said is that of the body or element whose name it has.
 
 A speed of a body is its velocity with the mean rotation: it has the simulated velocity as partner, and is compared
 without its mean, unless the velocity itself was measured.
-
-Takes two Recordings; gives pairs of channels and what has no partner.
 """
 
 from __future__ import annotations
@@ -24,13 +22,9 @@ class Pairing:
 
     Attributes
     ----------
-    measured, simulated
-        of pair i.
     measured_alone, simulated_alone
         names; a simulated one is told only where nothing else of its subject or
         quantity was measured either.
-    notes
-        on channels left out.
     """
 
     measured: tuple[Channel, ...]
@@ -43,18 +37,12 @@ class Pairing:
 def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) -> Pairing:
     """Return the pairs.
 
-    Parameters
-    ----------
-    measured, simulated
-        recordings in SI.
-    match
-        simulated names by measured names, before anything else.
-
     Raises
     ------
     ModelError
         a name that is not there, no pair at all, units that differ.
     """
+    # pairs stated by name
     problems = [
         Problem("match", name, f"is no channel of {recording.source}; there are {listed(recording.names)}")
         for recording, names in ((measured, match.keys()), (simulated, match.values()))
@@ -64,6 +52,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     if problems:
         raise ModelError(problems)
     pairs: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
+    # pairs by quantity and subject; a velocity comes before a speed
     notes = []
     for channel in sorted(measured.channels, key=lambda channel: channel.quantity == "speed"):
         if channel.name in match or not channel.quantity:
@@ -79,11 +68,13 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
             notes.append(f"{channel.name}: {partner.name} is compared with {taken[0]} already; left out")
             continue
         pairs.append((channel, partner))
+    # refuse no pair at all, and units that do not agree
     if not pairs:
         raise ModelError(_nothing(measured, simulated))
     wrong = [_unit(one, other, measured.source) for one, other in pairs if other.unit not in one.unit.split(" or ")]
     if wrong:
         raise ModelError(wrong)
+    # a speed is compared without its mean; channels without partner
     pairs = [(_like(replace(one, unit=other.unit), other, notes), other) for one, other in pairs]
     with_partner = {one.name for one, _ in pairs}, {other.name for _, other in pairs}
     alone = tuple(name for name in measured.names if name not in with_partner[0])
@@ -93,7 +84,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
 
 
 def _like(one: Channel, other: Channel, notes: list[str]) -> Channel:
-    """Return a measured channel without the mean rotation where it is a speed and its partner a velocity; note it."""
+    """Return a measured channel without its mean rotation where it is a speed and its partner a velocity; note it."""
     if (one.quantity, other.quantity) != ("speed", "velocity"):
         return one
     mean = float(one.values.mean())

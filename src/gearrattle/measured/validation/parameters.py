@@ -5,8 +5,6 @@ the given standard error. The variance of ln(level) over the runs, less the vari
 a run, is the square of the uncertainty. With few runs this is a rough estimate, with a relative error of about
 1 / sqrt(2 (runs - 1)). Parameters of a Fit are drawn with its correlations, others independently. The levels of a
 channel are peak to peak and rms; C is the number of channels.
-
-Takes a run, standard errors and a function that returns the levels of a run; gives Drawn runs.
 """
 
 from __future__ import annotations
@@ -37,12 +35,14 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
     ModelError
         a path that does not exist, a value that is not a positive number, an error that is not between 0 and the value.
     """
+    # standard errors by path
     stated = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables = model.to_tables()
     errors = {path: error for named, error in stated.items() for path in paths_at(tables, named)}
     names = model.paths()
     problems = []
     values = {}
+    # refuse unknown paths, and errors or values that are not positive
     for path, error in errors.items():
         if path not in names:
             remedy = did_you_mean(path, names)
@@ -119,20 +119,12 @@ def repeated(
 
     Parameters
     ----------
-    run
-        the simulation, whose settings are kept.
-    errors
-        values and standard errors by path.
     correlation
         (P, P) of their logarithms.
     levels
         returns the (2, C) levels of a run.
     runs
         number of runs, two or more.
-    seed
-        of the random numbers.
-    progress
-        called with the fraction done.
     """
     size, axes = np.linalg.eigh(correlation)  # a square root that exists for singular correlations too
     root = (axes * np.sqrt(np.maximum(size, 0.0))) @ axes.T

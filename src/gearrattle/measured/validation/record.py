@@ -1,9 +1,7 @@
-"""What a validation holds: levels, orders and bands of every channel, the clock, impact rates, error budgets.
+"""Records of a validation: levels, orders and bands of every channel, the clock, impact rates, error budgets.
 
 Every sigma has the sign of the paper's Table 5, (measured - simulated) / measured: positive where the simulation reads
 low. Intervals are 95 % ones.
-
-Takes numbers; gives frozen records to verdicts, plots and reports.
 """
 
 from __future__ import annotations
@@ -161,7 +159,7 @@ class Band(Record):
 
 @dataclass(frozen=True)
 class Curves:
-    """What figures show of a channel.
+    """Curves of a channel for figures.
 
     Attributes
     ----------

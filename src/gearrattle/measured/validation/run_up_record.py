@@ -1,9 +1,7 @@
-"""What the validation of a run-up holds: the amplitude of every order over speed, measured and simulated.
+"""Record of a run-up's validation: the amplitude of every order over speed, measured and simulated.
 
 Every sigma has the sign of the paper's Table 5: positive where the simulation reads low. Intervals are 95 % ones and
 come from repeated run-ups alone.
-
-Takes numbers; gives frozen records to plots, reports and commands.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """``validate_run_up``: a simulated run-up against measured ones, order by order over speed.
 
-A change of speed has no period, so there are no cycles to average over: what two of them have in common is the
-amplitude of every order at every speed. Orders are fitted over blocks of as many turns in both (``order_cuts``), read
-at the same speeds by straight lines between blocks, and compared there,
+A change of speed has no period, so there are no cycles to average over. Two run-ups have in common the amplitude of
+every order at every speed. Orders are fitted over blocks of as many turns in both (``order_cuts``), read at the same
+speeds by straight lines between blocks, and compared there,
 
     sigma(n) = (measured - simulated) / measured,        over the run-up by the rms of the amplitudes over speed.
 
-What chance does shows only in repeated run-ups: with two or more the measured amplitude is their mean, its interval
-Student's. Phases are not compared, each shaft having a zero of its own; nor is what lies between orders.
-
-Takes runs and recordings; gives a RunUp.
+Random scatter shows only in repeated run-ups: with two or more the measured amplitude is their mean, its interval
+Student's. Phases are not compared, as each shaft has a zero of its own; nor is the signal between orders.
 """
 
 from __future__ import annotations
@@ -98,16 +96,19 @@ def validate_run_up(
     9.1
     """
     check_arguments(progress=(CALLBACK, progress))
+    # the recordings
     several = not isinstance(measurement, str | os.PathLike | Mapping | Recording)
     measurements: list[Measured] = list(measurement) if several else [measurement]  # type: ignore[arg-type, list-item]
     if not measurements:
         raise ModelError(Problem("measurement", "none", "needs one run-up at least", "give a file or a recording"))
     recordings = [entry if isinstance(entry, Recording) else read(entry) for entry in measurements]
+    # the simulated run-up, and pairs of channels
     run = run_of(model, settings or {}, progress)
     simulation = recorded(run)
     pairings = [paired(recording, simulation, match or {}) for recording in recordings]
     names = [channel.name for channel in pairings[0].measured]
     check_repeats(recordings, pairings)
+    # amplitudes over speed of every pair
     chosen = orders_in_common(run, recordings, orders, speed, names[0])
     tracks, notes = [], dict.fromkeys(pairings[0].notes)
     for one, other in zip(pairings[0].measured, pairings[0].simulated, strict=True):
@@ -172,12 +173,14 @@ def _tracks(
     turns: float,
 ) -> tuple[list[Track], list[str]]:
     """Compare the orders of one channel; with the notes of its signals."""
+    # orders of every record and of the simulation, where the speed rises or falls steadily
     one, other = pair
     cuts = [order_cuts(recording, one.name, orders, speed=speed, turns=turns) for recording in recordings]
     cuts.append(order_cuts(run, f"{other.quantity}.{other.subject}", orders, turns=turns))
     parts = [longest_stretch(cut["speed"].values, str(cut.attrs["source"])) for cut in cuts]
     rising = [rows for rows, _ in parts]
     speeds = [cut["speed"].values[rows] for cut, rows in zip(cuts, rising, strict=True)]
+    # amplitudes at the same speeds
     grid = _grid(speeds, one.name)
     read_at = np.array(
         [
@@ -186,6 +189,7 @@ def _tracks(
         ]
     )
     measured, simulated = read_at[:-1], read_at[-1]
+    # scatter of the repeats, and the tracks
     error, reach = _scatter(measured)
     tracks = [
         Track(
@@ -201,6 +205,7 @@ def _tracks(
         )
         for k, order in enumerate(cuts[-1]["order"].values)
     ]
+    # notes on stretches and cuts
     notes = [note for _, note in parts if note]
     return tracks, [*notes, *(note for cut in cuts for note in str(cut.attrs["notes"]).splitlines())]
 

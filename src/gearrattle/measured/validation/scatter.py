@@ -5,8 +5,6 @@ J. P. Romano 1992, in LePage & Billard, Exploring the Limits of Bootstrap, 263-2
 levels and the sizes of their strong lines are correlated, and no shorter than N^(1/3). Block means of N cycles scatter
 too little by the factor 1 - L/N; standard errors are widened by it, and intervals take Student's t with N/L - 1 degrees
 of freedom, combined over two records after Welch and Satterthwaite (B. L. Welch 1947, Biometrika 34, 28-35).
-
-Takes cycles; gives weights, standard errors and factors.
 """
 
 from __future__ import annotations
@@ -59,7 +57,7 @@ class Draws:
 
 
 def block_length(levels: Array, lines: Array | None = None) -> int:
-    """Return how many cycles make a block: until levels, and lines on average, are correlated no longer.
+    """Return the cycles of a block: as long as levels, and lines on average, are correlated.
 
     Parameters
     ----------
@@ -81,7 +79,7 @@ def block_length(levels: Array, lines: Array | None = None) -> int:
 
 
 def _related(values: Array, lag: int) -> Array:
-    """Correlation of every column that moves with itself so many cycles later."""
+    """Correlation of every column that moves with itself ``lag`` cycles later."""
     away = values - values.mean(axis=0)
     power = np.sum(away**2, axis=0)
     moving = power > 1e-18 * len(values) * np.max(np.abs(values), axis=0) ** 2
@@ -97,10 +95,6 @@ def draws(
     ----------
     levels
         (N, C) a level of every cycle and channel, from which the block is chosen; N >= 8.
-    generator
-        of random numbers.
-    replicates
-        R.
     lines
         (N, L) sizes of strong lines in every cycle, likewise.
     """
@@ -113,14 +107,12 @@ def draws(
 
 
 def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
-    """Return by what the root of the sum of two squared standard errors is multiplied for a 95 % interval.
+    """Return the factor of a 95 % interval on the root of the sum of two squared standard errors.
 
     Parameters
     ----------
     errors
         (...) standard errors of two independent records.
-    freedoms
-        their degrees of freedom.
     """
     from scipy.stats import t
 

@@ -1,7 +1,4 @@
-"""A run as a recording, without the way through a file; names are those of its CSV and of ``gr.read`` of its file.
-
-Takes a Run, or a Model whose run is still to come; gives a Recording.
-"""
+"""The recording of a run, made without a file; names are those of its CSV and of ``gr.read`` of its file."""
 
 from __future__ import annotations
 
@@ -33,17 +30,7 @@ def to_be_recorded(model: Model) -> Recording:
 
 
 def _channels(layout: Layout, units: str, values: Callable[[str, int], Array]) -> tuple[Channel, ...]:
-    """Return the channels of a run.
-
-    Parameters
-    ----------
-    layout
-        names and constants of the driveline.
-    units
-        of the model.
-    values
-        samples by quantity and index.
-    """
+    """Return the channels of a run."""
     channels, plain = [], units == "dimensionless"
     for quantity, unit in _OF_INERTIAS.items():
         for i, name in enumerate(layout.inertia_names):

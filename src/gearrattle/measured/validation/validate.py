@@ -1,7 +1,4 @@
-"""``validate``: a model or a run, and a measurement, in; how far they agree, and why not further, out.
-
-Takes runs, recordings and signals; gives a Validation.
-"""
+"""``validate``: agreement of a model or a run with a measurement, and the causes of disagreement."""
 
 from __future__ import annotations
 
@@ -100,6 +97,7 @@ def validate(
     >>> [(level.measure, round(level.sigma, 1)) for level in gr.validate(run, rig).pairs[0].levels]
     [('peak-to-peak', 2.0), ('rms', 1.9)]
     """
+    # check the arguments
     check_arguments(progress=(CALLBACK, progress))
     wanted = Wanted(
         match or {},
@@ -119,6 +117,7 @@ def validate(
     problems = list(problems_of(wanted))
     if problems:
         raise ModelError(problems)
+    # the recording, and the model or run
     recording = measurement if isinstance(measurement, Recording) else read(measurement)
     driveline = opened(model)
     if isinstance(driveline, Model):

@@ -1,7 +1,4 @@
-"""A validation in words: which channels agree within chance, which do not and by how much, where to look first.
-
-Takes Pairs, Impacts and a Clock; gives sentences.
-"""
+"""Sentences of a validation: channels that agree within chance, those that do not and by how much, likely causes."""
 
 from __future__ import annotations
 

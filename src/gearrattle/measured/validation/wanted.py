@@ -1,7 +1,4 @@
-"""The arguments of a validation, and the checks of them that need no data.
-
-Takes arguments; gives a frozen record.
-"""
+"""The arguments of a validation, and the checks of them that need no data."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ CLOCKS = ("cycle", "phase", "none")
 
 @dataclass(frozen=True)
 class Wanted:
-    """How two motions are compared; attributes as the arguments of ``validate``."""
+    """Arguments of a comparison; attributes as those of ``validate``."""
 
     match: Mapping[str, str] = field(default_factory=dict)
     start: float | None = None
@@ -37,7 +34,7 @@ class Wanted:
 
 
 def problems_of(wanted: Wanted) -> list[Problem]:
-    """Return the problems of the arguments that show without any data."""
+    """Return the problems of the arguments that need no data."""
     problems = []
     if wanted.trend not in TRENDS:
         problems.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))

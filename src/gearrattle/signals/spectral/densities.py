@@ -1,7 +1,4 @@
-"""``psd``, ``cross_psd``, ``coherence``: densities of runs and recordings by Welch's averages, with their limits.
-
-Takes runs and recordings; gives labelled data over frequency.
-"""
+"""``psd``, ``cross_psd``, ``coherence``: densities of runs and recordings by Welch's averages, with their limits."""
 
 from __future__ import annotations
 
@@ -213,18 +210,12 @@ def coherence(
 
 
 def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
-    """Return how a signal is cut.
+    """Return the segments of a signal.
 
     Parameters
     ----------
-    signal
-        the signal.
     resolution
         width of a bin [Hz]; None: a part of the record.
-    overlap, window
-        as in ``psd``.
-    parts
-        of the record in a segment where nothing else is said.
 
     Raises
     ------
@@ -279,7 +270,7 @@ def density_unit(signal: Sampled) -> str:
 def _pair(
     source: Source, channel: str, reference: str, *, resolution: str | float | None, overlap: float, window: str
 ) -> tuple[Sampled, Sampled, Segments, CrossSpectra]:
-    """Return both signals, how they are cut, and their densities."""
+    """Return both signals, their segments, and their densities."""
     y, x = sampled(source, channel), sampled(source, reference)
     segments = segments_of(y, resolution, overlap, window, _PARTS)
     return y, x, segments, cross_spectra(x.values, y.values, y.rate, segments)

@@ -1,7 +1,4 @@
-"""``order_map``, ``order_cuts``: orders of a shaft whose speed changes, of runs and recordings.
-
-Takes runs and recordings; gives labelled data over time or speed, and order.
-"""
+"""``order_map``, ``order_cuts``: orders of a shaft whose speed changes, of runs and recordings."""
 
 from __future__ import annotations
 
@@ -93,12 +90,14 @@ def order_map(
     >>> float(orders["order"][strongest])
     2.0
     """
+    # the signal and its shaft, and checks of the arguments
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)
     _choices(over, window, overlap)
     if problems := argument_problems({"turns": (Count(1), turns)}):
         raise ModelError(problems)
     _long_enough(signal, shaft, turns)
+    # samples per turn for the highest order; the map must not become too large
     shown_orders = _highest(signal, shaft, highest)
     per_turn = max(_FEWEST_PER_TURN, int(np.ceil(shown_orders / PASSED - 1e-9)))
     per_turn += per_turn % 2
@@ -108,10 +107,12 @@ def order_map(
         raise ModelError(
             Problem(signal.place, f"overlap {overlap:g}, {counted(turns, 'turn')}", rule, "lower the overlap")
         )
+    # resample over the angle, then spectra of blocks
     read = turned(signal.values, signal.interval, shaft.angle, shaft.speed, per_turn)
     if read.values.size < turns * per_turn:
         _long_enough(signal, shaft, turns + 2.0 / per_turn)
     estimate = order_spectra(read, turns, overlap, window, shown_orders)
+    # labelled data, over time or gathered by speed
     attributes = {
         KIND: "order map",
         **_attributes(signal, shaft, estimate),
@@ -174,6 +175,7 @@ def order_cuts(
     >>> round(float(np.median(np.abs(cuts["amplitude"]))), 2)
     3.0
     """
+    # the signal and its shaft, and checks of the arguments
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)
     _choices(over, "hann", overlap)
@@ -182,6 +184,7 @@ def order_cuts(
         raise ModelError(Problem("orders", shown(list(orders)), "must be positive numbers, one at least"))
     if not turns > 0.0:
         raise ModelError(Problem("turns", shown(turns), "must be positive"))
+    # orders that a block cannot separate
     apart = float(np.diff(wanted, prepend=0.0).min())
     if apart * turns < 0.5:
         rule = (
@@ -190,6 +193,7 @@ def order_cuts(
         )
         remedy = f"take turns={np.ceil(1.0 / apart - 1e-6):.0f} or more"
         raise ModelError(Problem("orders", shown(wanted.tolist()), rule, remedy))
+    # least squares of all orders in every block
     _long_enough(signal, shaft, turns)
     _highest(signal, shaft, float(wanted[-1]))
     estimate = fitted_orders(

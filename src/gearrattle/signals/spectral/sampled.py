@@ -1,10 +1,7 @@
-"""One signal of a run or a recording, and the shaft that turns beside it, for whatever has spectra or orders.
+"""A sampled signal of a run or a recording, and the shaft that turns beside it, for spectra and orders.
 
-A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so what moves faster
-than half the rate folds back, and a note says where that can be. A recording is taken as it is, if its samples are
-uniform.
-
-Takes runs and recordings; gives plain arrays with their names.
+A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so frequencies above
+half the rate fold back, and a note says where that can be. A recording is taken as it is, if its samples are uniform.
 """
 
 from __future__ import annotations
@@ -43,8 +40,6 @@ class Sampled:
 
     Attributes
     ----------
-    name
-        the channel's.
     unit
         of the values, in SI; "1" for pure numbers.
     values
@@ -53,12 +48,6 @@ class Sampled:
         time of the first sample [s].
     interval
         between samples [s].
-    source
-        where it came from, in words.
-    dimensionless
-        whether its model has no units.
-    notes
-        what the user must know.
     """
 
     name: str
@@ -77,13 +66,13 @@ class Sampled:
 
     @property
     def place(self) -> str:
-        """Where an error is."""
+        """Location of the signal in error messages."""
         return f"{self.source}: {self.name}"
 
 
 @dataclass(frozen=True)
 class Shaft:
-    """How a shaft turns beside a signal.
+    """Angle and speed of a shaft beside a signal.
 
     Attributes
     ----------
@@ -91,8 +80,6 @@ class Shaft:
         (N,) at the signal's samples [rad].
     speed
         (N,) its derivative [rad/s].
-    name
-        where they are from, in words.
     """
 
     angle: Array
@@ -105,8 +92,6 @@ def sampled(source: Source, channel: str) -> Sampled:
 
     Parameters
     ----------
-    source
-        a run or a recording.
     channel
         of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
 
@@ -129,10 +114,6 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
     Parameters
     ----------
-    source
-        where the signal is from.
-    signal
-        from ``sampled``.
     speed
         a channel of a recording, with the speed or angle of the shaft; or a constant speed, "1500 rpm" or a
         plain number [rad/s]; None: of a run its reference shaft, of a recording its shaft angle or speed.
@@ -164,7 +145,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
-    """Return the shaft beside a signal, turning one way, forward.
+    """Return the shaft beside a signal, turned forward; refuse one that stands or turns back.
 
     Raises
     ------
@@ -253,7 +234,7 @@ def _of_run(run: Run, channel: str) -> Sampled:
 
 
 def _folds(run: Run, rate: float) -> tuple[str, ...]:
-    """Say whether excited orders lie above half the rate."""
+    """Return a note where excited orders lie above half the rate."""
     ramp, layout = ramp_of(run.model), run.trajectory.layout
     fastest = layout.omega if ramp is None else max(ramp.begin, ramp.end)
     highest = float(layout.orders.max(initial=0.0)) * fastest / TURN

@@ -1,10 +1,8 @@
-"""``spectra``: everything that densities tell of a signal, or of two, as real variables that every file format takes.
+"""``spectra``: all densities of a signal, or of two, as real variables that every file format takes.
 
 netCDF has no complex numbers (Unidata, NetCDF User's Guide, data model); what h5netcdf writes of them is a file that
 other tools may refuse. So a cross density and a transfer function stand as real and imaginary part, and as magnitude
-and phase, each a labelled variable. What they are, and which limits enclose them, is said in ``densities``.
-
-Takes runs and recordings; gives labelled data over frequency.
+and phase, each a labelled variable. Their definitions and limits stand in ``densities``.
 """
 
 from __future__ import annotations
@@ -94,13 +92,13 @@ def spectra(
 
 
 def _named(data: xr.Dataset, names: tuple[tuple[str, str], ...], words: str) -> dict[str, Any]:
-    """Return variables under new names, with what they are."""
+    """Return variables under new names, with their descriptions."""
     ends = {"low": ", lower limit", "high": ", upper limit"}
     return {new: data[old].assign_attrs(long_name=words + ends.get(old, "")) for old, new in names}
 
 
 def cross_parts(both: xr.Dataset) -> dict[str, Any]:
-    """Return what ``cross_psd`` returned as real variables, by name."""
+    """Return the result of ``cross_psd`` as real variables, by name."""
     x, y = both.attrs["reference"], both.attrs["channel"]
     return {
         **_parts(both["cross"], "cross", f"cross spectral density of {x} and {y}"),

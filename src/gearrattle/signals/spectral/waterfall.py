@@ -1,7 +1,4 @@
-"""``waterfall``: spectra side by side along time or a change of speed, of runs and recordings.
-
-Takes runs and recordings; gives labelled data over time or speed, and frequency or order.
-"""
+"""``waterfall``: spectra side by side along time or a change of speed, of runs and recordings."""
 
 from __future__ import annotations
 
@@ -93,10 +90,12 @@ def waterfall(
     if scaling not in _SCALINGS:
         rule = f"must be one of {listed(_SCALINGS)}"
         raise ModelError(Problem("scaling", shown(scaling), rule, did_you_mean(scaling, _SCALINGS)))
+    # segments of the signal, and the shaft where orders or speeds are wanted
     signal = sampled(source, channel)
     segments = segments_of(signal, resolution, overlap, window, _PARTS)
     needed = orders is not None or speed_step is not None
     shaft = required(source, signal, speed) if needed else shaft_of(source, signal, speed)
+    # the map must not become too large
     top = 0.5 * signal.rate
     if highest is not None:
         top = quantity("highest", highest, units.FREQUENCY, signal.dimensionless)
@@ -104,6 +103,7 @@ def waterfall(
     if size > _MOST:
         rule = f"{size:.3g} values make a map larger than {_MOST:.3g}"
         raise ModelError(Problem(signal.place, counted(segments.count, "row"), rule, "lower highest or the overlap"))
+    # the spectrum of every segment
     density = scaling == "density"
     turning = None if shaft is None else shaft.speed
     rows = spectra(signal.values, signal.rate, segments, turning, density=density, highest=top)
@@ -114,6 +114,7 @@ def waterfall(
         "scaling": scaling,
     }
     attributes["units"] = density_unit(signal) if density else signal.unit
+    # gather by speed, or read along orders
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
         rows, attributes["speed_step"] = by_steps(rows, step, density), step

@@ -3,8 +3,6 @@
 A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots, structures of
 an array by their number: ``rec.Y(2).Data``. ``write`` puts names, units and quantities beside the signals, as JSON in
 the text ``gearrattle``, and the format in ``gearrattle_format``. Version 7.3 is HDF5, and read there.
-
-Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
@@ -32,12 +30,12 @@ _LONGEST_NAME = 63
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell the text and the mark of byte order of version 5, or the head of a variable of version 4."""
+    """Return whether a file has text and byte-order mark of version 5, or the head of a variable of version 4."""
     return _is_version_5(head) or version_4.is_version_4(head)
 
 
 def read(path: Path, request: Request) -> Raw:
-    """Return its vectors; those that are not asked for are named only."""
+    """Return its vectors; those that are not asked for have a name only."""
     with opened(path) as stream:
         _check_packed(stream, request)
         contents = contents_of(_variables(stream, within=True), str(path))
@@ -53,7 +51,7 @@ def read(path: Path, request: Request) -> Raw:
 
 
 def write(recording: Recording, path: Path) -> None:
-    """Write ``time`` [s], one vector a channel, and what they are."""
+    """Write ``time`` [s], one vector a channel, and their names, units and quantities."""
     from scipy.io import savemat
 
     variables: dict[str, Any] = {"time": recording.time}
@@ -75,7 +73,7 @@ def _is_version_5(head: bytes) -> bool:
 
 
 def _variables(stream: BinaryIO, *, within: bool) -> Iterator[Variable]:
-    """Yield the variables of an open file from its beginning; compressed structures whole, or what is within them."""
+    """Yield the variables of an open file from its beginning; compressed structures whole, or their content."""
     size = os.fstat(stream.fileno()).st_size
     stream.seek(0)
     head = stream.read(version_5.HEAD)
@@ -86,7 +84,7 @@ def _variables(stream: BinaryIO, *, within: bool) -> Iterator[Variable]:
 
 
 def _check_packed(stream: BinaryIO, request: Request) -> None:
-    """Refuse a file by the heads of its variables, before what is compressed is unpacked to look for more heads.
+    """Refuse a file by the heads of its variables, before compressed ones are unpacked for more heads.
 
     Raises
     ------

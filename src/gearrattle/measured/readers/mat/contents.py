@@ -1,10 +1,8 @@
-"""What the variables of a MAT file mean: which are signals, what they are called, and where their times are.
+"""Meaning of the variables of a MAT file: signals, their names, and their times.
 
-A MAT file has no units and often no times, so what recorders put beside their signals is understood: ``Name`` and
-``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i; ``Tstart``,
-``Tinterval`` and ``Length`` as the times of the vectors beside them.
-
-Takes variables without their numbers; gives columns without their numbers.
+A MAT file has no units and often no times. So the variables that recorders store beside their signals are understood:
+``Name`` and ``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i;
+``Tstart``, ``Tinterval`` and ``Length`` as the times of the vectors beside them.
 """
 
 from __future__ import annotations
@@ -45,7 +43,7 @@ class Signal(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Times that are told by three numbers; the length is 0 where the file does not say it."""
+    """Times stated by three numbers; the length is 0 where the file does not state it."""
 
     start: float
     interval: float
@@ -61,7 +59,7 @@ class Clock(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """What is in a file.
+    """Signals, clocks, texts and other variables of a file.
 
     Attributes
     ----------
@@ -89,7 +87,7 @@ class Contents:
         return clock if clock and clock.length in (0, self.signals[path].samples) else None
 
     def wanted(self, request: Request) -> set[str]:
-        """Return the paths of what is read: what is asked for, and what may be times."""
+        """Return the paths that are read: those asked for, and possible times."""
         if request.names is None:
             return set(self.signals)
         columns = [(path, column) for path, signal in self.signals.items() for column in signal.columns]
@@ -106,7 +104,7 @@ class Contents:
         yield from (samples for _, samples in made)
 
     def notes(self) -> Iterator[str]:
-        """Yield what the user must know."""
+        """Yield notes for the user."""
         for path, kind in list(self.objects.items())[:_MOST_NAMED]:
             yield f"{path} is an object of MATLAB ({kind}) and is left out: save what it holds as plain vectors"
         if self.left_out:
@@ -124,14 +122,7 @@ class Contents:
 
 
 def contents_of(variables: Iterable[Variable], source: str) -> Contents:
-    """Return what is in a file.
-
-    Parameters
-    ----------
-    variables
-        with compressed structures looked into; short texts and single numbers are read.
-    source
-        the file as messages name it.
+    """Return the contents of a file.
 
     Raises
     ------
@@ -143,6 +134,7 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     numbers: dict[str, float] = {}
     objects: dict[str, str] = {}
     others: list[str] = []
+    # sort the variables: objects, signals, single numbers, texts
     for variable in variables:
         if variable.sort == "object":
             objects[variable.name] = variable.said
@@ -157,9 +149,11 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
                 numbers[variable.name] = _number(variable)
             elif variable.name in (TOLD, FORMAT) or variable.name.rpartition(".")[2] in (*_NAMES, *_UNITS):
                 texts[variable.name] = variable.text()
+    # times by Tstart, Tinterval and Length; variables that describe others
     clocks = _clocks(numbers, source)
     used = {*(TOLD, FORMAT), *(f"{parent}{key}" for parent in clocks for key in _TRIPLE)}
     used |= {f"{_parent(path)}{key}" for path in shapes if _parent(path) for key in (*_NAMES, *_UNITS, "XIndex")}
+    # the signals, and the variables left over
     signals = _signals(shapes, texts, numbers)
     return Contents(signals, clocks, texts, objects, [name for name in others if name not in used])
 
@@ -189,7 +183,7 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
 def _data_of_axes(
     shapes: dict[str, tuple[int, ...]], labels: dict[str, str]
 ) -> dict[tuple[str, int], list[tuple[str, float]]]:
-    """Return every ``X.Data`` whose name may be one of time, and its number, by what stands before it and length."""
+    """Return every ``X.Data`` that may hold times, and its number, by parent path and length."""
     axes: dict[tuple[str, int], list[tuple[str, float]]] = {}
     for path, shape in shapes.items():
         axis = _SERIES.fullmatch(path)
@@ -213,13 +207,13 @@ def _axis(
 
 
 def _is_axis(path: str) -> bool:
-    """Tell ``X.Data``."""
+    """Return whether a path is an ``X.Data``."""
     series = _SERIES.fullmatch(path)
     return series is not None and series[2] in "Xx"
 
 
 def _clocks(numbers: dict[str, float], source: str) -> dict[str, Clock]:
-    """Return the clocks that Tstart, Tinterval and Length tell, by what stands before these names."""
+    """Return the clocks by Tstart, Tinterval and Length, by the path before these names."""
     clocks = {}
     for path, interval in numbers.items():
         parent = _parent(path)
@@ -240,19 +234,19 @@ def _number(variable: Variable) -> float:
 
 
 def _parent(path: str) -> str:
-    """Return what stands before the last name of a path, its dot with it; empty for a variable of the file."""
+    """Return the path before the last name, with its dot; empty for a variable of the file."""
     return path[: path.rfind(".") + 1]
 
 
 def _text_of(texts: dict[str, str], path: str, keys: tuple[str, ...]) -> str:
-    """Return the text that stands beside ``Data`` under one of some names; empty for other signals."""
+    """Return the text beside ``Data`` under one of some names; empty for other signals."""
     if path.rpartition(".")[2] not in _DATA or not _parent(path):
         return ""
     return next((text.strip() for key in keys if (text := texts.get(f"{_parent(path)}{key}"))), "")
 
 
 def _rows(text: str) -> dict[str, dict[str, Any]]:
-    """Return what ``write`` put beside the signals, by variable."""
+    """Return the entries that ``write`` stored beside the signals, by variable."""
     try:
         rows = json.loads(text)
     except ValueError:

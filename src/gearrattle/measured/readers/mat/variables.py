@@ -2,8 +2,6 @@
 
 A vector of 0.9 GB as uint8 is 7.2 GB in double precision, and a compressed one is a thousandth of it in the file. So
 the heads of all variables are read first, and the numbers of those that are wanted later, into their final array.
-
-Takes an open file; gives bytes, and the tables of ``version_4`` and ``version_5``.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from gearrattle.recording import Array
 
 _BLOCK = 65_536  # compressed bytes that are read at once
 _SMALL = 1_000_000  # bytes of a head, a name or a text at most
-_UNKNOWN = 2**62  # length of what is unpacked, before it is
+_UNKNOWN = 2**62  # length of unpacked bytes, before they are unpacked
 
 
 class Damaged(ValueError):
@@ -28,13 +26,7 @@ class Damaged(ValueError):
 
 
 class Part:
-    """A number of bytes, read in order.
-
-    Attributes
-    ----------
-    left
-        bytes that were not read yet.
-    """
+    """A range of bytes, read in order."""
 
     def __init__(self, read: Callable[[int], bytes], skip: Callable[[int], object], left: int) -> None:
         self._read = read
@@ -55,25 +47,25 @@ class Part:
         return self._read(count)
 
     def skip(self, count: int) -> None:
-        """Pass over bytes, which are left out where they are not there."""
+        """Skip bytes, as far as there are any."""
         count = min(count, self.left)
         self.left -= count
         self._skip(count)
 
     def part(self, count: int) -> Part:
-        """Return the next bytes as a part of their own, to be read before this one is."""
+        """Return the next bytes as a part of their own, which must be read before this one."""
         if count > self.left:
             raise Damaged(f"an element of {count} bytes ends beyond the file")
         return Part(self.read, self.skip, count)
 
     def small(self) -> bytes:
-        """Return all that is left: a head, a name or a text."""
+        """Return all bytes that are left: a head, a name or a text."""
         if self.left > _SMALL:
             raise Damaged(f"a head or a text of {self.left} bytes")
         return self.read(self.left)
 
     def unpacked(self) -> Part:
-        """Return what these bytes unpack to; its length is not known before."""
+        """Return the unpacked bytes; their length is not known before."""
         unpacking = zlib.decompressobj()
 
         def read(count: int) -> bytes:
@@ -95,12 +87,10 @@ class Part:
 
 
 def part_of(stream: BinaryIO, size: int) -> Part:
-    """Return the bytes of an open file from where it stands to its end.
+    """Return the bytes of an open file from its position to its end.
 
     Parameters
     ----------
-    stream
-        the file.
     size
         of the whole file [bytes].
     """
@@ -120,20 +110,8 @@ class Variable:
 
     Attributes
     ----------
-    name
-        its path: ``rec.Y(2).Data``.
     sort
         "numbers", "text", "object", "structure" (compressed, and not looked into), "other".
-    shape
-        of numbers.
-    stored
-        type of the stored numbers.
-    coding
-        of a text.
-    said
-        class of an object.
-    part
-        where numbers or a text stand; the unpacked bytes of a structure.
     """
 
     name: str

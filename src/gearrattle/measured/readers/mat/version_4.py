@@ -2,8 +2,6 @@
 
 The first number of a head is MOPT in decimal digits: M is the order of bytes, P the type of the numbers, T what they
 mean. Format: The MathWorks, MAT-File Format (R2023a), level 4.
-
-Takes bytes; gives variables.
 """
 
 from __future__ import annotations
@@ -33,13 +31,7 @@ class _Head(NamedTuple):
 
 
 def is_version_4(head: bytes) -> bool:
-    """Tell a file that begins with the head and the name of a variable of version 4.
-
-    Parameters
-    ----------
-    head
-        its first bytes.
-    """
+    """Return whether a file begins with the head and the name of a variable of version 4."""
     about = _head_of(head[:_HEAD])
     if about is None:
         return False
@@ -49,11 +41,6 @@ def is_version_4(head: bytes) -> bool:
 
 def variables(part: Part) -> Iterator[Variable]:
     """Yield the variables; their numbers are read before the next one is asked for, or not at all.
-
-    Parameters
-    ----------
-    part
-        the bytes of the file.
 
     Raises
     ------
@@ -76,7 +63,7 @@ def variables(part: Part) -> Iterator[Variable]:
 
 
 def _head_of(head: bytes) -> _Head | None:
-    """Read a head; None for what is none."""
+    """Read a head; None where there is none."""
     if len(head) < _HEAD:
         return None
     for machine, order in enumerate("<>"):

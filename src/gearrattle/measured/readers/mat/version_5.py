@@ -3,8 +3,6 @@
 Every length is checked against what is there: SciPy 1.17 ends the process on some damaged files. Objects, such as
 a timetable or a datetime, are told by name and class; what they hold only MATLAB can read. Format: The MathWorks,
 MAT-File Format (R2023a); the head of an object (class 17), which it leaves out, is flags, name, "MCOS", class.
-
-Takes bytes; gives variables.
 """
 
 from __future__ import annotations
@@ -40,10 +38,6 @@ def variables(head: bytes, part: Part, *, within: bool) -> Iterator[Variable]:
     ----------
     head
         the first 128 bytes of the file.
-    part
-        what follows them.
-    within
-        whether compressed structures are looked into; they take long.
 
     Yields
     ------
@@ -66,7 +60,7 @@ def variables(head: bytes, part: Part, *, within: bool) -> Iterator[Variable]:
 
 
 def _elements(part: Part, order: str) -> Iterator[_Element]:
-    """Yield the elements of a part; what was not read of one is passed over."""
+    """Yield the elements of a part; unread bytes of an element are skipped."""
     while part.left:
         if part.left < 8:
             raise Damaged("ends inside the head of an element")
@@ -88,6 +82,7 @@ def _elements(part: Part, order: str) -> Iterator[_Element]:
 
 def _variable(part: Part, order: str, prefix: str, depth: int, is_closed: bool) -> Iterator[Variable]:
     """Yield one matrix, or the fields of a structure."""
+    # flags, shape and name
     elements = _elements(part, order)
     flags = _numbers(next(elements, None), f"{order}u4")
     if not flags:
@@ -97,7 +92,8 @@ def _variable(part: Part, order: str, prefix: str, depth: int, is_closed: bool) 
     own = _words(next(elements, None))
     name = f"{prefix}.{own}" if prefix and own else prefix or own
     if not name:
-        return  # what objects of MATLAB hold stands behind all variables, in one without a name
+        return  # the contents of MATLAB objects: one variable without a name, after all others
+    # one variable, by its class
     if kind == _OPAQUE:
         next(elements, None)
     if kind in (_OPAQUE, _OBJECT, _FUNCTION):
