@@ -108,16 +108,8 @@ def advice_on(
 
     Parameters
     ----------
-    model
-        the driveline.
-    settings
-        of the run.
-    up_to
-        end of the band for lumping.
     is_asked
         whether the user asked for it; a run looks for other motions only where that is nearly free.
-    progress
-        called with the finished share.
     """
     check_model(model)
     _refuse_unsteady(model)

@@ -136,17 +136,7 @@ def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
 
     Costs of ``exact`` are not settled by a run of another algorithm.
 
-    Parameters
-    ----------
-    forecasts
-        made for the model of the run.
-    run
-        the run.
-
-    Raises
-    ------
-    ModelError
-        no cycle left after the discarded ones.
+    ModelError: no cycle left after the discarded ones.
     """
     happened: dict[str, Mapping[str, float | str]] = {}
     scores = []

@@ -51,14 +51,8 @@ def others_of(
 
     Parameters
     ----------
-    model
-        the driveline.
-    pilot
-        its exact run.
     is_asked
         whether the user asked for advice; a run says nothing where the question would cost too much.
-    progress
-        called with the finished share.
 
     Returns
     -------
@@ -101,8 +95,6 @@ def periods_for(pilot: Pilot, calls: float) -> float:
 
     Parameters
     ----------
-    pilot
-        whose function calls tell what a period costs.
     calls
         that a driveline of up to ``SMALL`` inertias may spend.
     """

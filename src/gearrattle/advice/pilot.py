@@ -33,8 +33,6 @@ class Pilot:
     ----------
     run
         its first half is discarded.
-    planned
-        cycles of the run that is planned.
     """
 
     run: Run
@@ -112,17 +110,6 @@ def run_pilot(
     model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
 ) -> Pilot:
     """Run a model exactly for some cycles, warm.
-
-    Parameters
-    ----------
-    model
-        with the settings of the planned run.
-    planned
-        its cycles; a pilot is never longer.
-    progress
-        called with the finished share.
-    cycles
-        of the pilot.
 
     Raises
     ------

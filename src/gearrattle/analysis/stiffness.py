@@ -144,23 +144,7 @@ def r_lambda_over(
 ) -> Array:
     """(len(ratios),) R_lambda against the contact ratio of one element, as in the paper's Fig. 6.
 
-    Parameters
-    ----------
-    model
-        the driveline.
-    element
-        whose ratio is varied.
-    ratios
-        its values, 0 to 1.
-    contact_ratio
-        those of other elements.
-    with_damping
-        as of ``stiffness``.
-
-    Raises
-    ------
-    ModelError
-        as ``stiffness``.
+    ModelError: as ``stiffness``.
     """
     driveline, fixed = assemble(model), dict(contact_ratio or {})
     states = [slopes(driveline, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
@@ -173,10 +157,6 @@ class RegionStiffness:
 
     Attributes
     ----------
-    labels
-        its label for every clearance.
-    eigenvalues
-        of motion in it.
     share
         of the time a run spends in it, 0 to 1; NaN where no run is behind it.
     """
@@ -188,11 +168,6 @@ class RegionStiffness:
 
 def regions(model: Model) -> tuple[list[RegionStiffness], str]:
     """Eigenvalues of the regions that differ in a slope or damping, on the drive side where both sides are alike.
-
-    Parameters
-    ----------
-    model
-        the driveline.
 
     Returns
     -------
@@ -234,8 +209,6 @@ class Visited:
     ----------
     regions
         those whose eigenvalues are known, longest dwell first.
-    count
-        how many are visited.
     """
 
     regions: tuple[RegionStiffness, ...]

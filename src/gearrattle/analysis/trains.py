@@ -30,12 +30,6 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
 
     Parameters
     ----------
-    system
-        the driveline.
-    names
-        of its bodies.
-    rest
-        its equilibrium.
     si
         whether its numbers are in SI; otherwise they have no units.
     """

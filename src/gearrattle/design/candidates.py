@@ -36,8 +36,6 @@ class Candidate:
 
     Attributes
     ----------
-    variable
-        what is changed, and how far.
     cost
         of the whole way from the model's own value to an end.
     """
@@ -59,8 +57,6 @@ def candidates_of(model: Model, requested: Mapping[str, object] | None) -> tuple
 
     Parameters
     ----------
-    model
-        what they change.
     requested
         by path or pattern a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with them) and ``cost``;
         None for the default list.

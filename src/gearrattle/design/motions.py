@@ -44,10 +44,6 @@ class Motion:
 
     Attributes
     ----------
-    start
-        one of ``STARTS``.
-    values
-        its outputs by name.
     end
         the state in which it ends, as ``simulation.initial`` takes it.
     """
@@ -63,14 +59,8 @@ class Asked:
 
     Attributes
     ----------
-    model
-        the variant.
-    start
-        one of ``STARTS``.
     initial
         the state in which it begins; None for that of the model, or, pushed, for its pushed one.
-    outputs
-        that are kept.
     samples
         a cycle; None for those of the model.
     """

@@ -26,10 +26,7 @@ _KEYS = ("candidates", "target", "speeds")
 def read_remedies(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a remedy file.
 
-    Raises
-    ------
-    ModelError
-        it is no TOML, or has other keys; what its values are is checked where they are used.
+    ModelError: it is no TOML, or has other keys; what its values are is checked where they are used.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "remedy file"), name, "remedy file")

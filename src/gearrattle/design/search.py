@@ -30,19 +30,7 @@ _NONE: Mapping[str, Any] = {}
 
 @dataclass
 class Tried:
-    """One value, and the motions that were simulated there.
-
-    Attributes
-    ----------
-    value
-        of the variable.
-    target
-        what shall hold.
-    motions
-        of the driveline with it.
-    failure
-        why it could not be simulated; empty where it could.
-    """
+    """One value, and the motions that were simulated there."""
 
     value: float
     target: Target
@@ -77,16 +65,12 @@ class Work:
 
     Attributes
     ----------
-    count
-        values of the scan.
     width
         of a bracket, as a share of the value.
     conditions
         further changes of the model under each of which the target shall hold, too, such as other speeds.
     is_lean
         whether a value is left at the first motion of which the target does not hold.
-    keep
-        of motions that are known already; None for none.
     starts
         from which every value is simulated; an event has its own start alone.
     """
@@ -100,17 +84,7 @@ class Work:
 
 
 class Search:
-    """All that is tried of one variable.
-
-    Attributes
-    ----------
-    tried
-        values in ascending order.
-    notes
-        why values could not be simulated.
-    is_stopped
-        whether it ended before its end.
-    """
+    """All that is tried of one variable."""
 
     def __init__(self, model: Model, variable: Variable, target: Target, work: Work, report: Report) -> None:
         self.model = model
@@ -258,13 +232,7 @@ class Report:
         self._stopped = False
 
     def add(self, part: float) -> None:
-        """Count a part of a motion.
-
-        Raises
-        ------
-        Cancelled
-            the work shall stop.
-        """
+        """Count a part of a motion; Cancelled where the work shall stop."""
         with self._lock:
             self._done += part
             self._share = max(self._share, self._done / (self._done + max(self._expected - self._done, 1.0)))

@@ -38,16 +38,10 @@ class Target:
 
     Attributes
     ----------
-    words
-        what it is, as a sentence says it.
-    outputs
-        what is kept of every motion.
     output, subject
         what is compared; the subject is empty for the worst of all.
     limit
         that it is compared with [SI].
-    above
-        whether it shall lie above the limit.
     """
 
     words: str
@@ -100,13 +94,7 @@ class Target:
 
 
 def target_of(model: Model, until: object) -> Target:
-    """Read what a driveline shall be.
-
-    Raises
-    ------
-    ModelError
-        it is neither "quiet" nor a comparison of an output with a number.
-    """
+    """Read a target; ModelError for what is neither "quiet" nor a comparison of an output with a number."""
     if until == QUIET:
         outputs = _outputs(model, [SEVERITY])
         severity = outputs[0]
@@ -131,15 +119,7 @@ def target_of(model: Model, until: object) -> Target:
 
 
 def half_of(target: Target, values: Values) -> Target:
-    """Return the target that the hardest impact has half the energy that it has in a motion.
-
-    Parameters
-    ----------
-    target
-        any, with the outputs.
-    values
-        of the motion.
-    """
+    """Return the target that the hardest impact has half the energy that it has in a motion."""
     energy = target.output_named(ENERGY)
     whole = Target("", target.outputs, energy, "", 0.0, above=False).number(values)
     return Target("half as hard", target.outputs, energy, "", 0.5 * whole, above=False)

@@ -35,8 +35,6 @@ class Variable:
         ends of its range: SI, factors, or, of several values, the share of their way to their ends.
     own
         its value in the model itself; None where there is none within the range.
-    words
-        what it is called.
     unit
         of its numbers in SI; empty for a plain number.
     ends
@@ -95,10 +93,6 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
     Parameters
     ----------
-    model
-        whose value it is.
-    path
-        of it, or a pattern.
     ends
         two values as a model file writes them, or two factors; or a mapping as of a variable of ``optimize``.
 
@@ -124,15 +118,7 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
 
 def together(model: Model, moves: Sequence[tuple[Range, float]]) -> Variable:
-    """Return the way of several values from the model's own to an end of each.
-
-    Parameters
-    ----------
-    model
-        whose values they are.
-    moves
-        range and end of every value.
-    """
+    """Return the way of several values from the model's own to an end of each."""
     ends = tuple((one, float(one.varied.own(model)), end) for one, end in moves)
     words = " and ".join(one.varied.label(model).words for one, _ in moves)
     return Variable("+".join(one.path for one, _ in moves), 0.0, 1.0, 0.0, f"{words}, share of the way", "", ends)

@@ -154,8 +154,6 @@ def add(
         the next one, of whole cycles; a whole motion is one chunk.
     before
         sums over the chunks before it, of the same quantities; None at the first.
-    quantities
-        which; their ``sums`` are added.
     engine_orders
         orders of the torques, ascending, which metrics ask for.
 
@@ -223,8 +221,6 @@ def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleIm
 
     Parameters
     ----------
-    trajectory
-        the motion, of whole cycles.
     units
         "SI", or "dimensionless" for a model without units: then every unit reads "1".
     negligible
@@ -252,10 +248,6 @@ def rows_of(
 
     Parameters
     ----------
-    inputs
-        what there is to measure.
-    metrics
-        which.
     quantities
         which of theirs; None for all.
     units

@@ -22,10 +22,6 @@ def add_chunks(
 
     Parameters
     ----------
-    chunks
-        in order.
-    quantities
-        whose sums are added.
     purpose
         what is to be done with the sums, in words ("judged").
     orders

@@ -139,10 +139,6 @@ def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -
     ----------
     drive
         (I,) whether each impact is.
-    begun
-        region before the first one.
-    inner
-        regions of the centre.
     """
     first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
     return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -66,13 +66,7 @@ def criteria(
 
 
 def check_negligible(negligible: object) -> None:
-    """Refuse thresholds that are no table; their values are judged with a model.
-
-    Raises
-    ------
-    ModelError
-        they are none.
-    """
+    """Raise ModelError for thresholds that are no table; their values are judged with a model."""
     if negligible is not None:
         check_arguments(negligible=(AnyTable(), negligible))
 

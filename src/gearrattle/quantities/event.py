@@ -37,8 +37,6 @@ class HardestImpact:
 
     Attributes
     ----------
-    part
-        mesh or coupling.
     time
         [s].
     approach_speed
@@ -75,8 +73,6 @@ class Event:
         None: not before that.
     peak_torque
         by element.
-    is_si
-        whether these numbers have units; else all are plain.
     """
 
     first_impact: float | None
@@ -115,17 +111,7 @@ class Event:
 
 
 def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
-    """Return what happens in the judged part of a motion.
-
-    Parameters
-    ----------
-    trajectory
-        the motion.
-    negligible
-        which impacts do not count.
-    is_si
-        whether the model has units.
-    """
+    """Return what happens in the judged part of a motion."""
     layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
     counted_times = impacts.time[~are_touches(impacts, layout)]

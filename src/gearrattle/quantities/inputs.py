@@ -44,8 +44,6 @@ class Inputs:
 
     Attributes
     ----------
-    source
-        where it comes from, in words.
     time
         (N + 1,) uniform sample times over the window, both bounds included [s].
     signals
@@ -59,12 +57,8 @@ class Inputs:
         common period of the excitation [s]; None without a speed.
     engine_orders
         ascending orders of the engine's torque; empty where unknown.
-    layout
-        the driveline's layout; None without a model.
     motion
         the simulated motion with its log of crossings; None for a measurement.
-    notes
-        what the user must know.
     units
         of a recording's signals, by quantity and subject; empty where the layout says them.
     wanted
@@ -198,15 +192,7 @@ class Inputs:
         )
 
     def summary_error(self, quantity: str, subject: str, level: Callable[[Summary], float]) -> float:
-        """Return by how much a level of a signal may be off for its samples, by ``thinned`` ones; 0 where it is exact.
-
-        Parameters
-        ----------
-        quantity, subject
-            of the signal.
-        level
-            takes a summary.
-        """
+        """Return the error of a level of a signal that its samples leave, by ``thinned`` ones; 0 where it is exact."""
         if self.is_exact(quantity, subject):
             return 0.0
         signal = self.signals[quantity, subject]
@@ -320,8 +306,6 @@ def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
 
     Parameters
     ----------
-    motion
-        of whole cycles.
     quantity
         "velocity", whose mean and moments are NaN, "acceleration" or "force".
     """
@@ -372,17 +356,7 @@ _NEEDS: dict[str, tuple[Any, str]] = {
 
 
 def sampled(name: str, summary: Summary, peak: float) -> str:
-    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %.
-
-    Parameters
-    ----------
-    name
-        of the subject.
-    summary
-        of the signal.
-    peak
-        what was taken of it.
-    """
+    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %."""
     if not summary.miss > FINE * abs(peak):
         return ""
     return f"{name}: a peak of samples, which may lie about {100.0 * summary.miss / abs(peak):.2g} % higher"
@@ -398,10 +372,6 @@ def about(name: str, contacts: Contacts, duration: float) -> str:
 
     Parameters
     ----------
-    name
-        of the clearance.
-    contacts
-        its contacts in the window.
     duration
         length of the window [s].
     """

@@ -135,13 +135,7 @@ def metrics_of_run(run: Run) -> tuple[Row, ...]:
 
 
 def _is_event(source: object, kind: str | None) -> bool:
-    """Whether a source is measured as an event.
-
-    Raises
-    ------
-    ModelError
-        chunks of a long motion are to be.
-    """
+    """Return whether a source is measured as an event; ModelError for chunks of a long motion that are to be."""
     if isinstance(source, Run):
         return is_driven_over_time(source.model) if kind is None else kind == TRANSIENT
     if kind == TRANSIENT and not isinstance(source, Recording):
@@ -176,13 +170,7 @@ def _left_out() -> str:
 
 
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
-    """Return what metrics read of a run.
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
-    """
+    """Return what metrics read of a run. ModelError if no cycle remains after the discarded ones."""
     model, trajectory = run.model, run.trajectory
     return inputs_of_motion(trajectory, orders_of(model, orders))
 
@@ -190,10 +178,7 @@ def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
 def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Inputs, str]:
     """Return what metrics read of the chunks of one motion, and the units of its model.
 
-    Raises
-    ------
-    ModelError
-        chunks that do not follow each other, or none of which a cycle is not discarded.
+    ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums, engine, model = add_chunks(chunks, METRICS, "measured", orders)
     return inputs_of_chunks(sums, engine), model.units

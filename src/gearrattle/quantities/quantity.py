@@ -90,14 +90,8 @@ class Scope:
 
     Attributes
     ----------
-    layout
-        the driveline's layout.
     window
         the steady part of all chunks together; sample indices as if they were one.
-    samples_per_cycle
-        output grid.
-    algorithm
-        what made the motion.
     """
 
     layout: Layout
@@ -114,8 +108,6 @@ class Sums:
     ----------
     scope
         what it is over; None while every cycle was discarded.
-    states
-        by the name of the sum (``Quantity.sums``).
     """
 
     scope: Scope | None
@@ -145,10 +137,6 @@ class Sums:
         ----------
         arrays
             from ``packed``, or empty.
-        layout
-            layout of the driveline.
-        algorithm
-            what made the motion.
         """
         if not arrays:
             return None
@@ -276,10 +264,7 @@ class CrossingQuantity(Quantity[Sums]):
 def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
     """Return the scope of a chunk's steady part and of all chunks before it.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
     end = (trajectory.first_cycle + trajectory.cycles) * per_cycle

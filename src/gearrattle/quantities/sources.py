@@ -41,10 +41,7 @@ def recording_of(trajectory: Trajectory) -> Recording:
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
     meshes, torques of all elements. The log of crossings is not in it.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, layout = steady(trajectory), trajectory.layout
     channels = [
@@ -70,8 +67,6 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
 
     Parameters
     ----------
-    trajectory
-        of whole cycles.
     engine_orders
         orders of the torques, ascending.
 
@@ -96,13 +91,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class ChunkInputs(Inputs):
-    """What metrics read of a motion that came in chunks.
-
-    Attributes
-    ----------
-    sums
-        over the crossings and the signals of all chunks.
-    """
+    """What metrics read of a motion that came in chunks."""
 
     sums: Sums | None = None
 
@@ -156,8 +145,6 @@ def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders
 
     Parameters
     ----------
-    trajectory
-        the next chunk, of whole cycles.
     before
         None at the first.
     engine_orders
@@ -188,8 +175,6 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
     ----------
     sums
         over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
-    engine_orders
-        as in ``inputs_of_motion``.
     """
     state: SignalSums = sums.states["signals"]
     assert state.moments is not None
@@ -228,10 +213,6 @@ def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[flo
 
     Parameters
     ----------
-    crossings
-        what the crossings of its steady part add up to.
-    layout
-        the driveline's layout.
     span
         the steady part, its first and its last sample [s].
     """
@@ -266,14 +247,8 @@ def inputs_of_recording(
 
     Parameters
     ----------
-    recording
-        uniform samples.
-    layout
-        the driveline's layout; None without a model.
     omega
         reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
-    engine_orders
-        orders of the engine's torque; may be empty.
 
     Raises
     ------
@@ -323,10 +298,7 @@ def inputs_of_recording(
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     """Return uniform times, their interval, and a note where the recorded ones are rounded.
 
-    Raises
-    ------
-    ModelError
-        fewer than three samples, or times that stray from a line by more than rounding.
+    ModelError: fewer than three samples, or times that stray from a line by more than rounding.
     """
     time = recording.time
     if time.size < 3:

@@ -198,10 +198,7 @@ def _segments(signal: Array, per_cycle: int, period: float, before: State | None
 def density_of(state: State, scope: Scope) -> Spectrum:
     """Return the power spectral density of all accelerations over the steady part, density (f, n).
 
-    Raises
-    ------
-    ModelError
-        if the steady part holds fewer than four samples.
+    ModelError if the steady part holds fewer than four samples.
     """
     period = scope.layout.period
     per_cycle = scope.samples_per_cycle

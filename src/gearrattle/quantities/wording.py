@@ -18,15 +18,7 @@ SPELT_OUT = 3
 
 
 def sentence(parts: Sequence[Part], cycles: int) -> str:
-    """Return the verdict's sentence.
-
-    Parameters
-    ----------
-    parts
-        every mesh and clearance, worst first.
-    cycles
-        number of cycles judged.
-    """
+    """Return the verdict's sentence."""
     span = f"over the {cycles} cycles judged" if cycles != 1 else "over the one cycle judged"
     if not parts:
         return "There is no mesh and no clearance: nothing can rattle."

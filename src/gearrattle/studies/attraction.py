@@ -52,15 +52,7 @@ DEFAULT = ("verdict severity", "verdict", "severity", "regime")
 
 @dataclass(frozen=True)
 class Initials(Plan):
-    """The cases of a basin study: the model from one initial state after the other.
-
-    Attributes
-    ----------
-    said
-        what else decides what is computed.
-    starts
-        from values to states.
-    """
+    """The cases of a basin study: the model from one initial state after the other."""
 
     kind: ClassVar[str] = "basins"
     said: dict[str, Any] = field(default_factory=dict)

@@ -63,10 +63,6 @@ class Motion:
 
     Attributes
     ----------
-    verdict
-        code of the worst regime.
-    severity
-        code of the worst severity.
     cycles
         periods after which it repeats.
     multiplier
@@ -226,11 +222,6 @@ def attractors_that_rattle(data: xr.Dataset) -> NDArray[np.bool_]:
 
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
     """Return how likely an attractor is that does not rattle.
-
-    Parameters
-    ----------
-    data
-        what ``basins`` returned.
 
     Returns
     -------

@@ -75,8 +75,6 @@ class Axis:
         by plain path, equally many: what the model is given; numbers are SI.
     asked
         by path as it was asked for, such as a pattern, equally many: values in SI, or factors; None: ``values``.
-    by_factor
-        which of these are factors.
     """
 
     name: str
@@ -118,8 +116,6 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     ----------
     requested
         by path a list of values or a range; by another name a mapping from paths to such lists.
-    model
-        what they vary.
 
     Raises
     ------
@@ -164,13 +160,7 @@ def _wrong_name(name: object) -> list[Problem]:
 
 
 def _axis(name: str, read: Mapping[Varied, tuple[Any, ...]], model: Model) -> Axis:
-    """Make an axis of values that were read.
-
-    Raises
-    ------
-    ModelError
-        two of its paths mean the same value.
-    """
+    """Make an axis of values that were read; ModelError where two of its paths mean the same value."""
     by_path = [varied.spread(values, model) for varied, values in read.items()]
     check_once([path for spread in by_path for path in spread])
     values = {path: column for spread in by_path for path, column in spread.items()}
@@ -180,13 +170,7 @@ def _axis(name: str, read: Mapping[Varied, tuple[Any, ...]], model: Model) -> Ax
 
 
 def check_once(paths: Sequence[str]) -> None:
-    """Refuse values that are varied twice.
-
-    Raises
-    ------
-    ModelError
-        such values, all of them.
-    """
+    """Refuse values that are varied twice with a ModelError that names all of them."""
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
@@ -195,10 +179,7 @@ def check_once(paths: Sequence[str]) -> None:
 def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
     """Return what stands in ``{ factor = ... }``, or the numbers of factors in a list or a range; and whether it does.
 
-    Raises
-    ------
-    ModelError
-        factors among other values, or keys beside ``factor``.
+    ModelError: factors among other values, or keys beside ``factor``.
     """
     if isinstance(entry, Mapping) and FACTOR in entry and "distribution" not in entry:
         if len(entry) > 1:
@@ -225,8 +206,6 @@ def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, .
 
     Parameters
     ----------
-    path
-        what they are of, for messages.
     entry
         a list, or a mapping with from, to, count, spacing.
     read

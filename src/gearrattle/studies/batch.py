@@ -68,8 +68,6 @@ def batched(
 
     Parameters
     ----------
-    plan, outputs, chunk
-        as in ``cases.compute``.
     progress
         called now and then with the share of the chunk's cases that are done; what it raises ends the work.
 
@@ -127,16 +125,8 @@ class _Alike:
 
     Attributes
     ----------
-    model, layout
-        of one of them.
-    pattern
-        what the loop needs to know of it.
     numbers
         coefficients of those that are good.
-    start
-        their angles and velocities.
-    window
-        steady part and period of each.
     good
         of the cases asked for, which these are.
     """

@@ -39,13 +39,7 @@ def swept_values(data: xr.Dataset) -> Array:
 
 
 def orbit_at(data: xr.Dataset) -> Array:
-    """Return (n, q) the orbit of one case that is n-periodic, in the units of the section.
-
-    Parameters
-    ----------
-    data
-        of one case alone.
-    """
+    """Return (n, q) the orbit of one case that is n-periodic, in the units of the section."""
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
     n = int(data["period"])
@@ -57,11 +51,6 @@ def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
 
     Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic
     and one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged: -1.
-
-    Parameters
-    ----------
-    data
-        of both directions.
 
     Returns
     -------
@@ -94,16 +83,12 @@ class Stretch:
 
     Attributes
     ----------
-    low, high
-        the first and the last of them.
     motion
         "periodic", "chaotic", "undecided"; or what became of the case.
     period
         number of T; 0 without one.
     verdict
         the worst regime of any part if the driveline rattles, else its severity; empty if none was kept.
-    count
-        how many values.
     """
 
     low: float
@@ -132,13 +117,7 @@ def _values_in_words(data: xr.Dataset, name: str) -> str:
 
 
 def stretches(data: xr.Dataset) -> list[Stretch]:
-    """Return the stretches of one sweep, by ascending value.
-
-    Parameters
-    ----------
-    data
-        of one sweep alone.
-    """
+    """Return the stretches of one sweep, by ascending value."""
     values = swept_values(data)
     motions = words_of(data["motion"])
     verdicts = headlines_in(data)

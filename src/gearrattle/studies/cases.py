@@ -51,12 +51,6 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
 
     Parameters
     ----------
-    plan
-        the study's cases.
-    outputs
-        what is kept of them.
-    chunk
-        its number.
     progress
         called now and then, and after every case computed alone, with the finished share; what it raises ends
         the work.

@@ -32,8 +32,6 @@ def check_storage(storage: Storage, *, resume: bool) -> None:
     ----------
     storage
         a folder or what lies behind an address; it need not exist.
-    resume
-        whether it may hold a study already.
 
     Raises
     ------
@@ -91,13 +89,7 @@ class Claim:
             raise
 
     def check(self) -> None:
-        """Refuse to go on where a later study of this program writes into the storage location.
-
-        Raises
-        ------
-        ModelError
-            it does.
-        """
+        """Raise ModelError where a later study of this program writes into the storage location."""
         if self._lock is not None and not self._lock.held:
             rule = "is written by another study of this program, which was begun later"
             raise ModelError(Problem(self._storage.address, "", rule, "go on with that one"))
@@ -119,13 +111,7 @@ class Claim:
 
 
 def about_in(storage: Storage) -> dict[str, Any]:
-    """Return what ``study.json`` says.
-
-    Raises
-    ------
-    ModelError
-        it is damaged.
-    """
+    """Return what ``study.json`` says; ModelError where it is damaged."""
     try:
         about = json.loads(storage.read(ABOUT))
         if isinstance(about, dict) and isinstance(about["owner"], dict):
@@ -143,10 +129,7 @@ def about_in(storage: Storage) -> dict[str, Any]:
 def check_owner(storage: Storage, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
     """Return what ``study.json`` says, if it is of this study.
 
-    Raises
-    ------
-    ModelError
-        it is of another, damaged, or of a format (``formats``) that is not that of this kind.
+    ModelError: it is of another, damaged, or of a format (``formats``) that is not that of this kind.
     """
     about = about_in(storage)
     check_format(about["owner"].get("format", ""), f"{storage.address}/{ABOUT}", kind)

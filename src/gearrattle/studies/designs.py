@@ -42,8 +42,6 @@ class Design:
         of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
     cases
         how many cases come of d values and a count.
-    counted
-        whether it takes a count.
     paired
         whether the count must be a power of two.
     independent
@@ -136,10 +134,7 @@ METHOD = Choice(METHODS)
 def design_of(method: str, samples: int, varied: int) -> Design:
     """Return a design that suits a number of samples and of values that scatter.
 
-    Raises
-    ------
-    ModelError
-        there is no such method, or the number does not suit; all that is wrong.
+    ModelError: there is no such method, or the number does not suit; all that is wrong.
     """
     problems = argument_problems({"samples": (SAMPLES, samples)})
     whole = not problems

@@ -64,13 +64,7 @@ _KEEP_EVERY = 1.0  # seconds
 
 @dataclass(frozen=True)
 class Sweeps(Plan):
-    """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value.
-
-    Attributes
-    ----------
-    said
-        what else decides what is computed.
-    """
+    """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value."""
 
     kind: ClassVar[str] = "bifurcation"
     said: dict[str, Any] = field(default_factory=dict)

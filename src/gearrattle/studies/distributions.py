@@ -47,10 +47,6 @@ class Distribution:
 
     Attributes
     ----------
-    path
-        of the value.
-    kind
-        a key of ``KINDS``.
     parameters
         by name, SI; ``factor`` and ``cut`` are plain.
     by_factor
@@ -90,8 +86,6 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
     ----------
     tables
         by path or pattern a mapping with ``distribution`` and its parameters, or ``{"factor": ...}`` about it.
-    model
-        whose values they are; both ends of every range must be values it takes.
 
     Raises
     ------
@@ -165,14 +159,6 @@ def sampled(
 
     Parameters
     ----------
-    distributions
-        of the d values.
-    count
-        of points, as ``method`` counts them.
-    method
-        a name in ``designs.DESIGNS``.
-    seed
-        of the points.
     base
         (d,) the model's own values, for methods that go out from them.
     """

@@ -29,10 +29,7 @@ class Evolution:
         objectives: how many, all to be small.
         seed: of everything drawn.
 
-    Raises
-    ------
-    NotInstalled
-        pymoo is not here.
+    NotInstalled: pymoo is not here.
     """
 
     def __init__(self, first: Array, objectives: int, seed: int) -> None:

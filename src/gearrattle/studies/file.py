@@ -41,12 +41,8 @@ class StudyFile:
     ----------
     name
         of the study; without one in the file, the file's.
-    spec
-        what stands in it.
     arguments
         of ``spec.prepare``, model included.
-    positions
-        where its keys stand.
     """
 
     name: str
@@ -55,13 +51,7 @@ class StudyFile:
     positions: Positions = field(default_factory=Positions)
 
     def changed(self, changes: Mapping[str, Any]) -> StudyFile:
-        """Return the study of a model with values changed, over what the file says is fixed.
-
-        Raises
-        ------
-        ModelError
-            what ``Model.with_`` refuses.
-        """
+        """Return the study of a model with values changed; ModelError for what ``Model.with_`` refuses."""
         if not changes:
             return self
         model = self.arguments["model"]
@@ -72,13 +62,7 @@ class StudyFile:
         return replace(self, arguments={**self.arguments, "model": base.with_(changes), "fixed": {}})
 
     def prepare(self, **options: Any) -> Study:
-        """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``.
-
-        Parameters
-        ----------
-        options
-            of the command line.
-        """
+        """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``."""
         try:
             return self.spec.prepare(**self.arguments, **options)
         except ModelError as error:
@@ -92,11 +76,6 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     ----------
     path
         a TOML file, UTF-8, at most 1 MB.
-
-    Returns
-    -------
-    StudyFile
-        What it says, and the arguments to prepare the study with.
 
     Raises
     ------
@@ -145,10 +124,7 @@ def _is_named(key: int | str, where: str) -> bool:
 def _model_file(path: str, where: str) -> str:
     """Return the path of a study's model, which may lie in any folder but must be a TOML file.
 
-    Raises
-    ------
-    ModelError
-        another ending, also behind a symbolic link.
+    ModelError: another ending, also behind a symbolic link.
     """
     if Path(path).suffix.lower() != ".toml" or Path(path).resolve().suffix.lower() != ".toml":
         raise ModelError(Problem(where, shown(path), "a study's model is a file that ends in .toml"))

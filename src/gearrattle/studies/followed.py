@@ -44,15 +44,7 @@ def is_followed(output: Output) -> bool:
 
 @dataclass(frozen=True)
 class Followed:
-    """What is kept of each case, and what is made of it.
-
-    Attributes
-    ----------
-    outputs
-        what is wanted of each.
-    model
-        one of the cases, with its settings.
-    """
+    """What is kept of each case, and what is made of it."""
 
     outputs: Sequence[Output]
     model: Model
@@ -79,17 +71,7 @@ class Followed:
         return [output for output in self.outputs if output.criterion in _OF_LOG_NAMES]
 
     def values(self, model: Model, variant: int, batch: Batch) -> dict[str, NDArray[Any]] | None:
-        """Return every output of the case that the loop has just followed; None where it must be simulated alone.
-
-        Parameters
-        ----------
-        model
-            of this case.
-        variant
-            its number in the loop.
-        batch
-            the loop.
-        """
+        """Return every output of the case that the loop has just followed; None where it must be simulated alone."""
         driveline = assemble(model)
         layout, values = driveline.layout, dict[str, NDArray[Any]]()
         mass = reduced_inertias(layout, layout.clearance.tolist())

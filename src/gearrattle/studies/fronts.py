@@ -81,16 +81,8 @@ def finished(
 
     Parameters
     ----------
-    parts
-        by generation.
-    goals
-        objectives and constraints.
-    ranges
-        of the variables.
     of
         the model with everything that is fixed, and the outputs that were kept.
-    settings
-        seed and population.
     """
     import xarray as xr
 

@@ -39,8 +39,6 @@ class Quantity:
 
     Attributes
     ----------
-    label
-        by which the user names it.
     output, subject
         where it stands in the Dataset; the subject is empty for an output without.
     of
@@ -103,8 +101,6 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
     ----------
     requested
         by label "min" or "max".
-    outputs
-        there are.
 
     Raises
     ------
@@ -132,10 +128,6 @@ def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model)
     ----------
     requested
         by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
-    outputs
-        there are.
-    model
-        to try such functions on.
 
     Raises
     ------
@@ -200,12 +192,6 @@ def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Qu
 
     Parameters
     ----------
-    location
-        where it stands.
-    label
-        the user's.
-    outputs
-        there are.
     small
         whether small values are wanted: then a design must not lose for want of what it shall have least of.
     """

@@ -64,12 +64,8 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
     ----------
     y
         (cases,) the output, in the order of the design; NaN where a case failed.
-    d
-        values that scatter.
     method
         "saltelli" or "saltelli-pairs".
-    level
-        of confidence of the intervals.
 
     Raises
     ------
@@ -97,10 +93,7 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
 def _analyzed(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
     """What SALib says of some samples: the same for the same samples, so that a page asks but once.
 
-    Raises
-    ------
-    NotInstalled
-        SALib is not here.
+    NotInstalled: SALib is not here.
     """
     key = sha256(y.tobytes()).digest(), d, pairs, level
     if key not in _RECENT:

@@ -148,10 +148,7 @@ def open_study(folder: Address) -> xr.Dataset:
 def check_regular_files(storage: Storage) -> None:
     """Refuse a study whose results are not regular files within its folder: Zarr opens whatever is there.
 
-    Raises
-    ------
-    Refused
-        a pipe, a device, a socket, or a link to something outside.
+    Refused: a pipe, a device, a socket, or a link to something outside.
     """
     home = storage.local
     for root, folders, names in os.walk(home / RESULTS) if home is not None else ():

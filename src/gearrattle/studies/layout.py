@@ -113,10 +113,7 @@ def numbers_of(values: xr.DataArray) -> xr.DataArray:
 def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataArray:
     """Return an output, for the subjects it applies to.
 
-    Raises
-    ------
-    ModelError
-        this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
+    ModelError: this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
     """
     if OUTCOME not in data:
         raise ModelError(Problem("data", "", "is no study's Dataset: it has no outcome", "give what study returns"))

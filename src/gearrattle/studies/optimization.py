@@ -63,18 +63,8 @@ class Optimization:
 
     Attributes
     ----------
-    model
-        everything that is fixed in it.
-    ranges
-        of the values that may change.
-    goals
-        objectives and constraints.
-    outputs
-        the outputs that are kept of every design.
     size
         designs of a generation, and generations.
-    seed
-        of all random numbers.
     seconds
         time that one design takes, computed with the others of its generation [s].
     alone
@@ -444,8 +434,6 @@ class _Shifted:
 
     Attributes
     ----------
-    progress
-        of the whole.
     number, of
         of the generation, from 0, and how many there are.
     taken

@@ -40,12 +40,8 @@ class Output:
 
     Attributes
     ----------
-    name
-        its variable's.
     dimension
         "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
-    subjects
-        the coordinate along it.
     unit
         by subject it applies to, for they may differ; SI.
     words

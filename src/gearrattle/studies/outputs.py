@@ -67,12 +67,8 @@ class Outputs:
 
     Attributes
     ----------
-    chosen
-        of criteria and whole runs.
     function
         the user's; None for none.
-    function_names
-        what it returns.
     known
         every output of cases that were computed before the study began, by their places in the grid; none with
         a function of the user's, for that may depend on the process it runs in.
@@ -111,10 +107,6 @@ def values_of(
 
     Parameters
     ----------
-    outputs
-        which.
-    run
-        of which they are.
     crossings
         sums over the crossings of its steady part (``signals.crossing_sums``), for metrics that read them, where these
         are known already; None: of the run's log.
@@ -234,8 +226,6 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
 
     Parameters
     ----------
-    names
-        that are asked for.
     runs
         one of every structure that its cases have (``structures.structures_of``), however short.
     """
@@ -290,8 +280,6 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 
     Parameters
     ----------
-    names
-        of outputs, as in ``outputs_of``.
     models
         one of every structure; those that cannot be simulated are left to the study itself.
     function
@@ -312,10 +300,7 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 def check_list(names: Sequence[str], function: Function | None = None) -> None:
     """Refuse what is no list of names; without a function giving further outputs one name is needed at least.
 
-    Raises
-    ------
-    ModelError
-        everything in it that is no name.
+    ModelError: everything in it that is no name.
     """
     no_list = isinstance(names, str) or not isinstance(names, Sequence)
     words = [names] if no_list else [name for name in names if not isinstance(name, str)]
@@ -344,10 +329,6 @@ def outputs_of(
     ----------
     names
         of outputs; for ``DEFAULT`` itself, those of it that the driveline has.
-    run
-        any run of the driveline.
-    function
-        of a run, returns numbers by name.
     others
         a model of every structure that cases have: parts that have a clearance in some are parts as well.
 
@@ -373,12 +354,8 @@ def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) 
 
     Parameters
     ----------
-    chosen
-        outputs, each with the subjects it applies to.
     run
         any run of the driveline: its order of names is that of the lists.
-    subjects
-        further names that the lists must have.
     """
     layout, outputs = run.trajectory.layout, []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}

@@ -67,14 +67,6 @@ def seconds_alone(
 
     Parameters
     ----------
-    plan
-        of which cases are tried.
-    outputs
-        takes what is kept from a run.
-    run
-        of the plan's first case.
-    seconds
-        that this run took, warm.
     known
         where outputs of the cases that are tried are put, by place: the study need not repeat them.
     """
@@ -129,16 +121,8 @@ class Cost:
 
     Attributes
     ----------
-    cases
-        that are computed.
-    case_seconds
-        of one of them.
-    workers
-        that compute at once.
     seconds
         that all of them take, the workers' start included.
-    words
-        the same as a sentence.
     """
 
     cases: int
@@ -180,17 +164,7 @@ class Pace:
     """
 
     def __init__(self, chunks: int, workers: int, seconds: float) -> None:
-        """Begin now.
-
-        Parameters
-        ----------
-        chunks
-            that are to be computed.
-        workers
-            that compute at once.
-        seconds
-            that a chunk is expected to take.
-        """
+        """Begin now."""
         self.chunks = chunks
         self.workers = max(1, min(workers, chunks))
         self._expected = seconds

@@ -37,10 +37,6 @@ class Samples:
         (d,) of the values, as they were asked for.
     points
         (count, d) SI, or factors.
-    method
-        by which they were chosen.
-    by_factor
-        of which paths the points are factors.
     spread
         by plain path (count,) what the model is given; None: the points.
     """
@@ -55,10 +51,7 @@ class Samples:
     def of(cls, varied: Sequence[Varied], points: NDArray[np.float64], method: str, model: Model) -> Samples:
         """Make points of what is varied; patterns and factors become values of the model.
 
-        Raises
-        ------
-        ModelError
-            a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
+        ModelError: a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
         """
         paths = tuple(one.path for one in varied)
         by_factor = frozenset(one.path for one in varied if one.by_factor)
@@ -84,10 +77,6 @@ class Plan:
 
     Attributes
     ----------
-    model
-        what is varied, everything that is fixed in it.
-    axes
-        what is varied in order.
     samples
         what scatters; None for nothing.
     chunk_size

@@ -46,18 +46,10 @@ class Done:
 
     Attributes
     ----------
-    data
-        what came out.
     messages
         why cases failed, by their place in the grid of ``data["outcome"]``.
-    outcome_counts
-        what became of it, in a line.
-    cost
-        what it took, in a sentence.
     summary
         the same as ``told`` for machines: plain values by name.
-    notes
-        what the user must know besides.
     """
 
     data: xr.Dataset
@@ -74,12 +66,8 @@ class Prepared:
 
     Attributes
     ----------
-    plan, outputs
-        what is computed, and what is kept.
     seconds
         that one case took, warm.
-    work
-        what computes a chunk.
     """
 
     plan: Plan
@@ -159,18 +147,10 @@ class Prepared:
 
         Parameters
         ----------
-        folder
-            to keep it in.
-        compute
-            who computes.
         resume
             whether the folder may hold a part of it already.
-        retry_failed
-            whether chunks with failed cases are computed again.
         progress
             called with the finished share; what it raises ends the work, and leaves whole chunks.
-        workers
-            how many ``compute`` has, for the time that remains.
 
         Raises
         ------
@@ -224,12 +204,6 @@ def carry_out(
 
     Parameters
     ----------
-    store
-        where results are kept.
-    compute
-        who computes.
-    retry_failed
-        whether chunks with failed cases are computed again.
     progress
         as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
     pace

@@ -96,8 +96,6 @@ def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tu
         (n,) -1 for a case that failed: those are counted nowhere.
     lowest
         the code from which on a part rattles.
-    level
-        of confidence.
 
     Returns
     -------

@@ -33,12 +33,8 @@ class Range:
 
     Attributes
     ----------
-    path
-        of the value in the model.
     low, high
         its ends, SI.
-    log
-        whether the range is divided on a logarithmic scale.
     varied
         what it is of: the path, and whether the ends are factors.
     """
@@ -70,8 +66,6 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     requested
         a pair for each path or pattern, or a mapping with ``from``, ``to`` and ``spacing``; ``{"factor": ...}`` about
         it, or ends that are factors, for factors of what the model says.
-    model
-        whose values they are.
 
     Raises
     ------

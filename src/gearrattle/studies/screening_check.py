@@ -66,8 +66,6 @@ def near_border(low: Array, high: Array, most: int) -> NDArray[np.int64]:
     ----------
     low, high
         (speed, load, gear) least and largest lift ratios.
-    most
-        cases at most.
     """
     with np.errstate(divide="ignore"):
         below = -np.log(high)

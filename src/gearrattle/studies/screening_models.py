@@ -50,17 +50,7 @@ def reach_of(system: PiecewiseSystem, linear: Linear) -> Reach:
 
 
 def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> tuple[Array, Array]:
-    """Return (gears,) the least and the largest lift ratio over all linear drivelines.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    rest
-        where it rests.
-    meshes
-        of its loose gears.
-    """
+    """Return (gears,) the least and the largest lift ratio over all linear drivelines."""
     models = list(_models(system, rest, meshes))
     ratios = np.array([lift_ratios(system, rest, reach_of(system, linear), meshes) for linear in models])
     low = ratios.min(axis=0)

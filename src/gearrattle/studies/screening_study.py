@@ -24,18 +24,8 @@ _REMEDY = "give speeds and loads beside the model file instead"
 def screening_of(asked: StudyFile, location: str) -> tuple[Model, list[float], dict[str, list[Any]] | None]:
     """Return the model with its fixed values, the speeds [rad/s], and the loads by path; None without a load.
 
-    Parameters
-    ----------
-    asked
-        from ``read_study``.
-    location
-        of the file, for messages.
-
-    Raises
-    ------
-    ModelError
-        another kind of study, values that scatter, no axis of the speed alone, more than two axes; or
-        what the model refuses.
+    ModelError: another kind of study, values that scatter, no axis of the speed alone, more than two axes; or what the
+    model refuses.
     """
     if asked.spec.kind != "grid":
         rule = f'a screening takes a study of the kind "grid", and this one is "{asked.spec.kind}"'

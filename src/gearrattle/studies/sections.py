@@ -81,14 +81,10 @@ class Section:
 
     Attributes
     ----------
-    names
-        of the quantities kept.
     tested
         of those the period is asked of: deflections and rates of all clearances.
     scale
         what counts as one, by name.
-    phase
-        of the period.
     """
 
     names: tuple[str, ...]
@@ -222,10 +218,6 @@ class Sections(Outputs):
 
     Attributes
     ----------
-    section
-        what is looked at.
-    units
-        of its quantities.
     points
         periods kept of the section, the last ones.
     tolerance

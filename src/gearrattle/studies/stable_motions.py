@@ -36,17 +36,7 @@ SWING = f"peak-to-peak deflection{OVER_ALL}"
 def values_over_all(
     outputs: Sequence[Output], run: Run, values_of: Callable[[tuple[Output, ...], Run], Values]
 ) -> Values:
-    """Return the largest value of every output over all stable motions of a case.
-
-    Parameters
-    ----------
-    outputs
-        of those with ``over_all``.
-    run
-        of the case.
-    values_of
-        gives values of outputs of one run.
-    """
+    """Return the largest value of every output over all stable motions of a case."""
     model = run.model
     settled = settled_motions(model, state_of(model, PeriodMap(assemble(model).system), run))
     bases = {output.name: replace(output, name=output.base, over_all=False) for output in outputs}

@@ -88,8 +88,6 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
     Parameters
     ----------
-    model
-        its own start holds for what they leave open.
     names
         "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
 
@@ -162,10 +160,7 @@ def _error(system: PiecewiseSystem, k: int, level: int) -> float:
 def read_value(name: str, value: Any, model: Model) -> float:
     """Read an initial value as a model file does: a plain number in SI or a text with a unit.
 
-    Raises
-    ------
-    ModelError
-        neither, or the wrong unit.
+    ModelError: neither, or the wrong unit.
     """
     kind, _, subject = name.partition(".")
     length = any(e.name == subject and e.along_line for e in model.elements)

@@ -67,17 +67,7 @@ Work = Callable[["Store", int, ProgressCallback | None], Computed]
 
 
 class Store:
-    """A study's folder.
-
-    Attributes
-    ----------
-    storage
-        where.
-    plan, outputs
-        what it is of.
-    work
-        what computes a chunk.
-    """
+    """A study's folder."""
 
     def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
         self.storage = storage
@@ -94,17 +84,6 @@ class Store:
     @classmethod
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
         """Open a folder or what lies behind an address, made if it does not exist.
-
-        Parameters
-        ----------
-        folder
-            where, a folder or an address.
-        plan, outputs
-            what is computed, and what is kept.
-        work
-            what computes a chunk.
-        resume
-            whether it may hold this study already.
 
         Raises
         ------
@@ -151,13 +130,7 @@ class Store:
         self._lay_out()
 
     def check_claim(self) -> None:
-        """Refuse to go on where a later study of this program writes into the storage location.
-
-        Raises
-        ------
-        ModelError
-            it does.
-        """
+        """Raise ModelError where a later study of this program writes into the storage location."""
         if self._claim is not None:
             self._claim.check()
 
@@ -189,10 +162,7 @@ class Store:
     def _is_laid_out(self) -> bool:
         """Whether all arrays were made: who began the study may have been killed before, or the power cut.
 
-        Raises
-        ------
-        ModelError
-            they are of another study, or no regular files.
+        ModelError: they are of another study, or no regular files.
         """
         try:
             if self.storage.local is not None:
@@ -398,17 +368,7 @@ class Store:
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
     """Refuse what cannot be kept by its name: arrays are folders, and there is one of each name.
 
-    Parameters
-    ----------
-    plan, outputs
-        what is computed, and what is kept.
-    taken
-        names of further variables that the results have.
-
-    Raises
-    ------
-    ModelError
-        names that no file can have, and names of two arrays; all of them.
+    ModelError: names that no file can have, and names of two arrays; all of them.
     """
     axes = {name for axis in plan.axes for name in (axis.name, *axis.coordinates)} | {*plan.dimensions}
     names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]

@@ -26,8 +26,6 @@ class Swings:
 
     Attributes
     ----------
-    base
-        of the model itself.
     low, high
         (d,) with each value at its lower, its upper end.
     """
@@ -52,8 +50,6 @@ def swings(y: Array, d: int) -> Swings:
     ----------
     y
         (2 d + 1,) the output in the order of the design.
-    d
-        values.
 
     Raises
     ------

@@ -29,15 +29,7 @@ _MOST_HALVINGS = 50
 class Averages:
     """Finds means for one oscillation after the other, each search from where the last one ended.
 
-    Parameters
-    ----------
-    system
-        the driveline; it must have a static equilibrium.
-
-    Raises
-    ------
-    Runaway
-        an element of zero last slope cannot carry its load.
+    Runaway: an element of zero last slope cannot carry its load.
     """
 
     def __init__(self, system: PiecewiseSystem) -> None:

@@ -59,8 +59,6 @@ class Balance:
 
     Attributes
     ----------
-    settled
-        whether it led to a periodic motion.
     multiplier
         largest modulus of its Floquet multipliers; NaN where there is no motion.
     gain, mean_slope
@@ -226,8 +224,6 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
 
     Parameters
     ----------
-    system
-        the driveline.
     deflection
         (m, S) samples over one period, joined by straight lines.
     """

@@ -36,8 +36,6 @@ class ContactRatio:
         (K,) the ratio; NaN where the law has no slope or the deflection does not move.
     low, high
         (K,) 95 % confidence interval of the random error; the value itself where a route has none.
-    notes
-        what the user must know.
     """
 
     route: str

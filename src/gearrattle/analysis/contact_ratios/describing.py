@@ -70,8 +70,6 @@ def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Descri
 
     Parameters
     ----------
-    law
-        staged, with any number of corners.
     amplitude
         positive [rad or m].
     mean
@@ -91,8 +89,6 @@ def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> De
 
     Parameters
     ----------
-    law
-        staged, with any number of corners.
     deviation
         standard deviation, positive [rad or m].
     mean
@@ -124,10 +120,7 @@ def describing(trajectory: Trajectory) -> ContactRatio:
 
     The least-squares line of the elastic force on the deflection over the samples of the steady part.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, value = steady(trajectory), np.empty(trajectory.layout.clearance.size)
     for k in clearances(trajectory):

@@ -99,13 +99,7 @@ class Forecast:
 
 
 class Linearisation:
-    """The map from gains to gains.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    """
+    """The map from gains to gains."""
 
     def __init__(self, system: PiecewiseSystem) -> None:
         self.system, inputs = system, system.inputs
@@ -241,8 +235,6 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
 
     Parameters
     ----------
-    system
-        the driveline; it must have a static equilibrium.
     thorough
         whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
         ``_MOST_SOUGHT`` clearances; otherwise from two starts, of more than ``_MANY`` clearances from one, and no

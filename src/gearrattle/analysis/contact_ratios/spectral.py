@@ -121,8 +121,6 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
 
     Parameters
     ----------
-    trajectory
-        a motion.
     taper
         "hann" or "none".
 

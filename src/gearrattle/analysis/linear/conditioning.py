@@ -28,8 +28,6 @@ def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Ar
 
     Parameters
     ----------
-    system
-        the inertias, drags and rows.
     stiffness, damping
         (m,) of every element.
     unit
@@ -76,8 +74,6 @@ def conditions(
 
     Parameters
     ----------
-    system
-        the inertias, drags and rows.
     stiffness, damping
         (m,) of every element.
     units

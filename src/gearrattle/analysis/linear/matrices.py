@@ -94,8 +94,6 @@ def frequencies_of(system: PiecewiseSystem, stiffness: Array, basis: Array) -> A
 
     Parameters
     ----------
-    system
-        the driveline.
     stiffness
         (S, m) slope of every element, state by state.
     basis

@@ -54,8 +54,6 @@ class DampedModes:
 
     Attributes
     ----------
-    form
-        the driveline in energy coordinates.
     root
         (n,) square roots of the inertias.
     values, vectors

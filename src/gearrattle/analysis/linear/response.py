@@ -29,8 +29,6 @@ def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) 
 
     Parameters
     ----------
-    linear
-        the system.
     omega
         (F,) angular frequencies, > 0 [rad/s].
     drive
@@ -51,8 +49,6 @@ def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> 
 
     Parameters
     ----------
-    system
-        the driveline.
     stiffness, damping
         (m,) slope and damping of every element.
     """

@@ -49,10 +49,7 @@ class StudySpec(Table):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``prepare`` besides the model.
 
-        Raises
-        ------
-        ModelError
-            values that are sound by themselves and have no meaning together.
+        ModelError: values that are sound by themselves and have no meaning together.
         """
         raise NotImplementedError
 

@@ -45,8 +45,6 @@ class Family:
 
     Attributes
     ----------
-    driveline
-        the one in the middle.
     numbers
         all their coefficients, one after the other.
     blocks
@@ -76,11 +74,8 @@ class Family:
 def family_of(model: Model, edges: Sequence[Edge]) -> Family:
     """Return the drivelines of a box.
 
-    Raises
-    ------
-    ModelError
-        a value that the model refuses, a structure that is not the same in the whole box, a path on which the
-        coefficients depend in another way than by polynomials of second degree.
+    ModelError: a value that the model refuses, a structure that is not the same in the whole box, a path on which the
+    coefficients depend in another way than by polynomials of second degree.
     """
     count = len(edges)
     middle = np.zeros(count)
@@ -137,13 +132,7 @@ def _size(numbers: Quadratic) -> Array:
 
 
 def _check(numbers: Quadratic, numbers_at: Callable[[Array], Array], edges: Sequence[Edge]) -> None:
-    """Refuse paths on which coefficients depend in another way.
-
-    Raises
-    ------
-    ModelError
-        naming them.
-    """
+    """Raise a ModelError that names the paths on which coefficients depend in another way."""
     count = len(edges)
     size = _size(numbers)
 

@@ -86,8 +86,6 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
     ----------
     requested
         by path a pair (low, high); by another name a mapping from paths to such pairs, which vary together.
-    model
-        whose values they are.
 
     Raises
     ------

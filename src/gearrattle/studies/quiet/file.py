@@ -35,17 +35,7 @@ _KEYS = ("schema", "name", "range", *_OPTIONS)
 
 @dataclass(frozen=True)
 class QuietFile:
-    """What a file of ranges says.
-
-    Attributes
-    ----------
-    ranges
-        as ``prove_quiet`` takes them.
-    options
-        its other arguments.
-    positions
-        where the file's keys stand.
-    """
+    """What a file of ranges says."""
 
     ranges: dict[str, Any]
     options: dict[str, Any]
@@ -53,13 +43,7 @@ class QuietFile:
 
     @contextmanager
     def located(self) -> Iterator[None]:
-        """Name file and line in what is refused inside.
-
-        Raises
-        ------
-        ModelError
-            one that is raised inside, with its places in the file.
-        """
+        """Add file and line to a ModelError that is raised inside."""
         try:
             yield
         except ModelError as error:

@@ -62,10 +62,6 @@ class Part:
     ----------
     low, high
         (d,) its ends; the box is from -1 to 1.
-    status
-        PROVEN, REFUTED or OPEN.
-    reason
-        why it is open; empty otherwise.
     element
         that leaves its piece where it is refuted, or open for such a reason; -1 for none.
     """
@@ -100,12 +96,8 @@ class Search:
 
     Attributes
     ----------
-    family
-        the drivelines of the box.
     parts
         that are decided, or that no division decides.
-    looked_at
-        how many have been looked at.
     """
 
     family: Family
@@ -140,10 +132,6 @@ class Search:
 
         Parameters
         ----------
-        share
-            of the box that may stay undecided.
-        most
-            parts that are looked at.
         until
             when to stop, by ``time.monotonic`` [s].
         progress

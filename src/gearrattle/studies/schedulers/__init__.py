@@ -37,10 +37,6 @@ def opened(
         "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
     workers
         how many are wanted; None for as many as make sense.
-    sensible
-        how many pay on this machine.
-    shared
-        whether other processes see where the study is kept.
 
     Raises
     ------
@@ -64,8 +60,6 @@ def check_scheduler(address: Any, workers: int | None) -> None:
     ----------
     address
         as of ``opened``; None for none.
-    workers
-        how many are wanted.
 
     Raises
     ------

@@ -59,14 +59,8 @@ class Wanted:
 
     Attributes
     ----------
-    address
-        the words of the call, or an object from Python.
     workers
         how many; None leaves it to the scheduler.
-    sensible
-        how many pay on this machine.
-    shared
-        whether other processes see where the study is kept.
     """
 
     address: Any

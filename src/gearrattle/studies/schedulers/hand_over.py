@@ -42,10 +42,6 @@ class Handed:
 
     Attributes
     ----------
-    storage
-        of the study.
-    name
-        of the hand-over there.
     digest
         SHA-256 of it.
     """
@@ -90,10 +86,6 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 
     Parameters
     ----------
-    handed
-        the study.
-    chunk
-        its number.
     attempt
         a name that this chunk has been sent out by, once.
     alone

@@ -45,10 +45,7 @@ _held: list[Store] = []
 def local(wanted: Wanted) -> Iterator[Scheduler]:
     """Open processes, as many as are wanted or pay; for one alone this process does.
 
-    Raises
-    ------
-    ModelError
-        several are wanted for a study that only this process sees.
+    ModelError: several are wanted for a study that only this process sees.
     """
     if not wanted.shared and (wanted.workers or 1) > 1:
         rule = "other processes do not see the memory of this one"

@@ -17,15 +17,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class File:
-    """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
-
-    Attributes
-    ----------
-    storage
-        where.
-    name
-        its name there.
-    """
+    """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole."""
 
     storage: Storage
     name: str

@@ -17,13 +17,7 @@ from gearrattle.writing import is_left, put
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder.
-
-    Attributes
-    ----------
-    path
-        where.
-    """
+    """A folder."""
 
     path: Path
 

@@ -25,13 +25,7 @@ _FOLDERS = {"auto_mkdir": True}
 
 @dataclass(frozen=True)
 class Remote:
-    """A folder behind an address.
-
-    Attributes
-    ----------
-    address
-        without a slash at the end.
-    """
+    """A folder behind an address, which is kept without a slash at its end."""
 
     address: str
 
