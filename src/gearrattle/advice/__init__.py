@@ -3,8 +3,6 @@
 Every line of an ``Advice`` says what to do and on what evidence; every forecast says by which route it came, and is
 scored against a run (``forecasts``). The evidence is linear algebra where that suffices, and a short exact run, the
 *pilot*, where it does not.
-
-Takes a Model; gives an Advice.
 """
 
 from gearrattle.advice.advise import advise

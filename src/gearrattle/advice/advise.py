@@ -12,8 +12,6 @@
 
 In the paper the user closes the loop. Here the pilot run does: a lumped model is not recommended if it moves
 differently from the full one.
-
-Takes a Model and the settings of the planned run; gives an Advice.
 """
 
 from __future__ import annotations

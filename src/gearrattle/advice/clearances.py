@@ -1,7 +1,4 @@
-"""Which clearances will open, and the slopes that stand for them.
-
-Takes excursions, a pilot and a model; gives lines and forecasts.
-"""
+"""Which clearances will open, and the slopes that stand for them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Which algorithm and step to use, what the run will cost, and how long the motion is predictable point by point.
-
-Takes the planned model and its pilot run; gives lines of the advice.
-"""
+"""Which algorithm and step to use, what the run will cost, and how long the motion is predictable point by point."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 A forecast is a number or a word about one thing, by one route, made before the run that settles it. When it counts as
 right is fixed here, once for all: regimes exactly, ratios within 0.1, counts and times within a factor of two.
-
-Takes forecasts and a Run; gives Scores.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, and no
 clearance opens in it. Where it does not, the excursion tells only roughly which corners are crossed.
-
-Takes a system and its rest; gives excursions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What to lump: bodies that move as one in the excited band, unless the pilot of the smaller model moves otherwise.
-
-Takes a Model and its pilot; gives a line.
-"""
+"""What to lump: bodies that move as one in the excited band, unless the pilot of the smaller model moves otherwise."""
 
 from __future__ import annotations
 

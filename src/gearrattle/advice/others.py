@@ -8,8 +8,6 @@ size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as man
 least ``PILOTS`` times as many periods as the pilot, and says how many it left out. Where motions are irregular they
 come to ever new regions, and to build one takes as long as ``REGION`` calls: the regions that are built are bounded by
 the same number of calls.
-
-Takes a pilot run; gives a line, and a note where another motion exists.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 The exact solution of some thirty cycles costs less than most of the linear algebra about it, so what it shows is the
 first evidence on anything nonlinear. It cannot show what comes later: motions that settle slowly, other motions from
 other starts.
-
-Takes a Model; gives a Pilot.
 """
 
 from __future__ import annotations

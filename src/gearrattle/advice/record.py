@@ -1,7 +1,4 @@
-"""What an advice is: lines with evidence, and forecasts that a run will settle.
-
-Takes text and forecasts; gives JSON types.
-"""
+"""What an advice is: lines with evidence, and forecasts that a run will settle."""
 
 from __future__ import annotations
 

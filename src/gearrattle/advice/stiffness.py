@@ -1,7 +1,4 @@
-"""How stiff the driveline is, and what scaling does about it.
-
-Takes a Model and its pilot; gives lines.
-"""
+"""How stiff the driveline is, and what scaling does about it."""
 
 from __future__ import annotations
 

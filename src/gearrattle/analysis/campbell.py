@@ -6,8 +6,6 @@
 crossing is a quotient. They do depend on how much of the time clearances are in contact: with a grid of contact
 ratios, every state has its own frequencies. A crossing matters as far as what turns with the order excites the mode:
 the share says how far (see ``Modes.excitation``).
-
-Takes a model; gives frozen data to plots and reports.
 """
 
 from __future__ import annotations

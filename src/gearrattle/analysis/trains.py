@@ -7,8 +7,6 @@ Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. W
 
 so the accelerations of the equilibrium tell it. A train that turns in more than one way, such as a planetary set
 without a fixed body, has no such single torque.
-
-Takes an equilibrium; gives notes.
 """
 
 from __future__ import annotations

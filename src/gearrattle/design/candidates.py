@@ -4,8 +4,6 @@ Without a list of the user's these are, each from 0.7 to 1.3 times what the mode
 together, the backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the
 moment of inertia of every body that is no loose gear. A ramp of a torque may take up to four times as long, where the
 next one leaves room for that.
-
-Takes a Model and a mapping; gives Candidates.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Motions that are remembered in a folder, so that work that was stopped goes on: a file a motion.
 
 A motion is named by everything that decides it: the model, the start, the outputs, the version of the package.
-
-Takes what is asked for; gives Motions.
 """
 
 from __future__ import annotations

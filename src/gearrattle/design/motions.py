@@ -7,8 +7,6 @@ three starts, all by the model's own settings:
 - *before*: the end of the motion of the neighbouring variant, on the side of the model's own value,
 - *pushed*: the model's own start with all clearances set going, each at a speed that takes it across its gap in a
   sixteenth of a period, neighbours in opposite directions.
-
-Takes Models; gives Motions.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ Every candidate is searched as a threshold is, with exact runs: its range is sca
 change from the model's own value is made as small as it may be. A value counts only if the target holds at the model's
 speed and at its neighbours, from rest, from the motion of the value before, and after a push. Of changes that do not
 reach the target alone the best ones are made in pairs, both on the way to their best ends together.
-
-Takes a Model, candidates and a target; gives Remedies.
 """
 
 from __future__ import annotations

@@ -1,13 +1,11 @@
 """Remedy files: TOML that says which changes may be made, and what they shall reach.
 
-    target = "quiet"
-    speeds = ["760 rpm", "800 rpm"]
+target = "quiet"
+speeds = ["760 rpm", "800 rpm"]
 
-    [candidates]
-    "inertia.*.drag_torque" = { factor = { from = 1, to = 4 }, cost = 2.0 }
-    "mesh.m1.backlash" = { from = "0.08 mm", to = "0.14 mm" }
-
-Takes a path; gives arguments of ``remedies``.
+[candidates]
+"inertia.*.drag_torque" = { factor = { from = 1, to = 4 }, cost = 2.0 }
+"mesh.m1.backlash" = { from = "0.08 mm", to = "0.14 mm" }
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 Every value has its own runs, and those of different values do not wait for each other: they run in threads, as the
 engine leaves the interpreter lock. Only the motions that begin where a neighbour's ended follow one another, from the
 model's own value outward.
-
-Takes a Model, a Variable and a Target; gives the values at which the answer changes.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 ``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
 the value, ``"m5: largest impact energy < 0.1 mJ"`` where that of one part is; a plain number is in SI.
-
-Takes a text and a Model; gives a Target.
 """
 
 from __future__ import annotations

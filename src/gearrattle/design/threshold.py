@@ -4,8 +4,6 @@ The range is scanned first, for more drag or less backlash need not mean less ra
 rest, from the motion of its neighbour, and, where both are quiet, from a push (``motions``). Then the change between
 two neighbours of different answers is halved with exact runs until it is known well enough. A value is *quiet* only if
 every motion that was tried there is.
-
-Takes a Model, a path and a range; gives a Threshold.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What a decision changes: one value of a model, a factor on several, or several values that go to their ends together.
 
 A range is divided on a logarithmic scale where its ends are positive and far apart, else on a linear one.
-
-Takes a Model, paths and ranges; gives a Variable.
 """
 
 from __future__ import annotations

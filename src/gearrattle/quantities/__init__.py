@@ -8,8 +8,6 @@ is of the steady part.
 ``add`` extends the sums over a motion by its next chunk, each sum once for all quantities that read it; a whole run is
 one chunk. ``verdict_of`` gives the verdict on sums, ``rows_of`` the rows of metrics of their inputs, which are made of
 a motion, of sums over its chunks, or of a recording.
-
-Takes a Trajectory, chunks of one, or a Recording; gives a Verdict and rows to runs, studies, the pipeline and reports.
 """
 
 from __future__ import annotations

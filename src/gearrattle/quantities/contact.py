@@ -11,9 +11,6 @@ samples of a deflection, which are blind to what happens between two of them, an
 An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
 gear that hammers one flank with an occasional hit of the other is distinguished from one that crosses its backlash
 every time, which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
-
-Takes sums over crossings; gives the contact share and one row a region for every clearance. Takes inputs; gives five
-rows a gap.
 """
 
 from __future__ import annotations

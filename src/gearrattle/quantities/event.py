@@ -2,8 +2,6 @@
 
 Averages over cycles say nothing of an event, such as a tip-in. What counts is the first impact, the hardest one, the
 number of impacts until the driveline is at rest again, and the largest torque of every element.
-
-Takes a Trajectory; gives an Event to the verdict.
 """
 
 from __future__ import annotations

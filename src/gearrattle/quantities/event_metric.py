@@ -3,8 +3,6 @@
 Most metrics are averages over cycles, which mean nothing for a tip-in: their value depends on how long the run goes on
 after it. An event is measured from its start, the first ramp (else the start of the judged part), until every torque
 has settled (``quantities.event``), or to the end of the run where it has not.
-
-Takes Inputs of a simulated motion, or of a recording; gives rows.
 """
 
 from __future__ import annotations

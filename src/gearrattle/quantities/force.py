@@ -7,8 +7,6 @@ Over the window, with means by the trapezoidal rule,
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
 raises it. The force is that on the line of action.
-
-Takes inputs; gives four values a force.
 """
 
 from __future__ import annotations

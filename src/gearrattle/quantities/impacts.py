@@ -10,8 +10,6 @@ the last being the integral over the contact of the force above the quasi-static
 which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
 it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
 motion cuts short has v' = 0 and the contact impulse up to then, and is noted.
-
-Takes sums over crossings; gives rates for every clearance, the rest for those that are hit.
 """
 
 from __future__ import annotations

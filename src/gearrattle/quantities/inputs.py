@@ -4,8 +4,6 @@ A metric does not ask where a motion came from. Its inputs are uniform samples b
 the reference speed and the orders of the engine where they are known, the driveline's layout where a model is at
 hand, and the motion itself, with its exact log of crossings, where it was simulated. Where an input is missing that a
 metric ``needs``, its row has no value and says why; nothing is guessed.
-
-Takes arrays; gives them, and what many metrics derive from them, to metrics.
 """
 
 from __future__ import annotations

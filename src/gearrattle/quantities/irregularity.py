@@ -4,8 +4,6 @@
 
 of every body; the gearbox input is one of them. The mean speed is that of a channel that holds it, else the reference
 speed times the ratio of the gears between. The peak to peak of an order is twice its amplitude, by least squares.
-
-Takes inputs; gives values for every body whose velocity, and every shaft whose speed they hold.
 """
 
 from __future__ import annotations

@@ -12,8 +12,6 @@ rattle, the driver's acceleration contains their impacts, and far less drag than
 
 A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body. Along a
 sweep on which the drag torque changes, the ratio is the largest of all instants, each with its own drag torque.
-
-Takes peaks of the accelerations; gives three rows a loose gear.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 The mean is taken out. Above the engine's orders: what is left of the window's discrete Fourier transform when all
 lines up to the highest order of the engine's torque are gone. Impacts live there; the torque cannot reach it directly.
-
-Takes inputs; gives four values a loose gear.
 """
 
 from __future__ import annotations

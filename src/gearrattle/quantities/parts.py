@@ -1,8 +1,6 @@
 """The parts of the verdict: every mesh and clearance, judged by regime and severity in the steady part.
 
 The whole is the worst of the parts. The rule is stated in words (``rule_of``) wherever the verdict is shown.
-
-Takes the rows of the criteria and the sums over crossings; gives Parts to the verdict.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ table of ``__init__``, and its test; the laws over the table hold for each.
 
 A sum over a motion is a *state*: named arrays that ``add`` extends by the next chunk and whose size does not grow with
 the number of chunks. Quantities that name the same sum share it.
-
-Takes sums or inputs; gives rows.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose
 A drag torque that is a table over the speed follows it: every instant of a sweep, and every sample of a recorded speed,
 has its own, and the ratio is the largest of all instants. In harmonic form the ratio is of one order's amplitude,
 (o Omega)^2 times that of the angle: which order does it.
-
-Takes inputs; gives values for every loose gear, by its mesh.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ The regime says where corners are crossed, however softly. Severity says whether
 if none is. The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for
 all. A gap that separates and is not hit again has a largest impact of 0. What does not separate is quiet; so is a
 staged spring that changes stage.
-
-Takes sums over crossings; gives one row an element.
 """
 
 from __future__ import annotations

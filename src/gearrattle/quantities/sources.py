@@ -4,8 +4,6 @@ Of a simulated motion the steady part [discard T, end] is taken. Of a recording 
 periods are taken; without a known speed, all of it. Both bounds are included: for a motion that repeats itself they
 are the same phase. A motion in chunks is described by its sums (``signals.chunks``,
 ``signals.crossing_sums``); no chunk is kept.
-
-Takes a Trajectory, sums over chunks of one, or a Recording; gives Inputs.
 """
 
 from __future__ import annotations

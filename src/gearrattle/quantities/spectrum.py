@@ -4,8 +4,6 @@ Power spectral density by Welch's method over whole cycles; amplitudes at the ex
 whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
 (the rule is stated in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
 and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one frequency.
-
-Takes sums over Trajectories; gives rows for every inertia, and the densities themselves to the verdict.
 """
 
 from __future__ import annotations

@@ -12,8 +12,6 @@ Transmissibility by order: what of an order's motion at the reference body reach
 the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so any of them
 serves. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
 from the reference. An order at which the reference moves by less than 1e-9 of its strongest has no transmissibility.
-
-Takes levels of the last cycles; gives two rows an inertia. Takes inputs; gives one row a body and order.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 A gap that separates *rattles*, or *touches* if all its impacts are negligible; a staged spring that crosses its
 corners, or a gap that crosses outer ones alone, changes *stage*. Neither is called rattle. Only the worst parts are
 spelt out; the others are named.
-
-Takes parts, worst first; gives a sentence to the verdict.
 """
 
 from __future__ import annotations

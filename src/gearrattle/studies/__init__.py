@@ -3,8 +3,6 @@
 ``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
 of them, ``schedulers`` deal chunks out, ``store`` keeps them, ``prepared`` carries a study out. ``kinds`` is a shelf:
 what a study file may ask for. What is made of the Dataset: ``boundary``, ``probability`` and ``sensitivity``.
-
-Takes a Model; gives an xarray Dataset.
 """
 
 from gearrattle.studies.attraction import basins

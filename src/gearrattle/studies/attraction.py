@@ -4,8 +4,6 @@ Initial states lie on a grid, or are drawn from a box; each is simulated by the 
 seen once a period (``sections``). What repeats is told apart by its points, and each of these motions is found to
 rounding by shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, killing and going
 on are those of every study.
-
-Takes a Model and ranges of initial values; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -13,8 +13,6 @@ reported as one attractor.
 
 The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
 points Wilson's interval is given with it (``signals.shares``); a grid is no sample and has none.
-
-Takes the Dataset of the cases; gives what is made of it.
 """
 
 from __future__ import annotations

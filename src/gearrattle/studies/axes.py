@@ -10,8 +10,6 @@ paths, which is all that cases are made of.
 
 Values may be an array of NumPy, a Series of pandas or a DataArray of xarray; the attribute ``units`` of the latter two
 counts.
-
-Takes mappings; gives frozen axes.
 """
 
 from __future__ import annotations

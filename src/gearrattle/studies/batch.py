@@ -5,8 +5,6 @@ without a model, a system or a trajectory of their own, to the same bits as one 
 samples are taken of each case as it comes out of the loop (``studies.followed``). What the loop cannot do is left to
 the general way, case by case: figures of a whole run or a function of the user's, other algorithms, cases of another
 structure, cases that fail.
-
-Takes a Plan, Outputs and a chunk; gives values and which cases have them.
 """
 
 from __future__ import annotations

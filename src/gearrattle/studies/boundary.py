@@ -2,8 +2,6 @@
 
 The true boundary lies somewhere between the two neighbours, and both are given. Between values of a logarithmic range
 the midpoint is the geometric mean, elsewhere the arithmetic one.
-
-Takes the Dataset of a study; gives a table of crossings as a Dataset.
 """
 
 from __future__ import annotations

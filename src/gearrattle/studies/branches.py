@@ -1,7 +1,4 @@
-"""What a bifurcation diagram shows: where two motions coexist, and along which values the motion keeps its kind.
-
-Takes the Dataset of ``bifurcation``; gives codes and stretches.
-"""
+"""What a bifurcation diagram shows: where two motions coexist, and along which values the motion keeps its kind."""
 
 from __future__ import annotations
 

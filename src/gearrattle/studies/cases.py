@@ -2,8 +2,6 @@
 
 Cases that can be are computed together (``studies.batch``), the others one by one.
 A case that fails leaves nothing in its outputs, and says why; the others go on.
-
-Takes a Plan and Outputs; gives a Computed.
 """
 
 from __future__ import annotations

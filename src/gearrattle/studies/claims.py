@@ -3,8 +3,6 @@
 Asked before anything is computed, and again when the study begins there. A folder is locked while a study is under way;
 an address cannot be. There ``study.json`` is put by one program alone, and two that resume the same study compute the
 same.
-
-Takes a Storage; raises.
 """
 
 from __future__ import annotations

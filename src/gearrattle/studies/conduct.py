@@ -1,7 +1,4 @@
-"""How a call carries a study of any kind out: what a study is, where it is kept, who computes.
-
-Takes what prepares a study, and the options that all calls share; gives its Dataset.
-"""
+"""How a call carries a study of any kind out: what a study is, where it is kept, who computes."""
 
 from __future__ import annotations
 

@@ -9,8 +9,6 @@ From Saltelli's points follow Sobol' indices of first and total order, from the 
 (A. Saltelli, Making best use of model evaluations to compute sensitivity indices, Computer Physics Communications 145,
 2002, pp. 280-297); SALib makes them, from a scrambled sequence of Sobol', block by block: A, AB_1 to AB_d (BA_1 to
 BA_d), B.
-
-Takes numbers of values and points; gives shares of the distributions, and what stands where among the points.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ down then follow different branches, and where they differ there are two motions
 A sweep is sequential: it is one chunk, keeps how far it has come every second, and goes on from there to the same bits.
 Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run beside
 each other.
-
-Takes a Model, a path and values; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@
 value, or one factor.
 
 Points of the unit cube (``designs``), scrambled by the seed, are carried over by the inverse distribution functions.
-
-Takes mappings; gives frozen distributions and samples.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 All motions have the first four, steady ones with their start-up too; the last is a number of the model alone. "hardest
 impact" is not among them: it comes from the crossings, as an output of the whole driveline (``output.WORST``).
-
-Takes a Run; gives arrays by name.
 """
 
 from __future__ import annotations

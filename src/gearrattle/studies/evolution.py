@@ -4,8 +4,6 @@ K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, A fast and elitist multiobjective g
 Transactions on Evolutionary Computation 6, 2002, pp. 182-197; constraints by its rule that a feasible design beats any
 other, and of two others the one that misses by less. By pymoo (J. Blank, K. Deb, pymoo: multi-objective optimization in
 Python, IEEE Access 8, 2020, pp. 89497-89509). All randomness comes from the seed: told the same, it asks the same.
-
-Takes points of the unit cube and what they are worth; gives points.
 """
 
 from __future__ import annotations

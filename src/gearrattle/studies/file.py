@@ -6,8 +6,6 @@
     kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
 
 What else may stand in a file its kind says.
-
-Takes a path; gives the kind and what to prepare it with.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ The loop (``solvers.many``) marches a case and hands it over with the samples of
 of accelerations are taken over, the steady part, or none, where the crossings tell all. What crossings before these
 cycles tell is in its tallies. So nothing of the cycles before is sampled, and the case is judged as the last chunk of a
 long motion.
-
-Takes outputs, cases that the loop follows; gives values.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ beats: nowhere worse, somewhere better. How much the front covers is its hypervo
 the best value of every objective (``ideal``) and the worst on the front and a tenth more (``reference``). Every member
 of the front is computed again by itself, exactly, its energy audited: it is certified if that gives the same values
 within a part in a million, within all limits, and no energy is unaccounted for.
-
-Takes the generations' Datasets; gives one Dataset, and model files.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impact
 energy". A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both.
 The violation by a design is given in units of the limit, so that violations of different quantities can be added up.
-
-Takes mappings; gives frozen goals, and their values over designs.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ I. M. Sobol', Mathematics and Computers in Simulation 55, 2001, pp. 271-280; est
 Variance based sensitivity analysis of model output, Computer Physics Communications 181, 2010, pp. 259-270 (table 2,
 lines b and f), by SALib. Base points are drawn again a thousand times for the intervals, +- z deviations. A base point
 one of whose cases failed is left out whole.
-
-Takes plain arrays; gives Indices.
 """
 
 from __future__ import annotations

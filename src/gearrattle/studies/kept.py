@@ -6,8 +6,6 @@
 
 The markers say what counts. Results without a marker, or other than their checksums say, are shown as missing: a power
 cut may have taken some of them.
-
-Takes a Storage; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What stands where in a study's Dataset: which dimensions are axes, what scatters, which outputs are codes.
 
 The grid is the dimensions of ``outcome``; an output may have one more, its subjects (parts, inertias).
-
-Takes the Dataset of a study; gives names and refusals.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 Designs are computed a generation at a time, each generation a study of its own in ``generations/``, by any scheduler.
 After an interruption the optimiser is told the results that are kept, and asks for the same designs again: its own
 state is never stored. In the end all designs stand in one Dataset, with the front (``fronts``).
-
-Takes a Model, ranges, objectives and constraints; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""One output of a study: its name, what it is about, its units, and what stands where there is no value.
-
-Takes plain values; gives an Output.
-"""
+"""One output of a study: its name, what it is about, its units, and what stands where there is no value."""
 
 from __future__ import annotations
 

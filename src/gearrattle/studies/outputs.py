@@ -4,8 +4,6 @@ Every quantity of every criterion and metric is one, by its name in their entrie
 "separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.
 Words are kept as codes: their place in ``flag_meanings``. "... over all stable motions" (``stable_motions``) is the
 largest value that any motion of the case has. A function of the user's adds numbers of its own.
-
-Takes Runs; gives arrays by name.
 """
 
 from __future__ import annotations

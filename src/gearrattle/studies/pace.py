@@ -3,8 +3,6 @@
 Cases of one study can differ tenfold in cost: a rattling motion has more crossings than a quiet one. So the cost of a
 case is measured over cases spread across the whole grid, and chunks are computed in an order of which every beginning
 is spread likewise (multiples of the golden section): what is done so far stands for what is left.
-
-Takes a Plan, times; gives seconds.
 """
 
 from __future__ import annotations

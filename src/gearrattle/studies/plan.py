@@ -3,8 +3,6 @@
 The cases form a grid: a dimension for every axis, the last one, "sample", for the points of distributions. A chunk is a
 box of that grid whose cases follow each other in order; it is what a worker computes and the store keeps at once. Case
 and chunk are told by their number alone, so that any worker can compute any chunk, in any order, to the same bits.
-
-Takes a model, axes and samples; gives cases.
 """
 
 from __future__ import annotations

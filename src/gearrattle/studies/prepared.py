@@ -2,8 +2,6 @@
 
 What can be known before a case is computed is known here; kinds of studies that keep their results in a Store build on
 it, and change what they must: how a chunk is computed, and what is made of the whole in the end.
-
-Takes a Plan and Outputs; gives Done.
 """
 
 from __future__ import annotations

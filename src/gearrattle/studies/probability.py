@@ -5,8 +5,6 @@ a gap can separate: a staged spring with stiffness in all its stages changes sta
 
 The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
 scatter less, so there it is wide rather than narrow.
-
-Takes counts, or the Dataset of a study; gives shares with limits.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 A range is a pair of ends, or a mapping with from, to and spacing; the model must accept both ends as values. It may be
 of factors of what the model says, ``{ factor = ... }`` about it or ends that are factors, and at a pattern. The first
 design is the model itself, if its values are within the ranges; the others are Latin hypercube samples of the ranges.
-
-Takes mappings; gives frozen ranges and points of the unit cube.
 """
 
 from __future__ import annotations

@@ -17,8 +17,6 @@ motions that pass between stages, and which motion of several the start leads to
 
 Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
 with ``simulate`` all of them.
-
-Takes a Model, speeds and loads; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 The cases nearest to the border teach most: those in which the range of some gear's lift ratio holds 1, or comes nearest
 to it. Of equally near ones some are taken that lie evenly over the map. A gear that the forecast says is quiet and that
 rattles when simulated, or the other way round, is a wrong forecast; undecided ones are neither right nor wrong.
-
-Takes ratios, forecasts and what was simulated; gives indices of cases, and counts.
 """
 
 from __future__ import annotations

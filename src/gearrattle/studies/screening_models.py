@@ -8,8 +8,6 @@ from one to the other. But a gear that holds in all of them is quiet by every li
 all of them by none; in between the linear driveline cannot tell.
 
     lift ratio = reach of the mesh's deflection towards its gap / its static depth in contact,    in every model
-
-Takes a system, its rest and the meshes of loose gears; gives the least and the largest lift ratio of every gear.
 """
 
 from __future__ import annotations

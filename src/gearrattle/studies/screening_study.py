@@ -2,8 +2,6 @@
 
 A grid with one axis that is ``excitation.speed`` alone, and at most one other, the load; ``fixed`` values hold for all
 cases. Outputs and their number are a matter of the simulations and left aside.
-
-Takes a StudyFile; gives a Model, speeds and loads for ``screen``.
 """
 
 from __future__ import annotations

@@ -20,8 +20,6 @@ What a motion is called:
   to more than 100 times their number, still growing over the last half: a perturbation that neither shrinks nor grows
   exponentially (a free rigid body's, a quasi-periodic motion's) grows at most like that number.
 * *undecided*: neither was shown.
-
-Takes a Model and Runs; gives arrays by name.
 """
 
 from __future__ import annotations

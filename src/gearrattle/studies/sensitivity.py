@@ -15,8 +15,6 @@ comes from the F-law of M and n - 1 - M degrees of freedom.
 
 Samples drawn for the purpose tell more: Sobol' indices of any order (``indices``), what an output is at both ends of
 every value (``swings``). ``sensitivities`` gives what the design allows.
-
-Takes plain arrays, or the Dataset of a study; gives coefficients.
 """
 
 from __future__ import annotations

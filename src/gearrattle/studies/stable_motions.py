@@ -7,8 +7,6 @@ its own n periods. A word counts by its code: the worst verdict. Where the case 
 counts as well. Motions whose basin no start met are not among them.
 
 Two outputs are known of these motions alone: ``COUNT``, how many there are, and ``SWING``, exact between samples.
-
-Takes a Run; gives arrays by name.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ rows of C being W_k for a deflection (c then is delta + e(0)) and a unit row for
 rates and e'(0). So a rate is set by an impulse between the two bodies of an element, which leaves their angular
 momentum (with a mesh, that of the train) as it was, and an angle moves one inertia alone. Inertias of prescribed motion
 have no initial value: in a state they stand as the motion has them.
-
-Takes a Model and names; gives a map from values to states as ``simulate`` takes them.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@
 A chunk's marker appears, whole, after its results. So the markers alone say what is done: a chunk without one is
 computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
 written by one worker each, never shared.
-
-Takes Plan and Outputs; keeps Computed; gives xarray Datasets.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ together, and none depends on which case is the first.
 A number changes the structure where it becomes zero, or passes a corner: of an axis the first value, the smallest, the
 largest and zero are tried, of anything else than a plain number all values up to ``MOST_WORDS``, in all combinations up
 to ``MOST_TRIED``.
-
-Takes a Plan; gives Models.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 The order of work: everything that can be wrong is looked for first, one case is run to see what outputs there are and
 what a case costs, then chunks go out to workers until all are done. What is kept on disk survives whatever stops it.
-
-Takes a Model, axes and names of outputs; gives an xarray Dataset.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ The first case is the model itself; the others come in pairs, a value at its low
 values the model's own (``designs``). Drawn widest on top these are the bars of a tornado diagram (T. G. Eschenbach,
 Spiderplots versus tornado diagrams for sensitivity analysis, Interfaces 22, 1992, pp. 40-46). Interactions are not
 seen.
-
-Takes plain arrays; gives Swings.
 """
 
 from __future__ import annotations

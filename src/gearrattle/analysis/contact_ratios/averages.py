@@ -7,8 +7,6 @@ as the mean m_k moves through a clearance. The means must carry the mean loads,
 
 the static equilibrium of the averaged laws, found by Newton's method: the sum is convex. With corners c_j and steps of
 slope s_j, E[f] = k_0 E[delta] + f_0 + sum_j s_j E[max(delta - c_j, 0)] and E[f'] = k_0 + sum_j s_j P(delta > c_j).
-
-Takes a system, then oscillations; gives mean deflections.
 """
 
 from __future__ import annotations

@@ -17,8 +17,6 @@ where neither settles, the fixed point is left unconfirmed.
 A periodic motion is met only if it is stable. Between crossings the equations are linear, so a disturbance goes through
 the period as a product of exponentials; a step dc of the damping at a crossing of element k adds -J^-1 w_k dc (w_k . q)
 to its velocities (P. C. Mueller 1995, Chaos, Solitons and Fractals 5, 1671-1681). Stable: no eigenvalue beyond one.
-
-Takes a system, equivalent slopes and how means follow from an oscillation; gives a Balance.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ largest of its law. Its three routes lead to *two different quantities*, which h
 
 They agree for a Gaussian delta (J. J. Bussgang 1952, MIT RLE Tech. Rep. 216) and for no other shape in general: a sine
 of amplitude 2 b in a gap of half-width b has 0.667 and 0.391.
-
-Takes a layout or a law; gives arrays and the record ``ContactRatio``.
 """
 
 from __future__ import annotations

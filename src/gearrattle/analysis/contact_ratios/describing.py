@@ -15,8 +15,6 @@ at the same corners, the gain of f with the damping steps in place of dk is the 
 
 For any other motion the gain is the least-squares line of force on deflection over it: the multi-harmonic describing
 function, which for a single sine is the amplitude gain.
-
-Takes a law and a motion, or a Trajectory; gives gains or a ContactRatio.
 """
 
 from __future__ import annotations

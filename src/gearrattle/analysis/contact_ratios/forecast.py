@@ -9,8 +9,6 @@ all that are found are kept. None may be near the truth: only orders of the exci
 sub-harmonics and chaos are not, and a fixed point need not be stable. Each is therefore followed to the periodic motion
 it stands for, where there is one, and to that motion's Floquet multipliers (``balance``). Stable motions come first;
 among equals, the one most searches ended at.
-
-Takes a system; gives a Forecast.
 """
 
 from __future__ import annotations

@@ -15,8 +15,6 @@ least-squares line over the same samples, that is the multi-harmonic describing 
 segments, H = sum a_i / sum b_i, so its variance is n / (n - 1) sum (a_i - H b_i)^2 / (sum b_i)^2 whatever the
 residue is (W. G. Cochran, Sampling Techniques, 3rd ed. 1977, sec. 2.11), and its interval
 Student's with n - 1 degrees of freedom. A motion that repeats in every segment has no random error.
-
-Takes a Trajectory or plain arrays; gives a Gain or a ContactRatio.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ T A T^-1 is similar to A and 1/w multiplies all eigenvalues alike: R_lambda is t
 translational, mixed, dimensional or not. What an implicit method or an error estimate feels is the condition number,
 the ratio of the largest to the smallest singular value (the one zero of every rigid angle left out): that does change.
 The best diagonal T is near what balancing finds (B. N. Parlett, C. Reinsch 1969, Numer. Math. 13, 293-304).
-
-Takes a system with one slope an element and units; gives condition numbers.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@
 (R. C. Booton 1954, IRE Trans. Circuit Theory 1, 9-18; T. K. Caughey 1963, J. Acoust. Soc. Am. 35, 1706-1711; J. B.
 Roberts, P. D. Spanos, Random Vibration and Statistical Linearization, 1990). Along a sine, k and c are the describing
 function of the law, friction included. Of an element that stays in one piece they are the slope and damping there.
-
-Takes samples of one element; gives its slope and damping.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@
 The stiffness is kept as its factor E, so that natural frequencies are singular values, of E L^-T with M = L L^T, and a
 soft mode beside stiff ones keeps its digits. In a subspace q = T p (Rayleigh and Ritz) the matrices become T^T M T,
 T^T C T and the factor E T; the frequencies found there are never below the true ones of the same rank.
-
-Takes piecewise systems and slopes; gives matrices to reductions.
 """
 
 from __future__ import annotations

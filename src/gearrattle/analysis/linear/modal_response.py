@@ -8,8 +8,6 @@ A V = V diag(lambda) the response is a sum over eigenvalues,
 A pair lambda, conj(lambda) is a mode of the damped driveline: |lambda| its natural frequency, -Re(lambda)/|lambda| its
 damping ratio (D. J. Ewins, Modal Testing, 2nd ed. 2000, sec. 2.7). A pair of real eigenvalues is overdamped motion,
 each of the two apart. What is left are rigid motions, together.
-
-Takes a piecewise system, slopes and a torque; gives the parts of an acceleration.
 """
 
 from __future__ import annotations

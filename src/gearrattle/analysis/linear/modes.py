@@ -13,8 +13,6 @@ The singular vectors are the shares of energy. With E v = omega u, |u| = |v| = 1
 They are also the derivatives of ln omega^2 by ln k_k and, negative, by ln J_i (Fox, Kapoor, AIAA J. 6 (1968) 2426).
 Each mode gets the damping ratio phi^T D phi / (2 omega phi^T J phi), exact for proportional damping and the first-order
 estimate otherwise.
-
-Takes a piecewise system and slopes; gives arrays to ``calls``.
 """
 
 from __future__ import annotations

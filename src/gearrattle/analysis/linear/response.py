@@ -5,8 +5,6 @@
 The accelerance, not the receptance: a free train follows a slow torque with a finite acceleration, while its angle
 grows without bound (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.5). With every element in one piece of its law a
 driveline is linear too; while its steady deflections stay inside these pieces they are a motion of the driveline.
-
-Takes a linear system, or a piecewise-linear one with a piece for every element; gives amplitudes and extremes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shelf of kinds of studies, by their names in study files.
-
-Takes the word of a file; gives the class that reads it.
-"""
+"""The shelf of kinds of studies, by their names in study files."""
 
 from __future__ import annotations
 

@@ -6,8 +6,6 @@ scheduler, into a folder that survives whatever stops it.
 
 To add a kind: its file with a class derived from ``StudySpec``, one line in the table in ``__init__``, its page in
 ``report/study_pages`` with one line there, and its test page. The laws over the table test it by its existing.
-
-Takes nothing; the kinds beside it build on this, and do not see each other.
 """
 
 from __future__ import annotations

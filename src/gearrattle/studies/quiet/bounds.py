@@ -9,8 +9,6 @@ phases that is exact. Between them a trigonometric polynomial of degree p rises 
 1 / cos(pi p / N) (H. Ehlich, K. Zeller 1964, Math. Z. 86, 41-44). So along one parameter, the others anywhere in their
 ranges, every bound at every phase leaves an interval in which it is kept for certain, and two ends beyond which it is
 exceeded for certain.
-
-Takes a ``State``, its motion and coefficients; gives intervals of one parameter.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ the driveline at further points; a path that enters in another way is refused.
 
 in a piece: B_k is the corner at its inner end (0 in the piece at the centre) and P_k the force there. In contact behind
 a gap P_k is 0, and K_k multiplies the depth of contact alone.
-
-Takes a Model and edges of a box; gives a ``Family``.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ accelerates it; an element is whose bodies all are; of the elements at a body at
 nothing to balance it; and of the bodies of an element at rest the last one is. If all bodies are reached there is no
 such mode, for any positive inertias and stiffness (zero forcing sets: AIM Group 2008, Linear Algebra and its
 Applications 428, 1628-1648).
-
-Takes rows and signs; gives an answer.
 """
 
 from __future__ import annotations

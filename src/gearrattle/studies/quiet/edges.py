@@ -1,8 +1,6 @@
 """The edges of a box of parameters: a range of one value of the model, or of several that vary together.
 
 A path may be a pattern, and ends may be factors of what the model says, as in studies.
-
-Takes mappings; gives frozen edges.
 """
 
 from __future__ import annotations

@@ -17,8 +17,6 @@ so that |r| <= (1 - B)^-1 a if the spectral radius of B is below one; then A is 
 (A. Neumaier, Interval Methods for Systems of Equations, 1990, sec. 4.1). As B is not negative, one vector w > 0 with
 (1 - B) w > 0 shows it. Factors act on deflections, not on differences of angles: a stiff element between heavy bodies
 costs no digits.
-
-Takes forms and matrices; gives a form, and what every parameter adds to B.
 """
 
 from __future__ import annotations

@@ -1,17 +1,15 @@
 """Files that say the ranges of a proof of quiet.
 
-    schema = 1
-    within = "60 s"                                # boxes and resolution as well: arguments of ``prove_quiet``
+schema = 1
+within = "60 s"                                # boxes and resolution as well: arguments of ``prove_quiet``
 
-    [range]
-    "mesh.m1.backlash" = ["50 um", "80 um"]
-    "excitation.speed" = ["700 rpm", "900 rpm"]
+[range]
+"mesh.m1.backlash" = ["50 um", "80 um"]
+"excitation.speed" = ["700 rpm", "900 rpm"]
 
-    [range."drag of all"]                          # paths that vary together
-    "inertia.gear1.drag_torque" = [0.3, 0.9]
-    "inertia.gear2.drag_torque" = [0.2, 0.6]
-
-Takes a path; gives ranges and arguments.
+[range."drag of all"]                          # paths that vary together
+"inertia.gear1.drag_torque" = [0.3, 0.9]
+"inertia.gear2.drag_torque" = [0.2, 0.6]
 """
 
 from __future__ import annotations

@@ -6,8 +6,6 @@ holds for every point t of the box. Sums and products of such forms are forms ag
 and all of second order goes into its rest (first-order Taylor models: M. Berz, K. Makino 1998, Reliable Computing 4,
 361-369). Coefficients of a driveline depend on their parameters by polynomials of second degree, whose forms over any
 box are written down without a loss.
-
-Takes arrays; gives forms.
 """
 
 from __future__ import annotations

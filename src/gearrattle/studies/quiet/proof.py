@@ -1,7 +1,4 @@
-"""A proof of quiet as a value: shares of a box of parameters, and the boxes it was divided into.
-
-Takes parts of a box; gives a ``QuietProof``.
-"""
+"""A proof of quiet as a value: shares of a box of parameters, and the boxes it was divided into."""
 
 from __future__ import annotations
 

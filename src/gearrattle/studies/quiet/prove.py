@@ -4,8 +4,6 @@ While no gap opens or closes, no spring changes its stage and no friction slips,
 motion in the state of rest is known exactly: the mean state and a complex amplitude for every order. Its extremes are
 bounded over whole boxes of parameters (``enclosure``, ``bounds``), and boxes are divided until they are decided
 (``search``). That all other motions nearby come to this one is shown by the structure of the driveline (``damped``).
-
-Takes a Model and ranges; gives a ``QuietProof``.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 The largest part is looked at next. Where bounds decide a slice of it along one parameter, the slice is cut off, and
 what is left is looked at again (a contractor: L. Jaulin, M. Kieffer, O. Didrit, E. Walter, Applied Interval Analysis,
 2001, sec. 4.2); else it is halved across the parameter that matters most.
-
-Takes a ``Family``; gives ``Part`` s that fill the box.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ with mu = J where a free train accelerates under its means, or mu = D where its 
 order j of the inputs makes
 
     (-w^2 J + i w D) q + W^T (K + K_stuck + i w C) (W q - e) = T_j,      w = j Omega.
-
-Takes a ``Family``, pieces and a box; gives the deflections as forms.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shelf of schedulers, by their names in calls and on the command line: who computes a study's chunks, and where.
-
-Takes the words of a call; gives a Scheduler.
-"""
+"""The shelf of schedulers, by their names in calls and on the command line: who computes a study's chunks, and where."""
 
 from __future__ import annotations
 

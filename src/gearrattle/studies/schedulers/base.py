@@ -9,8 +9,6 @@ scheduler may lose anything, workers and itself included, and the study goes on 
 
 To add a scheduler: its file with a function ``Wanted -> context manager of a Scheduler``, which looks for everything
 that can be wrong, one line in the table in ``__init__``, and its test page.
-
-Takes nothing but the store; the schedulers beside it build on this, and do not see each other.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ attempt by which it was begun, and a task that finds its own attempt noted knows
 nothing, and the chunk goes out again as a suspect, alone in its process. Each such death counts against it.
 
 dask.distributed: M. Rocklin, "Dask: parallel computation with blocked algorithms and task scheduling", SciPy 2015.
-
-Takes an address or a ``distributed.Client``, and a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ The file is also the test that a worker sees the folder, and the sign that the s
 workers stop within a second.
 
     .handed-<id>         one line of JSON (versions that must be the same), then the pickled Store
-
-Takes a Store; gives Handed, a few words that travel with every chunk.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ times in a row no worker so much as begins a chunk, none can, and the study ends
 A spawned process imports the main module of its parent again, which fails for a script from standard input or a
 notebook, and runs a script without ``if __name__ == "__main__":`` once more. A store needs nothing of that module but a
 user's function that stands there, so for every other study workers do not import it.
-
-Takes a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Chunks whose cases are computed together (``studies.batch``) are one compiled loop each, and run beside each other.
 Cases computed alone are Python for the most part, which takes turns. Measured: docs/reference/variants.md.
-
-Takes a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shelf of storage for studies: folders, and addresses as fsspec knows them.
-
-Takes what the user gives as output; gives a Storage.
-"""
+"""The shelf of storage for studies: folders, and addresses as fsspec knows them."""
 
 from __future__ import annotations
 

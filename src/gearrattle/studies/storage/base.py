@@ -4,8 +4,6 @@ It holds files by name, "/" between folders. ``put`` promises that a file appear
 appears after everything that was written before it: a study's markers rest on that. ``write`` promises nothing.
 
 To add a kind: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
-
-Takes nothing; the other kinds of storage build on this, and do not see each other.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """A folder of this machine, or of a file system that it shares with others.
 
 Files appear by renaming after their content has reached the disk.
-
-Takes a path; gives a Storage.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ Credentials and endpoints come from where fsspec's library for the protocol look
 its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. What lies behind an address is asked anew every time, nothing is cached.
 
 fsspec: https://filesystem-spec.readthedocs.io.
-
-Takes an address; gives a Storage.
 """
 
 from __future__ import annotations
