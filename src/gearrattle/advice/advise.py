@@ -109,6 +109,7 @@ def advice_on(
     is_asked
         whether the user asked for it; a run looks for other motions only where that is nearly free.
     """
+    # check the model and the settings of the planned run
     check_model(model)
     _refuse_unsteady(model)
     planned = settled(model, dict(settings))
@@ -122,18 +123,21 @@ def advice_on(
 
     if up_to is not None:
         band_end(model, up_to)
+    # equilibrium, pilot run and linear response about rest
     driveline = assemble(model)
     system = driveline.system
     layout = driveline.layout
     equilibrium = named_equilibrium(driveline)[1]
     pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, equilibrium)
     pilot.run.variation.follow(stage(1))
+    # reduction, contact ratios, regions visited and other motions, in the order of their cost
     lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries
     stage(3)(0.0)
     ratios = contact_ratios_line(model, pilot)
     pilot.treat_regions(stage(4))
     stage(5)(0.0)
     others, notes = others_of(planned, pilot, is_asked=is_asked, progress=stage(6))
+    # one line a step of the procedure
     lines = (
         lumping,
         scaling_line(model),

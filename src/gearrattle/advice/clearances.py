@@ -32,11 +32,13 @@ def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
 
 def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
     """Regimes in the pilot run; in addition the linear response, and what that leaves out."""
+    # regimes of the pilot run
     names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
     moving = {name: str(regime) for name, regime in shown.items() if regime != "quiet"}
     quiet = [name for name in names if name not in moving]
+    # clearances that open, by name or by number
     if not moving:
         words = "No clearance opens."
     elif len(names) > LISTED:
@@ -44,9 +46,11 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
     else:
         words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
         words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
+    # evidence of the pilot run
     regimes = {name: str(regime) for name, regime in shown.items()}
     states = _kinds(regimes) if len(names) > LISTED else ", ".join(f"{n} {r}" for n, r in regimes.items())
     evidence = [f"{pilot.name}, its second half: {states}"]
+    # evidence of the linear response: exact motion, or corners that it crosses
     if excursions.inside and not notes:
         least = int(np.argmax(excursions.used))
         evidence.append(

@@ -18,10 +18,12 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
 
     ``quiet``: the linear response crosses no corner.
     """
+    # friction, clipped damping and alternation: exact alone supports them
     if pilot.run.trajectory.auxiliaries is not None:
         return Line(
             "algorithm", "Use exact: no other algorithm supports friction, clipped contact damping or alternation."
         )
+    # largest stable step of every algorithm in the regions visited
     visited = pilot.visited
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
@@ -29,12 +31,14 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     evidence = [
         f"{limit.algorithm}: largest stable step {measured(limit.largest_step, unit, 4)} in {where}" for limit in limits
     ]
+    # the alternative without corner crossings
     no_crossing = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with error control is suitable too, because no corner is crossed."
         if no_crossing
         else "the alternative is rkv-events, which restarts at every corner."
     )
+    # an unstable step that is planned
     planned = model.simulation.algorithm
     for limit in limits:
         if limit.algorithm == planned and limit.growth > 1.0 + 1e-9:

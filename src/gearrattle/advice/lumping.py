@@ -24,9 +24,11 @@ def lumping_line(
 ) -> Line:
     """Try the lumping for a band, by default that of the torques' orders, and run_pilot the smaller model too."""
     layout = pilot.run.trajectory.layout
+    # drivelines that cannot be lumped
     if model.motions:
         reason = f"lumping needs every inertia free, and the motion of {model.motions[0].on} is prescribed"
         return Line(TOPIC, "Keep every body: a driveline with a prescribed motion is not lumped.", (reason,))
+    # reduce within the band
     why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
     try:
@@ -35,6 +37,7 @@ def lumping_line(
         return Line(TOPIC, "Keep every body: none can be lumped within the error allowed.", (*why, str(error)))
     if not reduction.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
+    # groups in words, and the error of the frequencies
     groups = [f"{', '.join(members)} into {kept}" for kept, members in reduction.groups.items()]
     more = f"; and {counted(len(groups) - LISTED, 'group')} more, which gr.reduce lists" if len(groups) > LISTED else ""
     merged = "; ".join(groups[:LISTED]) + more
@@ -45,6 +48,7 @@ def lumping_line(
         f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
         f"({100.0 * off.limit:g} % allowed)",
     )
+    # comparison of the lumped pilot run with the full one
     apart = _differences(reduction, pilot, progress)
     if len(apart) > LISTED:
         apart = (*apart[:LISTED], f"and {len(apart) - LISTED} more differences")

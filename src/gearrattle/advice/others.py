@@ -58,6 +58,7 @@ def others_of(
         No line where the question has no sense: a driveline without clearances, or whose state cannot repeat. A note
         where another motion exists.
     """
+    # bound on the function calls of the search
     if not pilot.run.trajectory.layout.clearance_names:
         return (), ()
     most = periods_for(pilot, ADVISED if is_asked else PASSING)
@@ -70,17 +71,20 @@ def others_of(
     from gearrattle.orbits.balanced import balanced
     from gearrattle.orbits.start_states import check_repeats, state_of
 
+    # drivelines whose states cannot repeat
     model = balanced(model)
     try:
         check_repeats(model)
     except ModelError:
         return (), ()
+    # settle motions from many starts
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
         regions = calls_for(pilot, ADVISED if is_asked else PASSING) / REGION
         settled = settled_motions(model, start, progress=progress, most_periods=most, most_regions=regions)
     except ConvergenceError:
         return (), ()
+    # line and note
     words = words_of(settled)
     evidence = [_counts(settled), _REACH] if settled.starts else []
     if settled.left_out:
@@ -115,12 +119,15 @@ def others_in(settled: Settled) -> list[int]:
 def words_of(settled: Settled) -> str:
     """Return which motions exist besides the one that the pilot settles in."""
     others = others_in(settled)
+    # no search from other starts
     if not settled.starts and not others:
         own = f"the pilot settles in {settled.names[settled.own]}; " if settled.own >= 0 else ""
         return f"Not looked for: {own}other starts cost more than advice may spend."
+    # other motions with the share of their basins
     basins = "; ".join(
         f"{settled.names[i]}, basin about {_percent(settled.counts[i] / settled.starts)}" for i in others
     )
+    # pilot run that has not settled
     if settled.own < 0:
         if not others:
             periods = BLOCK * BLOCKS
@@ -129,6 +136,7 @@ def words_of(settled: Settled) -> str:
                 "settle slowly or do not repeat."
             )
         return f"The pilot has not settled; from other starts the driveline settles at this load: {basins}."
+    # settled pilot run, no other motion
     if not others:
         left = f", {settled.unsettled} had not settled" if settled.unsettled else ""
         return (

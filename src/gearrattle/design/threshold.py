@@ -199,6 +199,7 @@ def _dataset(search: Search) -> xr.Dataset:
 
     tried = search.tried
     target = search.target
+    # arrays over the values and starts tried
     outputs = {output.name: output for output in target.outputs}
     shape = (len(tried), len(STARTS))
     holds = np.full(shape, -1, np.int8)
@@ -207,6 +208,7 @@ def _dataset(search: Search) -> xr.Dataset:
     for name, output in outputs.items():
         size = (len(output.subjects),) if output.dimension else ()
         variables[name] = np.full((*shape, *size), output.nothing, output.dtype)
+    # fill in the motions
     for i, variant in enumerate(tried):
         for motion in variant.motions:
             j = STARTS.index(motion.start)
@@ -214,12 +216,14 @@ def _dataset(search: Search) -> xr.Dataset:
             number[i, j] = target.number(motion.values)
             for name in outputs:
                 variables[name][i, j] = motion.values[name]
+    # answer and compared number
     dims = ("value", "start")
     data: dict[str, Any] = {"holds": (dims, holds), "compared": (dims, number)}
     coordinates: dict[str, Any] = {
         "value": ("value", [variant.value for variant in tried], {"units": search.variable.unit or "1"}),
         "start": list(STARTS),
     }
+    # outputs with units, or with words of their codes
     for name, output in outputs.items():
         along = (*dims, *((output.dimension,) if output.dimension else ()))
         attributes: dict[str, Any] = {"units": next((unit for unit in output.unit if unit), "1")}

@@ -86,6 +86,7 @@ class ContactSides(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return shares and rates of every clearance with a true gap."""
+        # gaps with a deflection
         layout = inputs.known_layout
         deflections = inputs.of("deflection")
         rows = list[Row]()
@@ -94,15 +95,18 @@ class ContactSides(Quantity[Inputs]):
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
+            # shares and sides from the log of crossings, else from samples
             sides = inputs.sides(k) if inputs.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
             shares = sides.shares
             single = sides.single
             double = sides.double
             inner = centre(layout, k)
+            # share of time beyond the centre, on the drive and on the coast side
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))
             note = f"{name}: sides of contact from samples of the deflection" if not inputs.has_log else ""
             error = 0.0 if inputs.has_log else math.nan
+            # one row a share, one a kind of impact
             rows += [
                 self.row(name, "drive-side share", drive, "1", note, error),
                 self.row(name, "coast-side share", coast, "1", note, error),

@@ -47,6 +47,7 @@ class ForceStatistics(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the statistics of every force of a mesh; without a model, of every force in N."""
         rows: list[Row] = []
+        # forces of meshes in newtons
         for name in inputs.of("force"):
             if not _is_mesh(inputs, name):
                 continue
@@ -55,12 +56,14 @@ class ForceStatistics(Quantity[Inputs]):
                 note = f"{name}: its unit is {unit!r}, and forces of meshes are in N: give a model"
                 rows.append(self.row(name, "force standard deviation", math.nan, "N", note))
                 continue
+            # rms, spread, crest factor and kurtosis
             summary = inputs.summary("force", name)
             level, spread = summary.rms, summary.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
             crest = summary.peak / level if level > 0.0 else math.nan
             peaked = sampled(name, summary, summary.peak) if level > 0.0 else f"{name}: no force"
             kurtosis = math.nan if still else summary.fourth / spread**4
+            # errors of sampling
             level_error, crest_error, kurtosis_error = (
                 inputs.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
             )
@@ -70,6 +73,7 @@ class ForceStatistics(Quantity[Inputs]):
                 self.row(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
                 self.row(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
             ]
+            # force exceeded 5 % of the time
             if inputs.wants(EXCEEDED):
                 exceeded, exceeded_error, why = _exceeded(inputs, name)
                 rows.append(self.row(name, EXCEEDED, exceeded, "N", why, exceeded_error))

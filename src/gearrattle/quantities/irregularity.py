@@ -36,6 +36,7 @@ class SpeedIrregularity(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return irregularity, speed range, and the range of every engine order."""
         rows: list[Row] = []
+        # swing of the speed over its mean
         for quantity, name, average in _speeds(inputs):
             signal = inputs.signals[quantity, name]
             summary = inputs.summary(quantity, name)
@@ -46,6 +47,7 @@ class SpeedIrregularity(Quantity[Inputs]):
             error = 2.0 * summary.miss / average if known and average else math.nan
             rows.append(self.row(name, "irregularity", relative, "1", note, error))
             rows.append(self.row(name, "peak-to-peak speed", width, "rad/s", missed, 2.0 * summary.miss))
+            # amplitude of the speed at every engine order
             if not inputs.lacks("engine orders"):
                 known_at = inputs.velocities_at(name)
                 velocities = inputs.amplitudes(signal, 1) if known_at is None else known_at

@@ -51,6 +51,7 @@ class LooseGear(Quantity[Sums]):
         state, layout = sums.states["peaks"], sums.steady.layout
         peak = state["peak"]
         rows = []
+        # torque ratio of the driver's peak acceleration
         for gear in loose_gears(layout):
             mesh, loose, driver, _ = gear
             beyond = float(state["miss"][driver]) / float(peak[driver]) if peak[driver] > 0.0 else 0.0
@@ -60,6 +61,7 @@ class LooseGear(Quantity[Sums]):
             else:
                 ratio = torque_ratio(layout, gear, float(peak[driver]))
                 ratio_beyond = beyond
+            # margin, and notes on peaks that samples may miss
             margin = decibels(ratio)
             element = layout.element_names[mesh]
             loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
@@ -68,6 +70,7 @@ class LooseGear(Quantity[Sums]):
             if changes_drag(layout, gear):
                 ratio_note = _short(element, "the ratio between two of them, as the drag torque changes,", ratio_beyond)
             by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
+            # peak acceleration, torque ratio and margin
             rows += [
                 self.row(
                     element,

@@ -102,11 +102,13 @@ def metrics(
     """
     import pandas as pd
 
+    # metrics that are asked for
     if kind is not None:
         check_arguments(kind=(Choice(KINDS), kind))
     event = event_metric_of(source) if _is_event(source, kind) else None
     chosen = _chosen(names, base_level, kappa, event)
     units = "SI"
+    # inputs of a run, of chunks or of a recording
     if isinstance(source, str | os.PathLike) or not isinstance(source, Iterable | Run | Recording):
         check_run(source, (Recording,))
     if not isinstance(source, Recording):
@@ -120,6 +122,7 @@ def metrics(
     else:
         inputs = _inputs_of_recording(source, model, speed, orders)
         units = units if model is None else model.units
+    # measure, one row a value
     rows = _measured(inputs, chosen, units, is_event=event is not None)
     table = pd.DataFrame([row.table_row("metric") for row in rows])
     notes = [*inputs.notes, *([_left_out()] if event is not None and names is None else [])]

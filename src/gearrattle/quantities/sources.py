@@ -253,17 +253,20 @@ def inputs_of_recording(
     ModelError
         samples that are not uniform, not finite, or fewer than three.
     """
+    # uniform, finite samples
     time, interval, noted = _uniform(recording)
     ill = [c.name for c in recording.channels if not np.all(np.isfinite(c.values))]
     if ill:
         rule = "must be finite at every sample"
         raise ModelError(Problem(recording.source, ", ".join(ill), rule, "cut the gaps out, or fill them"))
+    # reference speed: given, or the mean of its channel
     speed = recording.find("speed")
     speeds = None
     if omega is None and speed is not None:
         omega = float(np.mean(speed.values))
         speeds = speed.values
     orders = np.unique(np.asarray(engine_orders, dtype=np.float64))
+    # window: the last whole periods
     kept = time.size
     words = "the whole recording"
     notes = (*recording.notes, *noted)
@@ -271,6 +274,7 @@ def inputs_of_recording(
     if period is not None:
         kept, words, remarks = _whole_periods(time, interval, period)
         notes = (*notes, *remarks)
+    # signals by quantity and subject
     signals: dict[tuple[str, str], Array] = {}
     units: dict[tuple[str, str], str] = {}
     for channel in recording.channels:

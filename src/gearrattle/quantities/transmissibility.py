@@ -83,6 +83,7 @@ class OrderTransmissibility(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the transmissibility of every body but the reference, order by order."""
+        # velocity amplitudes of the reference
         movers = inputs.movers()
         layout = inputs.layout
         reference = movers[0] if layout is None else layout.inertia_names[layout.reference]
@@ -93,6 +94,7 @@ class OrderTransmissibility(Quantity[Inputs]):
                     reference, "transmissibility", math.nan, "1", f"nothing is known of {reference}, the reference"
                 )
             ]
+        # quotient of amplitudes at every engine order
         strongest = float(np.nanmax(np.abs(base), initial=0.0))
         rows: list[Row] = []
         for name in movers:

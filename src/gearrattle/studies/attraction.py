@@ -115,6 +115,7 @@ def prepare(
     most: int = MOST,
 ) -> Basins:
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
+    # check the arguments
     refuse_unsteady(model, "a map of basins")
     _check(
         {
@@ -126,12 +127,15 @@ def prepare(
             "same": (NEARNESS, same),
         }
     )
+    # settings, section and coordinates of the initial states
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
+    # grid or samples of initial values
     starts = starts_of(base, tuple(over))
     axes, points = _points(over, base, samples, method, seed)
+    # points of the section that are kept
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     last = min(kept, MOST_PERIOD)
     said = {
@@ -143,17 +147,20 @@ def prepare(
         "scale": [chosen.scale[name] for name in chosen.names],
         "largest_period": last,
     }
+    # cases, at most as many as allowed
     plan = Initials(base, axes, points, 1, said, starts)
     if plan.count > most:
         rule = f"{plan.count} initial states, more than the {most} allowed"
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
     if list(outputs):
         check_names(outputs, [base])
+    # one case tells the outputs
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
     of_itself = own_units(base)
     sections = Sections(kept_outputs.chosen, None, (), chosen, units, last, float(tolerance), last, own_units=of_itself)
+    # chunks by the time of a case
     seconds = seconds_alone(plan, sections.of, run, seconds)
     plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
     return Basins(plan, sections, seconds, same=float(same))

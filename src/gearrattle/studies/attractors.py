@@ -107,24 +107,29 @@ def attractors_of(
     """
     import xarray as xr
 
+    # groups of near orbits, and their motions
     grid, orbits = data["outcome"], _orbits(data)
     groups = grouped(orbits, same)
     standing = [orbit for i in groups.first if (orbit := orbits[i]) is not None]
     motions = _motions(data, groups, settled)
+    # attractors by falling number of cases
     sizes = Counter[int]()
     for g, motion in enumerate(motions):
         sizes[motion.number] += int(np.count_nonzero(groups.label == g))
     ordered = sorted(sizes, key=lambda number: -sizes[number])
     attractor = [ordered.index(motion.number) + 1 for motion in motions]
+    # basin of every case: attractor, chaos, undecided, no result
     basin = np.array([*attractor, UNSETTLED], dtype=np.int64)[groups.label]
     basin[data["motion"].values.ravel() == CHAOTIC] = CHAOS
     basin[grid.values.ravel() != DONE] = NOTHING
+    # shares with Wilson's interval for samples
     among, cases = int(np.count_nonzero(grid == DONE)), np.array([sizes[n] for n in ordered], dtype=np.int64)
     low, high = wilson(cases, np.full(len(cases), among)) if SAMPLE in grid.dims else (cases * np.nan, cases * np.nan)
     shares = {"cases": cases, "share": cases / max(among, 1), "low": low, "high": high}
     columns = {name: (ATTRACTOR, values, {"units": "1"}) for name, values in shares.items()}
     columns |= _described(data, [motions[attractor.index(n)] for n in range(1, len(cases) + 1)])
     described = {"units": "1", "meaning": _MEANING}
+    # Dataset with the distances within and between attractors
     dataset = xr.Dataset(
         {"basin": (grid.dims, basin.reshape(grid.shape).astype(np.int16), described), **columns},
         {ATTRACTOR: np.arange(1, len(cases) + 1)},
@@ -140,20 +145,24 @@ def _motions(
     data: xr.Dataset, groups: Groups, settled: Callable[[tuple[int, ...], int], Attractor | None]
 ) -> list[Motion]:
     """What every group has settled in."""
+    # verdict and period of every case
     verdicts, severities = (data[name].values.ravel().astype(np.int64) for name in (VERDICT, VERDICT_SEVERITY))
     shape = data["outcome"].shape
     period = np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
     known: list[tuple[Attractor, int]] = []
     families = dict[tuple[int, int, int], int]()
     motions = []
+    # periodic motion of each group, by shooting
     for g, i in enumerate(groups.first):
         at, cycles = tuple(int(k) for k in np.unravel_index(i, shape)), int(period[i])
         attractor = settled(at, cycles)
         if attractor is None:
+            # without one: verdict of most cases of the group
             mine = groups.label == g
             verdict, severity = (int(np.bincount(codes[mine]).argmax()) for codes in (verdicts, severities))
             motions.append(Motion(verdict, severity, cycles, float("nan"), False, g))
             continue
+        # families by verdict and period, isolated motions by their orbit
         orbit = attractor.orbit
         verdict = REGIMES.index(orbit.verdict.verdict)
         severity = SEVERITIES.index(orbit.verdict.severity)
@@ -162,6 +171,7 @@ def _motions(
         else:
             number = next((n for other, n in known if other.is_near(orbit.motion.start, EXACT)), g)
             known.append((attractor, number))
+        # largest Floquet multiplier
         multiplier = float(np.abs(multipliers_of(orbit.motion.gradient)[0]))
         motions.append(Motion(verdict, severity, orbit.cycles, multiplier, is_family, number))
     return motions

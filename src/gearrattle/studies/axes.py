@@ -122,11 +122,13 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """
     problems: list[Problem] = []
     axes = []
+    # one path, or several that vary together under a name
     for name, values in checked(AnyTable(), requested, "axes").items():
         several = isinstance(values, Mapping) and not set(values) & {*_RANGE, FACTOR}
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[Varied, tuple[Any, ...]] = {}
+        # read values and factors of every path
         for path, entry in by_path.items():
             try:
                 inner, by_factor = without_factor(path, entry)
@@ -134,6 +136,7 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
                 read[varied] = values_of(path, inner, partial(varied.read, model=model))
             except ModelError as error:
                 problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+        # equally many values
         lengths = {len(entries) for entries in read.values()}
         if len(lengths) > 1:
             rule = "paths that vary together must have equally many values"

@@ -74,6 +74,7 @@ def batched(
     tuple[Values, NDArray[np.bool_]]
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
     """
+    # arrays of the outputs, still without results
     count = plan.cases_in(chunk)
     if not can_follow(outputs, plan):
         return {}, np.zeros(count, dtype=np.bool_)
@@ -82,6 +83,7 @@ def batched(
     for output in outputs.all:
         shape = (count, len(output.subjects)) if output.dimension else (count,)
         values[output.name] = np.full(shape, output.nothing, output.dtype)
+    # cases that wait, and outputs that need samples
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
     of_each = [output for output in outputs.chosen if not is_of_crossings(output)]
 
@@ -89,6 +91,7 @@ def batched(
         if progress is not None:
             progress((done.sum() + share * waiting.size) / count)
 
+    # one structure after the other
     for _ in range(_STRUCTURES):
         if waiting.size < FEWEST:
             break
@@ -96,8 +99,10 @@ def batched(
         if model is None or not assemble(model).system.is_plain:
             waiting = waiting[1:]
             continue
+        # assemble the cases of this structure
         alike = _Alike.of(model, {path: column[waiting] for path, column in varied.items()}, waiting.size)
         chosen = waiting[alike.good]
+        # march and judge them in one compiled loop
         if chosen.size and alike.pattern.can_march():
             if of_each:
                 tallies, judged = _follow(values, Followed(of_each, model), alike, (varied, chosen), report_share)
@@ -223,6 +228,7 @@ def _keep(
     values: Values, outputs: Outputs, alike: _Alike, tallies: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
 ) -> None:
     """Write the values of the cases that are judged."""
+    # tallies and reduced inertias of the cases judged
     chosen, judged = places
     tally = picked(tallies, judged)
     at = chosen[judged]
@@ -232,19 +238,24 @@ def _keep(
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
+    # values of outputs, criterion by criterion
     for output in filter(is_of_crossings, outputs.chosen):
+        # counts of the loop
         if output.name in _COUNTED:
             counted = tally.crossings / alike.cycles if output.name == _COUNTED[0] else tally.calls
             values[output.name][at] = counted[:, 0]
             continue
+        # quantities over crossings, computed once a criterion
         if output.criterion not in by_criterion:
             criterion = CROSSING_CRITERIA[output.criterion]
             by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
+        # worst gap
         if output.name in WORST:
             of_gaps = [value for (part, what), value in measures.items() if what == output.quantity and part in gaps]
             values[output.name][at] = np.max(np.nan_to_num(of_gaps), axis=0, initial=0)
             continue
+        # values by subject
         values[output.name][at] = output.before
         for i, subject in enumerate(output.subjects):
             if (subject, output.quantity) in measures:

@@ -53,16 +53,19 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
         called now and then, and after every case computed alone, with the finished share; what it raises ends
         the work.
     """
+    # cases computed together
     computed = empty(plan, outputs, chunk)
     values, done = batched(plan, outputs, chunk, progress)
     for name, kept in values.items():
         computed.values[name][...] = kept.reshape(computed.values[name].shape)
     computed.outcome.flat[np.flatnonzero(done)] = DONE
     box = plan.box(chunk)
+    # the others one by one
     for i, (at, changes) in enumerate(plan.cases(chunk) if not done.all() else ()):
         if done[i]:
             continue
         try:
+            # results known before, else a simulation
             of_case = outputs.known.get(tuple(i + part.start for i, part in zip(at, box, strict=True)))
             if of_case is None:
                 model = plan.model.with_(changes) if changes else plan.model

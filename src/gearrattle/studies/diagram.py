@@ -125,9 +125,11 @@ def prepare(
     fixed: Mapping[str, object] | None = None,
 ) -> Diagram:
     """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    # check the arguments
     refuse_unsteady(model, "a bifurcation diagram")
     if problems := argument_problems({"direction": (DIRECTIONS, direction), "tolerance": (NEARNESS, tolerance)}):
         raise ModelError(problems)
+    # settings, section and axes
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
@@ -135,6 +137,7 @@ def prepare(
     others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
     check_once([value for axis in (*others, *swept) for value in axis.values])
     _check_order(swept[0])
+    # points of the section that are kept
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     points = min(kept, MOST_POINTS)
     said = {
@@ -147,10 +150,12 @@ def prepare(
         "largest_period": MOST_PERIOD,
         "direction": direction,
     }
+    # sweeps: directions, further axes, swept value
     ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
     structures = structures_of(plan)
     check_names(outputs, structures)
+    # one case of every structure tells outputs and number of states
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
     states = max(states_of(one) for one in structures)
@@ -310,12 +315,15 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
     """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
     plan, outputs = store.plan, store.outputs
     assert isinstance(plan, Sweeps)
+    # cases in the direction of the sweep
     cases = list(plan.cases(chunk))
     if not plan.rises(chunk):
         cases.reverse()
+    # go on from where a stopped sweep had come
     reached = _Reached(empty(plan, outputs, chunk))
     reached.read(store.part(chunk))
     kept = time.monotonic()
+    # simulate each value from the end of the one before
     for at, changes in cases[reached.count :]:
         computed = reached.computed
         try:
@@ -331,6 +339,7 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
             computed.outcome[at] = code_of(error)
             computed.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         reached.count += 1
+        # keep how far the sweep has come
         if time.monotonic() - kept > _KEEP_EVERY:
             reached.keep(store.part(chunk))
             kept = time.monotonic()

@@ -103,12 +103,14 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
 
 
 def _distribution(path: str, entry: Any, model: Model) -> Distribution:
+    # kind of distribution
     table, by_factor = without_factor(path, entry)
     varied = Varied(path, by_factor)
     kind = table.get("distribution") if isinstance(table, Mapping) else table
     if not isinstance(table, Mapping) or not isinstance(kind, str) or kind not in KINDS:
         rule = f"distribution must be one of {', '.join(KINDS)}"
         raise ModelError(Problem("distribution", shown(kind), rule, did_you_mean(str(kind), tuple(KINDS))))
+    # parameters of this kind
     allowed = (*KINDS[kind], *(("cut",) if kind in ("normal", "log-normal") else ()), "distribution")
     problems = [
         Problem(key, "", f"is no parameter of {kind}; it has {', '.join(KINDS[kind])}", did_you_mean(key, allowed))
@@ -120,12 +122,14 @@ def _distribution(path: str, entry: Any, model: Model) -> Distribution:
     ]
     if problems:
         raise ModelError(problems)
+    # read parameters, with the default cut
     p = {key: table[key] if key == "factor" else _read(varied, key, table[key], model) for key in KINDS[kind]}
     if kind in ("normal", "log-normal"):
         p["cut"] = table.get("cut", CUT)
     numbers = {key: checked(Plain(), value, key) for key, value in p.items()}
     _check(kind, numbers)
     distribution = Distribution(path, kind, numbers, by_factor)
+    # both ends of the range are values of the model
     for end in distribution.quantile(np.array([0.0, 1.0])).tolist():
         varied.read(end, model)
     return distribution

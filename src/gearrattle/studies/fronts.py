@@ -85,6 +85,7 @@ def finished(
     import xarray as xr
 
     model, outputs = of
+    # all designs of all generations
     joined = xr.concat(parts, SAMPLE, coords="minimal", compat="override", join="override").rename({SAMPLE: DESIGN})
     paths = [variable.path for variable in ranges]
     born = np.repeat(np.arange(len(parts)), [part.sizes[SAMPLE] for part in parts])
@@ -93,15 +94,19 @@ def finished(
     def designed(i: int) -> Model:
         return model.with_(_changes(ranges, at[i].tolist()))
 
+    # objectives, violations and front
     values, violation = valued(joined, goals, designed)
     feasible = (violation == 0.0) & np.isfinite(values).all(axis=1)
     on = _front(values, feasible)
+    # growth of the front: best values and hypervolume
     grown, best, (ideal, reference) = _growth(values, feasible, on, born)
     signs = np.array([SENSES[goal.sense] for goal in goals[0]])
+    # exact runs of the front, energy audited
     exact, certified = _certified(
         np.flatnonzero(on), designed, goals, lambda run: _alone(parts[0], outputs, run), values
     )
     chosen = _nearest(values, on, ideal, reference)
+    # Dataset along designs and generations
     data = joined.assign(
         value=((DESIGN, "objective"), values * signs),
         violation=(DESIGN, violation),
@@ -117,6 +122,7 @@ def finished(
             **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
         }
     )
+    # ranges, goals and reference point
     attributes = {
         KIND: "study",
         "kind": "optimization",

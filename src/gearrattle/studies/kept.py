@@ -162,23 +162,28 @@ def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
     import xarray as xr
     import zarr
 
+    # size, before anything is read
     if limited:  # before xarray reads coordinates
         group = zarr.open_group(storage.zarr(RESULTS), mode="r")
         within_limit(sum(array.nbytes for _, array in group.arrays()))
+    # arrays, and the format they are in
     with xr.open_zarr(storage.zarr(RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
     if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
         check_format(name, storage.address, "study", "optimization")
+    # the study that study.json names
     about = about_in(storage) if storage.exists(ABOUT) else {}
     if about.get("owner", {}).get(OF) != loaded.attrs.pop(OF, about.get("owner", {}).get(OF)):
         rule = f"{RESULTS} holds another study than {ABOUT} says"
         raise ModelError(Problem(storage.address, "", rule, "put the results of this study back"))
     if "order" not in loaded.attrs:
         raise ModelError(Problem(storage.address, "", "holds a study that was stopped before it computed", "resume it"))
+    # chunks without a marker are missing
     grid = loaded[OUTCOME].shape
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     if "chunks" in about:
         _hide_unfinished(loaded, zarr.open_group(storage.zarr(RESULTS), mode="r"), storage, grid, box)
+    # names and order of variables
     loaded.attrs.setdefault(KIND, "study")  # earlier versions did not name it
     loaded.attrs.setdefault("failures", failures_of(messages_in(storage, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]

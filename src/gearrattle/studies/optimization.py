@@ -161,12 +161,14 @@ class Optimization:
         self, storage: Storage, compute: Scheduler, progress: Progress | None, workers: int
     ) -> tuple[list[xr.Dataset], dict[tuple[int, ...], str], int]:
         """Every generation's results, why designs failed, and how many chunks were damaged."""
+        # first designs
         population, generations = self.size
         search = Evolution(first_points(self.ranges, self.model, population, self.seed), len(self.goals[0]), self.seed)
         begun = time.perf_counter()
         parts: list[xr.Dataset] = []
         messages: dict[tuple[int, ...], str] = {}
         damaged = count = 0
+        # ask for the designs of a generation
         for g in range(generations):
             shares = search.ask()
             if not len(shares):
@@ -176,12 +178,14 @@ class Optimization:
             )
             if g == 0:
                 points[0] = own_values(self.ranges, self.model, points[0])
+            # compute them as a study of their own
             plan = Plan(self.model, (), _designs(self.ranges, points, self.model), fit_size(self.seconds, population))
             store = Store.open(_generation(storage, g), plan, self.outputs, resume=True)
             shifted = None if progress is None else _Shifted(progress, g, generations, time.perf_counter() - begun)
             pace = (workers, self._generation_seconds(1) / store.plan.chunks)
             damaged += len(carry_out(store, compute, progress=shifted, pace=pace))
             data = store.dataset()
+            # tell objectives and violations
             search.tell(*self._worth(data, plan))
             messages |= {(count + i,): text for (i,), text in store.messages().items()}
             count += len(points)
@@ -243,13 +247,16 @@ def prepare(
     function: Function | None = None,
 ) -> Optimization:
     """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
+    # check sizes and tables
     _check_sizes(population, generations, seed)
     limits = constraints or {}
     for name, table in (("objectives", objectives), ("constraints", limits)):
         checked(AnyTable(), table, name)
+    # ranges of the variables
     base = settled(model.with_(fixed) if fixed else model, {})
     ranges = ranges_of(variables, base)
     first_points(ranges, base, 2, seed)
+    # names of outputs, checked at the corners of the ranges
     labels = [
         *objectives,
         *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
@@ -260,13 +267,16 @@ def prepare(
     structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
         _check_labels(outputs, labels, structures)
+    # one run tells the outputs
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
     kept_outputs = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
+    # names of arrays, and the time of a design
     lowest = np.array([[variable.low for variable in ranges]])
     check_array_names(Plan(base, (), _designs(ranges, lowest, base), 1), kept_outputs, VARIABLES)
     seconds = _design_seconds(base, ranges, kept_outputs, (run, population, seed))
+    # goals, and a trial of the optimiser
     goals = objectives_of(objectives, kept_outputs), constraints_of(limits, kept_outputs, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
     return Optimization(base, ranges, goals, kept_outputs, (population, generations), seed, seconds, alone)

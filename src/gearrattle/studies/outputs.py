@@ -170,13 +170,16 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
 
 def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[Run]) -> dict[str, Output]:
     """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
+    # rows by quantity and subject
     names = _names(runs)
     by_name = dict[str, dict[str, Row]]()
     outputs = dict[str, Output]()
     for entry in (*said, *occasional):
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}
+    # parts that can separate
     gaps = tuple(name for name in names["part"] if any(name in gap_names(run.trajectory.layout) for run in runs))
+    # subjects, units and words of every output
     for name, entries in by_name.items():
         first = next(iter(entries.values()))
         dimension = next((dimension for dimension, known in names.items() if first.subject in known), "")
@@ -188,6 +191,7 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
         output = Output(
             name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else (), error=error
         )
+        # values for motions without the quantity
         if name in absent:
             value = absent[name].value
             number = float(words.index(value) if isinstance(value, str) else value)

@@ -207,9 +207,11 @@ def carry_out(
     pace
         workers of the scheduler, and the seconds that a chunk is expected to take.
     """
+    # forget damaged chunks, and failed ones to be computed again
     damaged = store.damaged()
     for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
         store.forget(chunk)
+    # chunks left, spread over the grid
     done = store.done()
     chunks = store.plan.chunks
     left = [chunk for chunk in spread(chunks, chunks) if chunk not in done]
@@ -218,6 +220,7 @@ def carry_out(
 
     finished_share = 0.0
 
+    # share and time that remains
     def tick(shares: Mapping[int, float] | None = None) -> None:
         nonlocal finished_share
         store.check_claim()
@@ -229,6 +232,7 @@ def carry_out(
             finished_share = min(1.0, max(finished_share, share))
             progress(finished_share)
 
+    # computing
     with closing(compute(store, left, tick)) as finished:
         for _ in finished:
             clock.chunk_done()

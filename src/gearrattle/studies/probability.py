@@ -58,6 +58,7 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     """
     from scipy.special import ndtri
 
+    # numbers within their ranges
     arguments = {
         "half_width": (half_width, 1e-9, 0.5),
         "probability": (probability, 0.0, 1.0),
@@ -70,12 +71,14 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     ]
     if problems:
         raise ModelError(problems)
+    # half-width of Wilson's interval by number of samples
     z2 = float(ndtri(0.5 + 0.5 * level)) ** 2
     scatter = probability * (1.0 - probability)
 
     def half(n: float) -> float:
         return float(np.sqrt(z2 * (n * scatter + 0.25 * z2)) / (n + z2))
 
+    # smallest number by doubling, then halving
     below, enough = 0, 1
     while half(enough) > half_width:
         below, enough = enough, 2 * enough
@@ -139,6 +142,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     """
     import xarray as xr
 
+    # codes of gaps over independent samples
     codes = output_in(data, output if output is not None else chosen_codes(data) or SEVERITY, codes=True)
     codes = gaps_of(codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name)))
     if SAMPLE not in codes.dims:
@@ -148,6 +152,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         raise ModelError(Problem("data", "", rule, 'for example method = "sobol"'))
     if not 0.0 < level < 1.0:
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
+    # share of samples that rattle, with Wilson's interval
     among = (codes >= 0).sum(SAMPLE)
     count = (codes >= rattling_from(codes)).sum(SAMPLE)
     low, high = wilson(count.values, among.values, level)

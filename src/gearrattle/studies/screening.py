@@ -123,12 +123,14 @@ def screen(
     >>> dict(margins["margin"].sizes)
     {'speed': 2, 'load': 1, 'gear': 2}
     """
+    # check the arguments
     check_model(model)
     check_arguments(simulate=(FLAG, simulate), progress=(CALLBACK, progress))
     most = _points(check, simulate=simulate)
     import xarray as xr
 
     refuse_recorded_motions(model, "a screening")
+    # axes, and the loose gears of the driveline
     by_path = isinstance(loads, Mapping)
     speed, load, factors = _axes(model, speeds, loads)
     base = model.with_(speed.at(0))
@@ -138,11 +140,13 @@ def screen(
     if not gears:
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
         raise ModelError(Problem("inertia", ", ".join(layout.inertia_names), rule, "give drag_torque to a loose gear"))
+    # thresholds by linear response
     simulates = simulate or most > 0
     expect = getattr(progress, "expect", None)
     if simulates and expect is not None:
         expect(math.nan)  # how long simulations take is known when they begin
     done = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulates else 1.0))
+    # Dataset of margins and lift ratios
     positions = _positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)
     screening = xr.Dataset(
         _variables(done),
@@ -153,6 +157,7 @@ def screen(
         screening.attrs["notes"] = "\n".join(notes)
     if not simulates:
         return screening
+    # simulate all cases, or those near the border
     if simulate:
         cases = np.argwhere(np.ones(screening["inside"].shape, dtype=np.bool_))
     else:

@@ -149,6 +149,7 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
     """
     import xarray as xr
 
+    # samples of the output at one place of the axes
     values = numbers_of(output_in(data, output))
     paths, method = sampled_in(data), sampling_of(data)
     if SAMPLE not in values.dims or not paths:
@@ -157,11 +158,13 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         axes = ", ".join(axes_in(data))
         remedy = f"choose one place: data.isel({{{axes_in(data)[0]!r}: 0}})"
         raise ModelError(Problem("data", axes, "sensitivities are of one place of the axes", remedy))
+    # measures of the design, subject by subject
     x = np.column_stack([np.asarray(data[path].values, dtype=np.float64) for path in paths])
     subject = subject_of(data, output)
     responses = values.transpose(subject, SAMPLE).values if subject else values.values[None, :]
     analyse = _TOLD.get(method, _ranked)
     rows = [analyse(x, y, method) for y in responses]
+    # Dataset over values and subjects
     variables = {
         name: ((*((subject,) if subject else ()), *over), np.array([row[name][1] for row in rows]))
         if subject

@@ -104,6 +104,7 @@ class Store:
     def _begin(self) -> None:
         """Begin in a storage location, or go on with what it holds."""
         storage, plan = self.storage, self.plan
+        # go on with the study that is kept there
         if storage.exists(ABOUT):
             size = check_owner(storage, self._owner(), "study").get("chunk_size")
             if isinstance(size, bool) or not isinstance(size, int) or size < 1:
@@ -113,6 +114,7 @@ class Store:
             if not self._is_laid_out():
                 self._lay_out()
             return
+        # say which study it is, before any other program does
         about = {
             "owner": self._owner(),
             "model": plan.model.name,
@@ -124,6 +126,7 @@ class Store:
             storage.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
             raise holds_one(storage) from None
+        # make folders and arrays
         storage.make(DONE_FOLDER)
         self._lay_out()
 
@@ -185,6 +188,7 @@ class Store:
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
         group, plan = _zarr().open_group(self.storage.zarr(RESULTS), mode="w"), self.plan
+        # coordinates of axes and samples
         for axis in plan.axes:
             for path, values in axis.coordinates.items():
                 single = len(axis.coordinates) == 1
@@ -196,18 +200,21 @@ class Store:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 described = self._described(Varied(path, path in plan.samples.by_factor))
                 _coordinate(group, path, SAMPLE, column.tolist(), described)
+        # arrays of outputs and outcomes
         for output in self.outputs.all:
             self._lay_out_output(group, output)
         grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
         outcome = _array(group, OUTCOME, grid, "int8", MISSING)
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
         outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
+        # what the study is
         group.attrs["format"] = format_name("study")
         group.attrs["source"] = f"gearrattle {version_of('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
         group.attrs.update({KIND: "study", "kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs[OF] = plan.fingerprint
+        # order of the arrays, after all else
         self.flush(RESULTS)  # nothing may be missing of what the order names
         group.attrs["order"] = self._arrays()
 

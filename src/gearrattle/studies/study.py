@@ -72,6 +72,7 @@ def prepare(
     most: int = MOST,
 ) -> Prepared:
     """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
+    # check the arguments, all refusals together
     if problems := argument_problems({"seed": (SEED, seed), "most": (CASES, most)}):
         raise ModelError(problems)
     refused = _Refused()
@@ -83,15 +84,18 @@ def prepare(
     refused.by(lambda: check_list(outputs, function), None)
     if refused.problems:
         raise ModelError(refused.problems)
+    # plan of cases
     points = _points(vary or {}, samples, method, seed, base)
     check_once([*(path for axis in swept_axes for path in axis.values), *(points.values if points else ())])
     plan = Plan(base, swept_axes, points, 1)
     if not plan.dimensions:
         raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
+    # outputs of every structure of the driveline
     structures = structures_of(plan)
     check_names(outputs, structures, function)
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
+    # one case tells the outputs, some more the time of a case
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
     if can_follow(kept_outputs, plan):

@@ -53,15 +53,18 @@ class Averages:
 
     def means(self, oscillation: Array) -> Array:
         """Return (m,) mean deflections of all elements, about oscillations (m, S) of mean zero."""
+        # begin with the means of the oscillation before
         load = self.load
         combination = self.combination
         y = self.begin
         waves = oscillation[self.elements]
         cornered = waves[self.cornered]
+        # regularisation of the Newton matrix, and the scale of the residual
         stiffest = combination.T @ (self.largest[:, None] * combination)
         floor = 1e-9 * np.diag(np.diag(stiffest))
         swing = self.largest * np.abs(waves).max(axis=1, initial=0.0)
         size = np.abs(load).max(initial=0.0) + (np.abs(combination).T @ swing).max(initial=0.0)
+        # Newton's method with a line search by halving
         residual, matrix = self._pull(y, cornered)
         for _ in range(_MOST_NEWTON):
             if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
@@ -82,6 +85,7 @@ class Averages:
                 there = self._pull(y + share * step, cornered)
             y = y + share * step
             residual, matrix = there
+        # means in element order
         self.begin = y
         means = np.zeros(len(self.system.laws))
         means[self.elements] = combination @ y

@@ -93,6 +93,7 @@ class Overtones:
         self.damping = damping
         self.means = means
         inputs, rows = system.inputs, system.rows
+        # overtones up to a multiple of the fastest mode in contact
         contact = np.array([law.stiffness.max() for law in system.laws])
         root = np.sqrt(system.inertia)
         fastest = np.linalg.eigvalsh((rows.T * contact) @ rows / np.outer(root, root))[-1]
@@ -100,11 +101,13 @@ class Overtones:
         orders = int(np.clip(ABOVE * np.sqrt(max(fastest, 0.0)) / base, FEWEST, MOST))
         orders = max(orders, 2 * int(inputs.cycles.max(initial=0.0)))
         self.samples = _SAMPLES * orders
+        # linear receptance of the deflections at every overtone
         self.omega = base * np.arange(1, orders + 1)
         w = self.omega[:, None, None]
         spring, loss = (rows.T * slope) @ rows, (rows.T * damping) @ rows + np.diag(system.drag)
         across: Complex = np.linalg.inv(spring - w * w * np.diag(system.inertia) + 1j * w * loss)
         self.response: Complex = rows @ across @ rows.T
+        # linearised response to the inputs
         self.linear: Complex = np.zeros((orders, len(system.laws)), dtype=np.complex128)
         for j in np.flatnonzero(inputs.cycles > 0.0):
             h = round(float(inputs.cycles[j])) - 1
@@ -164,6 +167,7 @@ class Overtones:
         shape, scale = self.linear.shape, np.linalg.norm(self.linear, axis=0)
         scale[scale == 0.0] = 1.0
 
+        # complex amplitudes of deflections as a real vector, scaled by the linearised response
         def unpack(x: Array) -> Complex:
             return np.asarray((x[: x.size // 2] + 1j * x[x.size // 2 :]).reshape(shape) * scale)
 
@@ -173,6 +177,7 @@ class Overtones:
         def change(at: Array) -> Array:
             return pack(self.next(unpack(at))) - at
 
+        # iterate from the linearised response until the residual is small
         x = pack(self.linear)
         residual = change(x)
         norms: list[float] = []
@@ -182,6 +187,7 @@ class Overtones:
                 return None
             if self._small(unpack(residual), unpack(x)):
                 return unpack(x)
+            # Newton direction by GMRES, the Jacobian by differences
             step = _STEP * float(np.linalg.norm(x))
 
             def slope(p: Array, x: Array = x, residual: Array = residual, step: float = step) -> Array:
@@ -190,6 +196,7 @@ class Overtones:
 
             operator = LinearOperator((x.size, x.size), matvec=slope, dtype=np.float64)
             direction, _ = gmres(operator, -residual, rtol=_FORCING, restart=_KRYLOV, maxiter=1)
+            # line search by halving
             for share in _HALVED:
                 trial = change(x + share * direction)
                 if np.linalg.norm(trial) < (1.0 - 0.1 * share) * norms[-1]:

@@ -87,22 +87,26 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
     taper
         "hann" or "none".
     """
+    # segments of the window, means removed
     length = deflection.size // segments
     d, f = (x[x.size - segments * length :] for x in (deflection, force))
     d, f = d - d.mean(), f - f.mean()
     parts = Segments(window(_WINDOW[taper], length), length, segments, centred=False)
+    # cross and auto densities, coherence
     densities = cross_spectra(d, f, rate, parts)
     power_d = densities.power_x
     power_f = densities.power_y
     across = densities.cross
     coherence = densities.coherence
     there = np.where(np.isfinite(coherence), 1.0, np.nan)
+    # estimates H1, H2, Hv and their random error
     with np.errstate(divide="ignore", invalid="ignore"):
         h1: Complex = there * across / power_d
         h2 = np.asarray(there * power_f / np.conj(across), dtype=np.complex128)
         hv: Complex = there * np.sqrt(power_f / power_d) * across / np.abs(across)
         error = np.sqrt((1.0 - coherence) / (coherence * 2.0 * segments))
     frequency = densities.frequency
+    # power-weighted H1, and its variance over the segments
     square = parts.window**2  # Parseval: sums over all bins are sums over time
     a, b = ((x * f).reshape(segments, length) @ square for x, f in ((d, f), (d, d)))
     value = float(a.sum() / b.sum())

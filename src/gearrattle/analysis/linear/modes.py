@@ -59,12 +59,14 @@ class ModalData:
 
 def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalData:
     """Modes with the slope (m,) and damping (m,) of every element given [SI]."""
+    # rigid motions of the bodies that slopes tie together
     size, root = system.size, np.sqrt(system.inertia)
     tied = relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
     omega = np.zeros(size)
     normal = np.zeros((size, size))
     strain = np.full((stiffness.size, size), np.nan)
     first = 0
+    # modes and strain energies, train by train
     for bodies in _trains(system.rows[stiffness > 0.0]):
         column = slice(first, first + bodies.size)
         held = np.flatnonzero((stiffness > 0.0) & np.any(system.rows[:, bodies] != 0.0, axis=1))
@@ -76,15 +78,18 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
         strain[:, first + own.size : column.stop] = 0.0
         strain[held, first + own.size : column.stop] = stored**2
         first = column.stop
+    # ascending frequencies
     order = np.argsort(omega, kind="stable")
     omega = omega[order]
     normal = normal[:, order]
     strain = strain[:, order]
     shapes = normal / root[:, None]
+    # modal damping ratios
     dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
     modal = np.einsum("ij,ik,kj->j", shapes, dissipation, shapes)
     ratio = np.full(size, np.nan)
     np.divide(modal, 2.0 * omega, out=ratio, where=omega > 0.0)
+    # shapes with a largest entry of 1
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(size)]
     return ModalData(omega, ratio, shapes / largest, 1.0 / largest**2, strain, normal**2)
 

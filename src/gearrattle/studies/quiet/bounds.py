@@ -153,6 +153,7 @@ def bounds_of(state: State, motion: Motion, numbers: dict[str, Form], phases: Ph
 
 def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
     """The excess over bounds at every phase."""
+    # remainders, and what rounding may add
     kind, element, mean, orders = near
     rest = mean.rest + orders.rest.sum(axis=0)
     swings = (np.abs(orders.value) + orders.span).sum(axis=0)
@@ -162,6 +163,7 @@ def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
     slopes = (np.swapaxes(orders.slopes, 1, 2) @ phases.waves).real
     seen = mean.value[:, None] + swing
     seen_slopes = mean.slopes[:, :, None] + slopes
+    # between the phases
     most = seen
     most_slopes = seen_slopes
     between = phases.rise * (np.abs(swing) + np.abs(slopes).sum(axis=0)).max(axis=1)

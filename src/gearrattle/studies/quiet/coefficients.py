@@ -161,6 +161,7 @@ def _force_at(law: PiecewiseLaw, corner: Array) -> Array:
 
 def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     """Yield the coefficients of one driveline, by kind."""
+    # inertias, drags and inputs: mean, and amplitudes by order
     inputs = system.inputs
     turning = inputs.cycles > 0.0
     still = ~turning
@@ -172,6 +173,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     yield "torque_sine", inputs.torque_sine[:, turning].T.ravel()
     yield "error_cosine", inputs.error_cosine[:, turning].T.ravel()
     yield "error_sine", inputs.error_sine[:, turning].T.ravel()
+    # laws, piece by piece
     none = np.zeros(0)
     laws = system.laws
     corners = [np.array([inner_corner(law, piece) for piece in range(law.pieces)]) for law in laws]
@@ -181,6 +183,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     yield "corner", np.concatenate([none, *(law.corners for law in laws)])
     yield "inner", np.concatenate([none, *corners])
     yield "force", np.concatenate([none, *forces])
+    # friction, and the rate of the inputs
     sliders = [auxiliary for auxiliary in system.auxiliaries if auxiliary.kind == "slider"]
     yield "spring", np.array([slider.memory[STICK] for slider in sliders], dtype=float)
     yield "limit", np.array([slider.offset[1] for slider in sliders], dtype=float)

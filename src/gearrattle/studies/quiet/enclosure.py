@@ -64,6 +64,7 @@ def enclose(frame: Frame, factor: Form, drive: Form, shift: Form) -> tuple[Form 
     tuple[Form | None, Array]
         v (S, M); None where the box is too large. And (d,) how strongly each parameter bends it.
     """
+    # A and its inverse at the centre
     spread, view, constant = frame
     matrix = (spread * factor.value[:, None, :]) @ view + constant
     try:

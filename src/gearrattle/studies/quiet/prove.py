@@ -88,6 +88,7 @@ def prove_quiet(
     >>> proof.proven
     1.0
     """
+    # check the arguments
     begin = monotonic()
     check_model(model)
     arguments: dict[str, tuple[Reader, Any]] = {
@@ -99,10 +100,12 @@ def prove_quiet(
     if problems := argument_problems({**arguments, **limits}, dimensionless=False):
         raise ModelError(problems)
     seconds = inf if within is None else float(checked(WITHIN, within, "within", dimensionless=False))
+    # edges of the box
     edges = edges_of(ranges, model)
     refuse_unsteady(model, "a proof of quiet")
     if problems := [*_unprovable(model), *_over_speed(model, edges)]:
         raise ModelError(problems)
+    # branch and bound until decided, out of time or stopped
     family = family_of(model, edges)
     search = Search(family)
     ended = True
@@ -110,6 +113,7 @@ def prove_quiet(
         search.run(resolution, boxes, begin + seconds, progress or (lambda _: None))
     except (Cancelled, KeyboardInterrupt):
         ended = False
+    # shares proven, refuted and open
     parts = search.every()
     ended = ended and search.undecided <= resolution
     notes = list(_notes(family, search, resolution, ended=ended))

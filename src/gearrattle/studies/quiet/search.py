@@ -157,10 +157,12 @@ class Search:
 
     def _divided(self, part: Part, state: State) -> Iterator[tuple[Part, State | None]]:
         """Yield the parts of a part, with the state to look at those that are still undecided in."""
+        # coefficients over the part, and its state of rest
         centre = 0.5 * (part.low + part.high)
         radius = 0.5 * (part.high - part.low)
         numbers = self.family.over(centre, radius)
         resting = self._resting(state, centre)
+        # no state of rest for the whole part: halve
         if resting is None or not resting.is_held:
             if self._floats(part):
                 yield replace(part, reason=FLOATS), None
@@ -168,17 +170,21 @@ class Search:
                 yield from ((half, state) for half in _halves(part, int(np.argmax(radius))))
             return
         state = resting
+        # linear motion over the part
         motion, bent = state.motion(numbers)
         if motion is None:
             yield from ((half, state) for half in _halves(part, int(np.argmax(bent))))
             return
+        # bounds that the motion must keep
         bounds = bounds_of(state, motion, numbers, self._phases)
         if bounds is None:
             yield _proven(part, state), None
             return
+        # cut off slices that the bounds decide
         if slices := _best(bounds, state, part):
             yield from ((piece, state if piece.reason == UNDECIDED else None) for piece in slices)
             return
+        # halve across the parameter of most influence
         weight = bounds.influence()
         bent = bent / (bent.sum() + 1e-300)
         yield from ((half, state) for half in _halves(part, int(np.argmax(weight[:-1] + weight[-1] * bent))))

@@ -44,6 +44,7 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     ModelError
         nobody answers, it is no client, or a number of workers was asked for.
     """
+    # what a cluster needs
     try:
         from distributed import Client
     except ImportError:
@@ -56,12 +57,14 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     if not wanted.shared:
         rule = "workers elsewhere do not see the memory of this process"
         raise ModelError(Problem("output", "memory://", rule, "give a folder or an address that all of them see"))
+    # a client that is connected
     if not isinstance(wanted.address, str):
         if not isinstance(wanted.address, Client) or wanted.address.asynchronous:
             rule = "must be a name, an address or a distributed.Client that is not asynchronous"
             raise ModelError(Problem("scheduler", type(wanted.address).__name__, rule))
         yield partial(_dealt, wanted.address)
         return
+    # connect by address
     with _without_tracebacks():
         try:
             client = Client(wanted.address, timeout=_PATIENCE_CONNECTING, set_as_default=False)

@@ -121,10 +121,12 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
     Where a worker ends, it is unknown which of the chunks that had been begun killed it: these go out again one at a
     time, and only a worker that ends with one chunk counts against that chunk.
     """
+    # chunks that wait, and deaths of workers by chunk
     waiting: Iterator[int] = iter(chunks)
     deaths: dict[int, int] = {}
     suspects: list[int] = []
     stillborn = 0
+    # deal chunks out until all are done or a worker dies
     while True:
         under_way: dict[int, Future[int] | None] = {}
         with _pool(store, count) as pool:
@@ -139,13 +141,16 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
                 pool.shutdown(wait=False, cancel_futures=True)
                 _kill(pool)
                 raise
+        # no worker begins a chunk: none can
         done, begun = store.done(), [chunk for chunk in left if store.was_begun(chunk)]
         stillborn = 0 if begun else stillborn + 1
         if stillborn == PATIENCE or any(worker.exitcode == _LEFT for worker in workers):
             raise _cannot_start(store)
+        # what was kept, and what goes out again
         yield from (chunk for chunk in left if chunk in done)
         begun = [chunk for chunk in begun if chunk not in done]
         waiting = chain([chunk for chunk in left if chunk not in done and chunk not in begun], waiting)
+        # chunks under suspicion go out alone; write off those that kill workers
         for chunk in begun:
             deaths[chunk] = deaths.get(chunk, 0) + (len(left) == 1)
             if deaths[chunk] < PATIENCE:
