@@ -1,4 +1,4 @@
-"""The procedure of the paper's Fig. 1 before the integration, on one page.
+"""Procedure of advice: the steps before the integration in Fig. 1 of Padmanabhan et al. 1995.
 
     1. lumping          which bodies move as one in the excited band                    (sec. 3)
     2. scaling          effect of the non-dimensional form on the Jacobian              (sec. 5)
@@ -10,7 +10,7 @@
     8. predictability   how long the motion is predictable point by point
     9. other motions    that exist at this load, where that costs little
 
-In the paper the user closes the loop. Here the pilot run does: a lumped model is not recommended if it moves
+In the paper the user checks each decision. Here a pilot run does: a lumped model is not recommended if it moves
 differently from the full one.
 """
 

@@ -1,4 +1,4 @@
-"""Which clearances will open, and the slopes that stand for them."""
+"""Advice on clearances: those that open at this load, and the slopes that replace them in a linear model."""
 
 from __future__ import annotations
 

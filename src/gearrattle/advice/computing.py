@@ -1,4 +1,4 @@
-"""Which algorithm and step to use, what the run will cost, and how long the motion is predictable point by point."""
+"""Advice on computing: algorithm and step, cost of the run, and how long the motion is predictable point by point."""
 
 from __future__ import annotations
 

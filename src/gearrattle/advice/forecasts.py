@@ -1,7 +1,8 @@
 """Forecasts, and their comparison with the run.
 
-A forecast is a number or a word about one thing, by one route, made before the run that settles it. When it counts as
-right is fixed here, once for all: regimes exactly, ratios within 0.1, counts and times within a factor of two.
+A forecast is a number or a word about one quantity, by one route, made before the run that it is compared with. The
+rule by which it counts as right is the same for all: regimes exactly, ratios within 0.1, counts and times within a
+factor of two.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Which clearances the linear driveline would open: the steady response about rest, against the corners.
+"""Steady linear response about rest, compared with the corners of every clearance.
 
-While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, and no
-clearance opens in it. Where it does not, the excursion tells only roughly which corners are crossed.
+While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, in which
+no clearance opens. Where it leaves them, it tells only roughly which corners are crossed.
 """
 
 from __future__ import annotations

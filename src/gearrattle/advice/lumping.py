@@ -1,4 +1,4 @@
-"""What to lump: bodies that move as one in the excited band, unless the pilot of the smaller model moves otherwise."""
+"""Advice on lumping: bodies that move as one in the excited band, unless the pilot run of the lumped model differs."""
 
 from __future__ import annotations
 

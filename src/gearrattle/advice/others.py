@@ -1,4 +1,4 @@
-"""Whether other motions exist at this load: where motions from many starts settle (``orbits.attractors``).
+"""Advice on other motions at the same load: motions from many starts, and where they settle (``orbits.attractors``).
 
 A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
 driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted

@@ -1,8 +1,7 @@
-"""A short exact run that sounds the waters: regimes, costs a cycle, how fast perturbations grow.
+"""Pilot run: a short exact run that gives regimes, the cost of a cycle and the growth of perturbations.
 
-The exact solution of some thirty cycles costs less than most of the linear algebra about it, so what it shows is the
-first evidence on anything nonlinear. It cannot show what comes later: motions that settle slowly, other motions from
-other starts.
+The exact solution of some thirty cycles costs less than most of the linear algebra of an advice, so it is the first
+evidence on everything nonlinear. It does not show motions that settle slowly, nor other motions from other starts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Numerical stiffness of a model: eigenvalues, R_lambda, conditioning, and what every fixed step makes of them."""
+"""Numerical stiffness of a model: eigenvalues, R_lambda, condition numbers, and the growth factors of fixed steps."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Trains of a driveline, in words: what the mean torques leave over on each, and bodies that nothing connects.
+"""Notes on the trains of a driveline: the unbalanced mean torque on each, and bodies that no element holds.
 
-A free train turns as one: its bodies by phi_i q, with phi = 1 at the body named. There the means leave over
-Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. With a_i = phi_i q'' that is
+A free train turns as one: its bodies by phi_i q, with phi = 1 at the body named. The mean torques leave there the
+resultant Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. With a_i = phi_i q'' that is
 
     Q = sum_i J_i a_i^2 / q'',
 

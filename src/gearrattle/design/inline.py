@@ -1,4 +1,4 @@
-"""An executor that works at once, in the thread of its caller: for searches that run beside each other already."""
+"""Executor that computes at once, in the thread of its caller: for searches that run in parallel already."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motions that are remembered in a folder, so that work that was stopped goes on: a file a motion.
+"""Folder that keeps the motions computed, one file each, so that a search that was stopped goes on.
 
 A motion is named by everything that decides it: the model, the start, the outputs, the version of the package.
 """

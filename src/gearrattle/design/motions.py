@@ -1,7 +1,7 @@
-"""The motions of one variant of a driveline that a decision looks at: from rest, from the motion before, and pushed.
+"""Motions of one variant of a driveline from three starts: at rest, at the end of the motion before, and pushed.
 
-Motions coexist: where a driveline is quiet from rest it may still rattle after a tip-in. So a variant is simulated from
-three starts, all by the model's own settings:
+Motions may coexist: a driveline that is quiet from rest may rattle after a tip-in. So a variant is simulated from three
+starts, all by the model's own settings:
 
 - *rest*: the start of the model file,
 - *before*: the end of the motion of the neighbouring variant, on the side of the model's own value,

@@ -1,9 +1,9 @@
-"""``remedies``: which single change, and which pair of changes, makes a driveline quiet, at which cost.
+"""``remedies``: the single changes, and the pairs of changes, that make a driveline quiet, by cost.
 
 Every candidate is searched as a threshold is, with exact runs: its range is scanned, and where the target holds, the
 change from the model's own value is made as small as it may be. A value counts only if the target holds at the model's
-speed and at its neighbours, from rest, from the motion of the value before, and after a push. Of changes that do not
-reach the target alone the best ones are made in pairs, both on the way to their best ends together.
+speed and at its neighbours, from rest, from the motion of the value before, and after a push. The best of the changes
+that do not reach the target alone are tried in pairs: both values go together towards their best ends.
 """
 
 from __future__ import annotations

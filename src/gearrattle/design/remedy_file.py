@@ -1,4 +1,4 @@
-"""Remedy files: TOML that says which changes may be made, and what they shall reach.
+"""Remedy files: TOML with the changes that may be made, and the target that they shall reach.
 
 target = "quiet"
 speeds = ["760 rpm", "800 rpm"]

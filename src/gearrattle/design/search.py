@@ -1,8 +1,7 @@
-"""The search for the change at which a target begins to hold: a scan of the range, then halving.
+"""Search for the change at which a target begins to hold: a scan of the range, then halving.
 
-Every value has its own runs, and those of different values do not wait for each other: they run in threads, as the
-engine leaves the interpreter lock. Only the motions that begin where a neighbour's ended follow one another, from the
-model's own value outward.
+Runs of different values are independent and run in threads, as the engine releases the interpreter lock. Only the
+motions that begin where a neighbour's ended are computed one after the other, from the model's own value outward.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a driveline shall be: quiet, or with an output of a study below or above a value.
+"""Target of a design: a quiet driveline, or an output of a study below or above a value.
 
 ``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
 the value, ``"m5: largest impact energy < 0.1 mJ"`` where that of one part is; a plain number is in SI.

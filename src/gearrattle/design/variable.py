@@ -1,4 +1,4 @@
-"""What a decision changes: one value of a model, a factor on several, or several values that go to their ends together.
+"""Variable of a design: one value of a model, a factor on several, or several values that go to their ends together.
 
 A range is divided on a logarithmic scale where its ends are positive and far apart, else on a linear one.
 """

@@ -1,4 +1,4 @@
-"""The chunks of a long motion, added up one after the other; none of them is kept."""
+"""Sums over the chunks of a long motion, added one after the other; no chunk is kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``criteria``: a run in, a verdict out."""
+"""``criteria``: the verdict of all criteria on a run, or on the chunks of a long motion."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a transient does: when it hits first and hardest, how long it goes on, and the peak torques.
+"""Figures of a transient: its first and its hardest impact, its duration, and the peak torques.
 
-Averages over cycles say nothing of an event, such as a tip-in. What counts is the first impact, the hardest one, the
-number of impacts until the driveline is at rest again, and the largest torque of every element.
+Averages over cycles say nothing of an event, such as a tip-in. It is described by the first impact, the hardest one,
+the number of impacts until the driveline is at rest again, and the largest torque of every element.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Metrics of an event: impacts and what they lose, peak and rms torques and accelerations while it lasts.
+"""Metrics of an event: impacts and their energy loss, peak and rms torques and accelerations while it lasts.
 
 Most metrics are averages over cycles, which mean nothing for a tip-in: their value depends on how long the run goes on
 after it. An event is measured from its start, the first ramp (else the start of the judged part), until every torque

@@ -1,4 +1,4 @@
-"""Statistics of mesh forces: how far they scatter, how they peak.
+"""Statistics of mesh forces: standard deviation, crest factor, kurtosis, and the force exceeded 5 % of the time.
 
 Over the window, with means by the trapezoidal rule,
 

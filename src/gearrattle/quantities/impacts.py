@@ -1,4 +1,4 @@
-"""Impacts of every clearance: how often, how fast, how hard.
+"""Impacts of every clearance: rate, approach speed, momentum and energy.
 
 An impact is a crossing outward into contact, counted if it begins in the steady part [discard T, end]. With v the
 deflection rate at the crossing, v' that at the end of the contact, and m_eff the reduced inertia of the element

@@ -1,4 +1,4 @@
-"""What metrics read: the inputs, whatever they come from.
+"""Inputs of metrics, the same for simulated motions and for recordings.
 
 A metric does not ask where a motion came from. Its inputs are uniform samples by quantity and subject over one window,
 the reference speed and the orders of the engine where they are known, the driveline's layout where a model is at

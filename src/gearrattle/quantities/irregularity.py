@@ -1,4 +1,4 @@
-"""Speed irregularity, and what every engine order makes of it.
+"""Speed irregularity of every body, and the peak to peak of its speed at every engine order.
 
     irregularity = (n_max - n_min) / n_mean,        peak to peak of an order: 2 |V(o)|  [rad/s]
 

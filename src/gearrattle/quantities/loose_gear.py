@@ -1,4 +1,4 @@
-"""The loose-gear test: can the drag torque hold an unloaded gear against its flank?
+"""Loose-gear test: the torque that an unloaded gear needs to follow its driver, over its drag torque.
 
 To follow its driver through the mesh rigidly, a loose gear of inertia J needs the torque J (R_d/R_l) |theta_d''|; the
 only torque that presses it to the flank is its drag T_d. The ratio

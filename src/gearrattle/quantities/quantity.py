@@ -1,4 +1,4 @@
-"""What a quantity is, the sums it reads, and the rows it gives.
+"""Quantity: the base of criteria and metrics, the sums that it reads, and the rows that it gives.
 
 A quantity measures one thing and gives *rows*: one number (or word) each, about one inertia, mesh or coupling, with
 its unit and source. It says its formula, what it needs, and how its values over consecutive chunks become those of the

@@ -1,4 +1,4 @@
-"""Make the inputs of metrics, of a simulated motion, of its chunks, or of a recording.
+"""Inputs of metrics made from a simulated motion, from its chunks, or from a recording.
 
 Of a simulated motion the steady part [discard T, end] is taken. Of a recording with a known speed its last whole
 periods are taken; without a known speed, all of it. Both bounds are included: for a motion that repeats itself they

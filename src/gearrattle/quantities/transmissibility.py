@@ -1,17 +1,17 @@
-"""Transmissibility: how much of the driven inertia's acceleration reaches each inertia.
+"""Transmissibility: acceleration of each inertia over that of the driven one.
 
 TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
 r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
 taken as they are, mean included. Of an exact motion extremes and means are taken between its samples. Of a sampled
 motion they come from the samples, the rms by the trapezoidal rule over whole periods, with an estimate of the error.
 
-Transmissibility by order: what of an order's motion at the reference body reaches each other one.
+Transmissibility by order: the amplitude of each body over that of the reference body at one order,
 
-    T_i(o) = |Theta_i(o)| / |Theta_r(o)|
+    T_i(o) = |Theta_i(o)| / |Theta_r(o)|,
 
-the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so any of them
-serves. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
-from the reference. An order at which the reference moves by less than 1e-9 of its strongest has no transmissibility.
+the same for angles, velocities and accelerations. Only orders of the engine count: what a transmission error excites
+elsewhere is not transmitted from the reference. An order at which the reference moves by less than 1e-9 of its
+strongest has no transmissibility.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The verdict in one human sentence: what rattles, where, and how badly.
+"""Sentence of the verdict: the parts that rattle or touch, their regimes, and how hard they hit.
 
 A gap that separates *rattles*, or *touches* if all its impacts are negligible; a staged spring that crosses its
 corners, or a gap that crosses outer ones alone, changes *stage*. Neither is called rattle. Only the worst parts are

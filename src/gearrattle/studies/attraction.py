@@ -1,9 +1,9 @@
-"""``basins``: which settled motion every initial state leads to, and how likely the quiet one is.
+"""``basins``: the settled motion that every initial state leads to, and the share of states that lead to a quiet one.
 
 Initial states lie on a grid, or are drawn from a box; each is simulated by the settings of the model and its motion
-seen once a period (``sections``). What repeats is told apart by its points, and each of these motions is found to
-rounding by shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, killing and going
-on are those of every study.
+seen once a period (``sections``). Periodic motions are distinguished by these points, and each is found to rounding by
+shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, stopping and resuming are
+those of every study.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Attractors of a basin study: which settled motion every initial state leads to, and what each motion is.
+"""Attractors of a basin study: the settled motions, and the one that every initial state leads to.
 
-Periodic motions are distinguished by their orbits (``signals.strobe``): if these are nearer than ``same``, it is one
-motion. Of each the motion that repeats is found by shooting from where one of its cases ends: its
-period, verdict and multipliers are those of that motion, not of the cases, which only come near to it. Groups that
-shooting leads to one motion are one attractor. Where it leads to none that is stable and near, period and verdict are
-those of the cases, and the attractor is not ``verified``.
+Periodic motions are distinguished by their orbits (``signals.strobe``): orbits nearer than ``same`` are one motion. The
+exact periodic motion of each group is found by shooting from the end of one of its cases: period, verdict and
+multipliers are those of that motion, not of the cases, which only come near to it. Groups from which shooting leads to
+the same motion are one attractor. Where it leads to none that is stable and near, period and verdict are those of the
+cases, and the attractor is not ``verified``.
 
 Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points cannot
 distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so

@@ -1,11 +1,11 @@
-"""Axes of a study: what is varied, by paths of the model file, as plain numbers in SI.
+"""Axes of a study: the values that are varied, by paths of the model file, as plain numbers in SI.
 
 An axis takes one path through its values, or several paths together, value by value. Values stand as a list, or as a
 range: from, to, count, spacing "linear" or "log". Each is read as the model file reads it, units and all; what the
 model refuses an axis refuses, before anything runs.
 
 A path may be a pattern, ``inertia.*.drag_torque``, and values may be factors of what the model says, a list or a range
-under the key ``factor``. An axis keeps both: what was asked for, which names its coordinate, and plain values by plain
+under the key ``factor``. An axis keeps both: the request, which names its coordinate, and plain values by plain
 paths, which is all that cases are made of.
 
 Values may be an array of NumPy, a Series of pandas or a DataArray of xarray; the attribute ``units`` of the latter two

@@ -1,10 +1,9 @@
-"""The cases of a chunk in one compiled loop, where they can be: see ``solvers.many`` for the loop.
+"""Cases of one structure computed together in the compiled loop over variants (``solvers.many``).
 
 A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variants``), marched and judged
 without a model, a system or a trajectory of their own, to the same bits as one at a time. Metrics and outputs that need
-samples are taken of each case as it comes out of the loop (``studies.followed``). What the loop cannot do is left to
-the general way, case by case: figures of a whole run or a function of the user's, other algorithms, cases of another
-structure, cases that fail.
+samples are taken of each case as it comes out of the loop (``studies.followed``). The rest is computed case by case:
+figures of a whole run or a function of the user's, other algorithms, cases of another structure, cases that fail.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the regime changes over the grid of a study: midpoints between neighbouring values with different codes.
+"""Regime boundary over the grid of a study: midpoints between neighbouring values with different codes.
 
 The true boundary lies somewhere between the two neighbours, and both are given. Between values of a logarithmic range
 the midpoint is the geometric mean, elsewhere the arithmetic one.

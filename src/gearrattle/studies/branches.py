@@ -1,4 +1,4 @@
-"""What a bifurcation diagram shows: where two motions coexist, and along which values the motion keeps its kind."""
+"""Evaluation of a bifurcation diagram: values at which two motions coexist, and stretches of one kind of motion."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""One chunk of a study, computed: every case simulated by the settings of its model, its outputs kept.
+"""Computation of one chunk of a study: every case is simulated by the settings of its model, and its outputs kept.
 
-Cases that can be are computed together (``studies.batch``), the others one by one.
-A case that fails leaves nothing in its outputs, and says why; the others go on.
+Cases that allow it are computed together (``studies.batch``), the others one by one. A case that fails has no values;
+its message says why, and the others go on.
 """
 
 from __future__ import annotations

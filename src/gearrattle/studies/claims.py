@@ -1,8 +1,8 @@
-"""Whether a storage location may take a study, and the right to write there: one program at a time.
+"""Claim of a storage location by a study: whether it may be kept there, and the lock that one program at a time holds.
 
-Asked before anything is computed, and again when the study begins there. A folder is locked while a study is under way;
-an address cannot be. There ``study.json`` is put by one program alone, and two that resume the same study compute the
-same.
+The location is checked before anything is computed, and again when the study begins there. A folder is locked while a
+study is under way; an address cannot be. There ``study.json`` is written by one program alone, and two programs that
+resume the same study compute the same.
 """
 
 from __future__ import annotations

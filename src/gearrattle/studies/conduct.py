@@ -1,4 +1,4 @@
-"""How a call carries a study of any kind out: what a study is, where it is kept, who computes."""
+"""Execution of a study of any kind by a call: the options for storage and computing that all calls share."""
 
 from __future__ import annotations
 

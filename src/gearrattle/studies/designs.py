@@ -1,4 +1,4 @@
-"""Designs: which points of the unit cube a study of scattering values computes, by the name of a method.
+"""Designs of experiments: the points of the unit cube at which a study of scattering values is computed, by method.
 
     latin-hypercube, sobol, random    points independent of each other, for probabilities and rank correlations
     saltelli                          two such samples A and B, and A with one column of B at a time: n (d + 2) points

@@ -1,13 +1,13 @@
 """``bifurcation``: the settled motion against one value of the model, swept up and down, by brute force.
 
 A driven motion seen once a period (``sections``) is n points if it is n-periodic, and a cloud if it is chaotic; drawn
-over a parameter these points are the bifurcation diagram. Where motions coexist the one found depends on where it
-began, so every value begins with the state, angles and velocities, in which the one before it ended: going up and going
-down then follow different branches, and where they differ there are two motions at least (a jump with hysteresis).
+over a parameter these points are the bifurcation diagram. Where motions coexist the one found depends on its start. So
+every value begins with the state, angles and velocities, in which the one before it ended: upward and downward sweeps
+then follow different branches, and where they differ there are two motions at least (a jump with hysteresis).
 
-A sweep is sequential: it is one chunk, keeps how far it has come every second, and goes on from there to the same bits.
-Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run beside
-each other.
+A sweep is sequential: it is one chunk, stores its progress every second, and resumes from there to the same bits.
+Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run in
+parallel.
 """
 
 from __future__ import annotations

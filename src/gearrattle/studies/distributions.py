@@ -1,4 +1,4 @@
-"""What is uncertain: distributions of model values, and space-filling samples of them.
+"""Distributions of uncertain model values, and space-filling samples of them.
 
     normal       mean, deviation; cut at three deviations unless ``cut`` says otherwise
     uniform      from, to

@@ -1,9 +1,10 @@
-"""The optimiser behind ask and tell: NSGA-II, which keeps a front of designs none of which is better in everything.
+"""NSGA-II by ask and tell: a genetic algorithm that keeps a front of designs of which none is better in everything.
 
 K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE
 Transactions on Evolutionary Computation 6, 2002, pp. 182-197; constraints by its rule that a feasible design beats any
 other, and of two others the one that misses by less. By pymoo (J. Blank, K. Deb, pymoo: multi-objective optimization in
-Python, IEEE Access 8, 2020, pp. 89497-89509). All randomness comes from the seed: told the same, it asks the same.
+Python, IEEE Access 8, 2020, pp. 89497-89509). All randomness comes from the seed: the same answers lead to the same
+questions.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Study files: TOML that says what a study computes. Nothing in one is run: a function is named on the command line.
+"""Study files: a study as TOML. No code in a file is run: a function is named on the command line.
 
     schema = 1
     name = "backlash and load"
     model = "case3.toml"                     # beside this file
     kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
 
-What else may stand in a file its kind says.
+The other keys are those of its kind.
 """
 
 from __future__ import annotations

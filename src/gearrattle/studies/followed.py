@@ -1,9 +1,8 @@
-"""Outputs of metrics and of samples, of cases that are followed together: each is judged as the loop hands it over.
+"""Outputs that need metrics or samples, of cases computed together: each case is judged when the loop has finished it.
 
-The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight that levels
-of accelerations are taken over, the steady part, or none, where the crossings tell all. What crossings before these
-cycles tell is in its tallies. So nothing of the cycles before is sampled, and the case is judged as the last chunk of a
-long motion.
+The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight over which
+levels of accelerations are taken, the steady part, or none, where crossings suffice. Crossings before these cycles are
+in its tallies. So no cycle before them is sampled, and the case is judged as the last chunk of a long motion.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What comes out of an optimisation: the front of designs that none beats, how it grew, and files of its members.
+"""Result of an optimisation: the front of designs that none beats, its growth, and model files of its members.
 
 A design is feasible if it violates no constraint. On the front stands a feasible design that no other feasible one
 beats: nowhere worse, somewhere better. How much the front covers is its hypervolume, here as a share of the box between

@@ -1,4 +1,4 @@
-"""Goals of an optimisation: which outputs shall be small or large, and within which limits others must stay.
+"""Goals of an optimisation: objectives, outputs to be small or large, and constraints, limits of others.
 
 An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impact
 energy". A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both.

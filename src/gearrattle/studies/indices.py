@@ -1,6 +1,6 @@
 """Sobol' indices of first, second and total order, from the samples of a Saltelli design, with bootstrap intervals.
 
-    first order    S_i  = Var E[y | x_i] / Var y                what x_i does alone
+    first order    S_i  = Var E[y | x_i] / Var y                the effect of x_i alone
     total order    ST_i = E Var[y | all but x_i] / Var y        with all its interactions
     second order   S_ij = Var E[y | x_i, x_j] / Var y - S_i - S_j
 

@@ -1,11 +1,11 @@
-"""What is kept of a study: how far it has come, and its results.
+"""Stored studies: their progress and their results.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
     done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
 
-The markers say what counts. Results without a marker, or other than their checksums say, are shown as missing: a power
-cut may have taken some of them.
+Only chunks with a marker count. Results without a marker, or with other checksums than it holds, are shown as missing:
+a power cut may have destroyed some of them.
 """
 
 from __future__ import annotations

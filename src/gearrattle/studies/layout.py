@@ -1,4 +1,4 @@
-"""What stands where in a study's Dataset: which dimensions are axes, what scatters, which outputs are codes.
+"""Layout of a study's Dataset: its axes, the values that scatter, and the outputs that are codes.
 
 The grid is the dimensions of ``outcome``; an output may have one more, its subjects (parts, inertias).
 """

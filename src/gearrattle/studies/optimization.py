@@ -1,8 +1,8 @@
 """``optimize``: values of a driveline found within ranges, so that outputs are small or large and others keep limits.
 
 Designs are computed a generation at a time, each generation a study of its own in ``generations/``, by any scheduler.
-After an interruption the optimiser is told the results that are kept, and asks for the same designs again: its own
-state is never stored. In the end all designs stand in one Dataset, with the front (``fronts``).
+After an interruption the optimiser gets the results that are kept, and asks for the same designs again: its own state
+is never stored. In the end all designs are in one Dataset, with the front (``fronts``).
 """
 
 from __future__ import annotations

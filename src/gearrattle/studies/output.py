@@ -1,4 +1,4 @@
-"""One output of a study: its name, what it is about, its units, and what stands where there is no value."""
+"""Output of a study: its name, its subjects with their units, and the entries where there is no value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outputs of a study: what is kept of every case.
+"""Outputs of a study: the values kept of every case.
 
 Every quantity of every criterion and metric is one, by its name in their entries ("impacts per cycle", "TR rms",
 "separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.

@@ -1,8 +1,8 @@
-"""What a study costs before it runs, and how long it still takes while it runs.
+"""Cost of a study before it runs, and its remaining time while it runs.
 
 Cases of one study can differ tenfold in cost: a rattling motion has more crossings than a quiet one. So the cost of a
-case is measured over cases spread across the whole grid, and chunks are computed in an order of which every beginning
-is spread likewise (multiples of the golden section): what is done so far stands for what is left.
+case is measured over cases spread across the whole grid. Chunks are computed in an order that spreads the first ones,
+however many, over the grid too (multiples of the golden section): the chunks done represent those that are left.
 """
 
 from __future__ import annotations

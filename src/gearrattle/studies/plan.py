@@ -1,8 +1,9 @@
-"""What a study computes: a grid of cases, each the model with some values changed, in chunks of neighbours.
+"""Plan of a study: a grid of cases, each the model with some values changed, in chunks of neighbours.
 
 The cases form a grid: a dimension for every axis, the last one, "sample", for the points of distributions. A chunk is a
-box of that grid whose cases follow each other in order; it is what a worker computes and the store keeps at once. Case
-and chunk are told by their number alone, so that any worker can compute any chunk, in any order, to the same bits.
+box of that grid whose cases follow each other in order; a worker computes it, and the store keeps it, as a whole. Cases
+and chunks are identified by their number alone, so that any worker can compute any chunk, in any order, to the same
+bits.
 """
 
 from __future__ import annotations

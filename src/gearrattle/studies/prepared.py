@@ -1,7 +1,7 @@
-"""A study about to begin whose cases form a grid: what it will cost, and how it is carried out and kept.
+"""Prepared study whose cases form a grid: its cost, its execution and its storage.
 
-What can be known before a case is computed is known here; kinds of studies that keep their results in a Store build on
-it, and change what they must: how a chunk is computed, and what is made of the whole in the end.
+Everything that can be wrong has been checked, and one case has been run. Kinds of studies that keep their results in a
+Store derive from it and replace how a chunk is computed, and how the results are evaluated in the end.
 """
 
 from __future__ import annotations

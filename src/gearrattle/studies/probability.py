@@ -1,7 +1,7 @@
-"""How likely a part rattles: the share of samples in which it does, with an interval.
+"""Probability that a part rattles: the share of samples in which it does, with an interval.
 
-By the severity a part that touches does not rattle; a study that kept the regime alone tells where it separates. Only
-a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
+By severity a part that touches does not rattle; by regime, where a study kept that alone, every part that separates
+does. Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
 The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
 scatter less, so there it is wide rather than narrow.

@@ -1,4 +1,4 @@
-"""``screen``: which loose gear rattles at which speed and load, for a whole gearbox, by the threshold.
+"""``screen``: map of the loose gears of a gearbox that rattle, over speed and load, by the classical threshold.
 
 At every speed and load the driveline is linearised where it rests: loose gears lie on the flank their drag presses
 them to. In the steady response of that linear driveline
@@ -12,8 +12,8 @@ of the driveline leaves its piece, and nothing rubs, the linear motion is an exa
 ratio exact with it; ``inside`` says so. Everywhere else it is one linear forecast of many: friction that sticks, a
 clutch that swings beyond its stage, gears that have left their flanks make other linear drivelines
 (``screening_models``). ``lift_low`` and ``lift_high`` are the least and the largest lift ratio of all of them, and the
-forecast is quiet only where no one lifts the gear off. What no linear driveline knows: impacts of gears that rattle,
-motions that pass between stages, and which motion of several the start leads to.
+forecast is quiet only where none of them lifts the gear off. No linear driveline describes impacts of rattling gears,
+motions that pass between stages, or the choice among several motions by the start.
 
 Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
 with ``simulate`` all of them.

@@ -1,6 +1,6 @@
-"""Which cases of a screening are simulated, and what the simulations say of its forecast.
+"""Check of a screening by simulation: the choice of cases near the border, and the score of the forecast.
 
-The cases nearest to the border teach most: those in which the range of some gear's lift ratio holds 1, or comes nearest
+The cases nearest to the border tell most: those in which the range of some gear's lift ratio holds 1, or comes nearest
 to it. Of equally near ones some are taken that lie evenly over the map. A gear that the forecast says is quiet and that
 rattles when simulated, or the other way round, is a wrong forecast; undecided ones are neither right nor wrong.
 """

@@ -1,7 +1,7 @@
-"""What a study file asks of a screening: the same speeds and loads, by the threshold instead of by simulation.
+"""Screening of a study file: the same speeds and loads, by the threshold instead of by simulation.
 
 A grid with one axis that is ``excitation.speed`` alone, and at most one other, the load; ``fixed`` values hold for all
-cases. Outputs and their number are a matter of the simulations and left aside.
+cases. Outputs concern the simulations alone and are ignored.
 """
 
 from __future__ import annotations

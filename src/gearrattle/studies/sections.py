@@ -1,4 +1,4 @@
-"""Sections of a run: chosen quantities once a period, and what kind of motion they show.
+"""Sections of a run: chosen quantities once a period, and the kind of motion that they show.
 
 A *section* is taken at t = (k + phase) T, T the common period of all orders. Its quantities are by name
 
@@ -10,7 +10,7 @@ was chosen, in units of half the clearance b (of the largest corner) and of b 2 
 all at zero in units of the sum of all loads over its largest slope, or without loads of the amplitudes of prescribed
 angles.
 
-What a motion is called:
+The kinds of motion are:
 
 * *periodic*: it repeats after n periods (``signals.strobe``); its Floquet multipliers are the eigenvalues of the flow's
   gradient over the last n periods, products of exponentials and saltations (``system.variation``): as exact as the

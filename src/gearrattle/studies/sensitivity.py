@@ -1,4 +1,4 @@
-"""What an output follows of all that scatters: rank correlation, rank regression, first-order shares of variance.
+"""Sensitivity of an output to values that scatter: rank correlation, rank regression, first-order shares of variance.
 
     Spearman          correlation of the ranks of one value and of the output
     rank regression   coefficients of the standardised ranks of the output on those of all values together (R. L. Iman,
@@ -6,15 +6,15 @@
     first order       Var E[y | x_i] / Var y (I. M. Sobol', Mathematical Modelling and Computational Experiment 1, 1993,
                       pp. 407-414)
 
-First-order shares are found from samples that were drawn for something else, along cosines of the rank of one value
+First-order shares are estimated from samples of any independent design, along cosines of the rank of one value
 (E. Plischke, How to compute variance-based sensitivity indicators with your spreadsheet software, Environmental
 Modelling & Software 35, 2012, pp. 188-191). Cosines cos(pi k (r + 1/2) / n), k = 1 to M, are orthogonal over the ranks
 r, so that their squared coefficients add up to the share R2 explained. Chance alone explains M/(n - 1); the adjusted
 1 - (1 - R2) (n - 1)/(n - 1 - M) takes that away, and may fall below zero. What chance exceeds in one case of twenty
 comes from the F-law of M and n - 1 - M degrees of freedom.
 
-Samples drawn for the purpose tell more: Sobol' indices of any order (``indices``), what an output is at both ends of
-every value (``swings``). ``sensitivities`` gives what the design allows.
+Other designs give more: Sobol' indices of first, second and total order (``indices``), or the output at both ends of
+every value (``swings``). ``sensitivities`` returns what the design allows.
 """
 
 from __future__ import annotations

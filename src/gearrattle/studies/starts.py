@@ -1,7 +1,7 @@
-"""Initial states by the quantities that matter: deflections and rates of elements, angles and velocities of inertias.
+"""Initial states by some of their coordinates: deflections and rates of elements, angles and velocities of inertias.
 
-A few such coordinates do not fix a state. What they leave open stays as near as may be to the model's own start q_0:
-the angles q are those with C q = c for which the change, weighted by the inertias, is smallest,
+A few such coordinates do not fix a state. The rest stays as near as possible to the model's own start q_0: the angles q
+are those with C q = c for which the change, weighted by the inertias, is smallest,
 
     q = q_0 + J^-1 C^T (C J^-1 C^T)^-1 (c - C q_0),
 

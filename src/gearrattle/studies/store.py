@@ -1,4 +1,4 @@
-"""How a study's results are kept: in a folder, or behind an address (``storage``), surviving whatever ends the program.
+"""Store of a study's results, in a folder or behind an address (``storage``), from which a stopped study goes on.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
@@ -6,8 +6,8 @@
     done/0000013.part    how far chunk 13 has come, if what computes it keeps that
 
 A chunk's marker appears, whole, after its results. So the markers alone say what is done: a chunk without one is
-computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
-written by one worker each, never shared.
+computed again, and so is one whose results do not match its checksums. A chunk is a box of the grid and one Zarr chunk,
+written by one worker alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Structures of a study's cases: which parts have a clearance, which of them can separate, which gears are loose.
+"""Structures of a study's cases: the parts with a clearance, those that can separate, and the loose gears.
 
-Two cases have the same structure if all that can be said of them has the same names: a gap that closes, a slope or a
-drag torque that vanishes, an order that changes make another one. So what a study keeps is that of all structures
-together, and none depends on which case is the first.
+Two cases have the same structure if their quantities have the same names. A gap that closes, a slope or a drag torque
+that vanishes, or another order makes another structure. A study keeps the outputs of all structures together, so that
+they do not depend on which case is the first.
 
 A number changes the structure where it becomes zero, or passes a corner: of an axis the first value, the smallest, the
 largest and zero are tried, of anything else than a plain number all values up to ``MOST_WORDS``, in all combinations up

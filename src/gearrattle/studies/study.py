@@ -1,7 +1,7 @@
 """``study``: many variants of one driveline, each simulated and judged, as one labelled Dataset.
 
-The order of work: everything that can be wrong is looked for first, one case is run to see what outputs there are and
-what a case costs, then chunks go out to workers until all are done. What is kept on disk survives whatever stops it.
+All arguments are checked first, one case is run to learn the outputs and the cost of a case, then chunks go out to
+workers until all are done. A study that is kept on disk can be resumed after any interruption.
 """
 
 from __future__ import annotations

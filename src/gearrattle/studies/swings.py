@@ -1,4 +1,4 @@
-"""One value at a time: how far an output moves when each value goes to its lower and to its upper end.
+"""Swings of an output, one value at a time: its values when each goes to its lower and to its upper end.
 
 The first case is the model itself; the others come in pairs, a value at its lower and at its upper end, all other
 values the model's own (``designs``). Drawn widest on top these are the bars of a tornado diagram (T. G. Eschenbach,

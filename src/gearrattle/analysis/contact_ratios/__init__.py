@@ -1,4 +1,4 @@
-"""The shelf of contact ratios: routes from a motion to one slope for every clearance.
+"""Contact ratios: the routes from a motion to one slope for every clearance.
 
 To add a route: its file, its line in ``ROUTES``, its test page.
 """

@@ -1,4 +1,4 @@
-"""Where a driveline rests on average while its clearances oscillate.
+"""Mean deflections of a driveline whose clearances oscillate: the static equilibrium of the averaged laws.
 
 Averaged over given oscillations x_k(t) the elastic laws are smooth: E[f_k(m_k + x_k)] grows from one slope to the next
 as the mean m_k moves through a clearance. The means must carry the mean loads,

@@ -1,5 +1,5 @@
-"""From a fixed point of equivalent linearisation to a periodic motion: harmonic balance with overtones, and its Floquet
-multipliers.
+"""Harmonic balance with overtones: the periodic motion that a fixed point of equivalent linearisation leads to, and its
+Floquet multipliers.
 
 Equivalent linearisation keeps one gain for all orders and drops what the corners add: its *distortion*
 

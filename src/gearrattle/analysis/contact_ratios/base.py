@@ -1,7 +1,7 @@
-"""What a contact ratio is, and what every route to it needs: the elastic law as an array function, and its best line.
+"""Contact ratio: its record, and the least-squares line of force on deflection that the routes share.
 
 The stiffness contact ratio of Padmanabhan et al. 1995, sec. 6, replaces a clearance by one slope, Gamma times the
-largest of its law. Its three routes lead to *two different quantities*, which have different names here:
+largest of its law. The paper's three routes lead to *two different quantities*, which have different names here:
 
     mean slope       E[f'(delta)] / max f'                          (the paper's time average of df/d(delta))
     equivalent gain  cov(f(delta), delta) / var(delta) / max f'     (spectra; describing functions)

@@ -1,4 +1,4 @@
-"""One slope and one damping for an element that passes through pieces: equivalent linearisation along a motion.
+"""Equivalent linearisation along a motion: one slope and one damping for an element that passes through pieces.
 
     F - mean F  =  k (delta - mean delta) + c (delta' - mean delta') + r,      mean r^2 least
 

@@ -1,4 +1,4 @@
-"""A linear system as matrices: what remains when every element has one slope, and what is left of it in a subspace.
+"""Matrices of the linear system in which every element has one slope, and their projection on a subspace.
 
     M q'' + C q' + E^T E q = f,        E = diag(sqrt k) W
 

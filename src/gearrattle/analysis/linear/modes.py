@@ -1,4 +1,4 @@
-"""Modes of the linear system that remains when every element has one slope.
+"""Modes of the linear system in which every element has one slope.
 
 Undamped: K phi = omega^2 J phi with K = W^T diag(k) W. Rigid motions (the null space of the rows that have a slope) are
 set apart first and have frequency zero exactly; the others are the singular values of E = diag(sqrt k) W J^-1/2 on

@@ -1,4 +1,4 @@
-"""Numerical stiffness of the linear system that remains when every element has one slope: eigenvalues and R_lambda.
+"""Numerical stiffness of the linear system in which every element has one slope: eigenvalues and R_lambda.
 
     R_lambda = max |lambda| / min |lambda|
 

@@ -1,4 +1,4 @@
-"""The shelf of kinds of studies, by their names in study files."""
+"""Kinds of studies, by their names in study files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a state must keep, over a box: the excess over every bound, and where in the box it has a sign for certain.
+"""Bounds of a state over a box: the excess over each, and the intervals of a parameter where its sign is certain.
 
 The excess of a bound is how far the motion goes beyond it, a sum over the orders of the inputs,
 

@@ -2,8 +2,8 @@
 
     U diag(m) (V x - s) + C x = U g,        v = V x - s
 
-m, s and g are forms over a box; U, V and C hold in all of it. v are what the factors m act on (rates of bodies,
-deflections of elements): it alone is asked for. With A = U m_0 V + C, R = V A^-1 U, and delta for a difference from the
+m, s and g are forms over a box; U, V and C are constant in it. The unknowns v are the quantities that the factors m act
+on (rates of bodies, deflections of elements). With A = U m_0 V + C, R = V A^-1 U, and delta for a difference from the
 centre,
 
     delta v = R (delta g - delta m (v_0 + delta v) + m_0 delta s) - delta s.

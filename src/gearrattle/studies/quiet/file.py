@@ -1,4 +1,4 @@
-"""Files that say the ranges of a proof of quiet.
+"""Files with the ranges of a proof of quiet.
 
 schema = 1
 within = "60 s"                                # boxes and resolution as well: arguments of ``prove_quiet``

@@ -1,4 +1,4 @@
-"""Numbers over a box of parameters: a value at the centre, slopes, and a bound on what these leave out.
+"""Numbers over a box of parameters: a value at the centre, slopes, and a bound on the remainder.
 
     x(t) = x_0 + sum_j t_j x_j + rest,     |t_j| <= 1,   |rest| <= r
 

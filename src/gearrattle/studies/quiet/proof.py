@@ -1,4 +1,4 @@
-"""A proof of quiet as a value: shares of a box of parameters, and the boxes it was divided into."""
+"""Result of a proof of quiet: shares of a box of parameters, and the boxes that it was divided into."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``prove_quiet``: where in a box of parameters a quiet motion exists and is stable, with proof.
+"""``prove_quiet``: the parts of a box of parameters in which a quiet motion exists and is stable, with proof.
 
 While no gap opens or closes, no spring changes its stage and no friction slips, a driveline is linear, and its steady
 motion in the state of rest is known exactly: the mean state and a complex amplitude for every order. Its extremes are

@@ -1,4 +1,4 @@
-"""The state a driveline rests in: a piece for every element, friction that sticks; and the linear motion in it.
+"""State of rest of a driveline: a piece for every element, friction that sticks; and the linear motion in it.
 
 While no element leaves its piece and no friction slips, the driveline is linear. About the mean state, in which
 

@@ -1,4 +1,4 @@
-"""The shelf of schedulers, by their names in calls and on the command line: who computes a study's chunks, and where."""
+"""Schedulers, which have the chunks of a study computed, by their names in calls and on the command line."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a scheduler is: it gets a store and numbers of chunks, has them computed, and tells each as it is done.
+"""Scheduler: it gets a store and numbers of chunks, has them computed, and yields each number when it is done.
 
-A scheduler never sees a result: the worker keeps its chunk in the store, results first, then the marker. So a
-scheduler may lose anything, workers and itself included, and the study goes on from the markers. Three promises:
+A scheduler never sees a result: the worker keeps its chunk in the store, results first, then the marker. So workers, or
+the scheduler itself, may end at any time, and the study goes on from the markers. A scheduler keeps three promises:
 
 * chunks under way are few, ``WINDOW`` a worker, so that memory does not grow with the study;
 * ``tick`` is called several times a second, and what it raises ends the work: nothing is begun any more;

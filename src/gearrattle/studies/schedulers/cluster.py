@@ -1,10 +1,10 @@
-"""A Dask cluster: workers on any number of machines that see the study's folder, dealt to a window at a time.
+"""Dask cluster: workers on any number of machines that see the study's folder; a few chunks a worker are under way.
 
 The study is handed over as one file in its folder, so a worker that cannot see the folder says so with its first chunk,
-and workers that come later need nothing more. Chunks go out by number and every worker keeps its own; no result ever
-travels. Dask restarts whatever its dead workers had; it would not say which chunk killed them. So a chunk notes the
-attempt by which it was begun, and a task that finds its own attempt noted knows that it has lost a worker: it computes
-nothing, and the chunk goes out again as a suspect, alone in its process. Each such death counts against it.
+and workers that come later need nothing more. Chunks are sent by number and every worker keeps its own; results are not
+sent. Dask repeats the tasks of dead workers but does not say which chunk killed them. So every attempt at a chunk is
+noted when it begins. A task that finds its own attempt noted has lost a worker before: it computes nothing, and the
+chunk is sent again, alone in its process. Each such death counts against the chunk.
 
 dask.distributed: M. Rocklin, "Dask: parallel computation with blocked algorithms and task scheduling", SciPy 2015.
 """

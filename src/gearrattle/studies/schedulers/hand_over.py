@@ -1,4 +1,4 @@
-"""The study as workers elsewhere get it: one file in its folder, and the function that computes a chunk of it.
+"""Hand-over of a study to workers elsewhere: one file in its folder, and the function that computes a chunk.
 
 The file is also the test that a worker sees the folder, and the sign that the study is still wanted: once it is gone
 workers stop within a second.

@@ -1,9 +1,9 @@
-"""This process, or others beside it on this machine that may die without taking the study along.
+"""Local processes: this one, or several on this machine, whose death does not end the study.
 
 Workers are processes: a chunk goes out by its number, and every worker keeps it in the store itself. A few chunks a
 worker are under way at once, so that memory does not grow with the study. If a worker is killed all are replaced, and
-the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written down as such. If ``PATIENCE``
-times in a row no worker so much as begins a chunk, none can, and the study ends.
+the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written off. If ``PATIENCE`` times in a
+row no worker begins a chunk, none can, and the study ends.
 
 A spawned process imports the main module of its parent again, which fails for a script from standard input or a
 notebook, and runs a script without ``if __name__ == "__main__":`` once more. A store needs nothing of that module but a

@@ -1,4 +1,4 @@
-"""The shelf of storage for studies: folders, and addresses as fsspec knows them."""
+"""Storage of studies: folders, and addresses that fsspec knows."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a storage location is: a folder or an address that keeps a study and may be written by several processes.
+"""Storage location: a folder or an address that keeps a study and may be written by several processes.
 
 It holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
-appears after everything that was written before it: a study's markers rest on that. ``write`` promises nothing.
+appears after everything that was written before it: a study's markers rely on that. ``write`` promises nothing.
 
 To add a kind: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
 """

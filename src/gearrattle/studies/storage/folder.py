@@ -1,6 +1,6 @@
-"""A folder of this machine, or of a file system that it shares with others.
+"""Storage in a folder of this machine, or of a file system that it shares with others.
 
-Files appear by renaming after their content has reached the disk.
+A file is renamed to its name after its content has reached the disk.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""An address of a store elsewhere, as fsspec knows it: ``s3://``, ``gs://``, ``abfs://``, ``memory://`` and others.
+"""Storage behind an address that fsspec knows: ``s3://``, ``gs://``, ``abfs://``, ``memory://`` and others.
 
-An object store keeps a file whole or not at all, and shows it once it has answered: that is all the promise needs.
+An object store keeps a file whole or not at all, and shows it once it has answered, as ``put`` promises.
 Credentials and endpoints come from where fsspec's library for the protocol looks for them: its environment variables,
-its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. What lies behind an address is asked anew every time, nothing is cached.
+its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. The address is queried anew every time, nothing is cached.
 
 fsspec: https://filesystem-spec.readthedocs.io.
 """
