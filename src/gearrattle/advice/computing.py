@@ -58,7 +58,7 @@ def _unstable(algorithm: str, step: str, growth: float, labels: dict[str, int]) 
 
 
 def cost_line(pilot: Pilot) -> Line:
-    """Function calls and computing time of the planned run with exact."""
+    """Line on cost: function calls and computing time of the planned run with exact."""
     t, cost = pilot.run.trajectory, pilot.run.cost
     calls, seconds = cost.function_calls * pilot.stretched, cost.wall_time * pilot.stretched
     crossings = pilot.of("crossings a cycle")[""]
@@ -74,7 +74,7 @@ def cost_line(pilot: Pilot) -> Line:
 
 
 def predictability_line(pilot: Pilot) -> Line:
-    """How long the motion is predictable point by point, and what to compare after that."""
+    """Line on predictability: cycles for which the motion is predictable, and what to compare after that."""
     cycles, rate = pilot.predictable_cycles, pilot.exponent
     period = pilot.run.trajectory.layout.period
     unit = " 1/s" if pilot.run.model.units == "SI" else ""

@@ -18,7 +18,7 @@ from gearrattle.trajectory import Array
 
 @dataclass(frozen=True)
 class Excursions:
-    """How far every clearance moves in the steady linear response about rest.
+    """Excursion of every clearance in the steady linear response about rest.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Excursions:
 
     @property
     def used(self) -> Array:
-        """(K,) the oscillation's reach as a share of the way to the nearer corner; 1 and more where it crosses."""
+        """(K,) the oscillation's reach over the distance to the nearer corner; 1 and more where it crosses."""
         middle = 0.5 * (self.low + self.high)
         room = np.maximum(np.minimum(self.ceiling - middle, middle - self.floor), np.finfo(float).tiny)
         with np.errstate(over="ignore"):  # at rest on a corner there is no room: infinite

@@ -22,7 +22,7 @@ _COMPARED = 0.1  # difference of mean slopes that counts
 def lumping_line(
     model: Model, pilot: Pilot, up_to: float | str | None = None, progress: Callable[[float], None] | None = None
 ) -> Line:
-    """Try the lumping for a band, by default that of the torques' orders, and run_pilot the smaller model too."""
+    """Line on lumping: a reduction for the band, by default that of the torques' orders, and its pilot run."""
     layout = pilot.run.trajectory.layout
     # drivelines that cannot be lumped
     if model.motions:
@@ -78,7 +78,7 @@ def _in_words(end: float, model: Model) -> str:
 
 
 def _differences(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
-    """How the lumped model's pilot differs; empty where it does not."""
+    """Differences between the pilot of the lumped model and that of the full one; empty where there is none."""
     t = pilot.run.trajectory
     other = run_pilot(reduction.model, pilot.planned, progress, cycles=t.cycles)
     differences = []

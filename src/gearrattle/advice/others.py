@@ -93,7 +93,7 @@ def others_of(
 
 
 def periods_for(pilot: Pilot, calls: float) -> float:
-    """Return how many periods the question may follow.
+    """Return the number of periods that the search for other motions may follow.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def periods_for(pilot: Pilot, calls: float) -> float:
 
 
 def calls_for(pilot: Pilot, calls: float) -> float:
-    """Return how many function calls the question may spend; arguments as of ``periods_for``."""
+    """Return the number of function calls that the search may spend; arguments as of ``periods_for``."""
     bodies = len(pilot.run.trajectory.layout.inertia_names)
     allowed = calls / max(1.0, bodies / SMALL) ** 2
     planned = pilot.run.cost.function_calls * pilot.stretched
@@ -148,7 +148,7 @@ def words_of(settled: Settled) -> str:
 
 
 def _counts(settled: Settled) -> str:
-    """How many starts settle in which motion, with intervals, and how many in none."""
+    """Numbers of starts that settle in each motion, with intervals, and of those that do not settle."""
     parts = []
     for i, name in enumerate(settled.names):
         low, high = settled.interval(i)
@@ -160,7 +160,7 @@ def _counts(settled: Settled) -> str:
 
 
 def _left_out(settled: Settled, most: float) -> str:
-    """How many starts were not followed, and why."""
+    """Number of starts that were not followed, and why."""
     total = settled.starts + settled.left_out
     return (
         f"{settled.left_out} of {counted(total, 'start')} left out: advice follows {most:.0f} periods here, and all "

@@ -41,7 +41,7 @@ class Pilot:
         return f"pilot of {counted(self.run.trajectory.cycles, 'cycle')}"
 
     def of(self, quantity: str) -> dict[str, float | str]:
-        """What the pilot itself shows of a quantity that can be forecast."""
+        """Return the pilot's own value of a quantity that can be forecast, by subject."""
         return dict(QUANTITIES[quantity][0](self.run))
 
     @cached_property
@@ -61,7 +61,7 @@ class Pilot:
 
     @property
     def stretched(self) -> float:
-        """How many times longer the planned run is."""
+        """Length of the planned run over that of the pilot."""
         return self.planned / self.run.trajectory.cycles
 
     @property
@@ -106,7 +106,7 @@ class Pilot:
 def run_pilot(
     model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
 ) -> Pilot:
-    """Run a model exactly for some cycles, warm.
+    """Run a model exactly for some cycles, with compiled code warm.
 
     Raises
     ------

@@ -116,7 +116,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
 
 
 def _described(names: tuple[str, ...], point: FixedPoint) -> dict[str, Any]:
-    """A fixed point as ``attrs`` have it."""
+    """A fixed point as the ``attrs`` of ``contact_ratio`` describe it."""
     keys = ("gain", "mean_slope", "mean", "deviation")
     described = {**{key: _by_name(names, getattr(point, key)) for key in keys}, "starts": point.starts}
     motion = point.motion

@@ -207,7 +207,7 @@ def equilibrium(model: Model) -> Equilibrium:
 
 
 def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
-    """The same with names, and as the mathematics has it."""
+    """Return the equilibrium with names, and as ``statics`` gives it by index."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names
@@ -293,12 +293,12 @@ def modes(
 
 
 def torque_source(name: str) -> str:
-    """What a harmonic torque on this inertia is called among the sources."""
+    """Name of a harmonic torque on this inertia among the sources."""
     return f"torque on {name}"
 
 
 def motion_source(name: str) -> str:
-    """What a prescribed motion of this inertia is called among the sources."""
+    """Name of a prescribed motion of this inertia among the sources."""
     return f"motion of {name}"
 
 

@@ -216,7 +216,7 @@ class Visited:
 
     @property
     def words(self) -> str:
-        """Which regions these are."""
+        """The regions in words."""
         known = len(self.regions)
         if known == self.count:
             return f"{counted(known, 'region')} visited"

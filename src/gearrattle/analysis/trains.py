@@ -24,7 +24,7 @@ _MOST_NAMED = 3
 
 
 def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium, *, si: bool) -> list[str]:
-    """Say which trains accelerate and for want of which torque, and which bodies no element holds.
+    """Return notes on trains that accelerate, with the unbalanced torque, and on bodies that no element holds.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
 
 
 def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
-    """Say what balances a train that turns in one way, if one accelerates."""
+    """Advice that balances a train that turns in one way, if one accelerates."""
     is_simple = any(train.freedoms == 1 and rest.acceleration[train.bodies].any() for train in trains(system))
     return ' A torque on a train balances it with mean = "balance".' if is_simple else ""
 
@@ -54,7 +54,7 @@ def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
 def _accelerated(
     system: PiecewiseSystem, names: Sequence[str], acceleration: NDArray[np.float64], *, si: bool
 ) -> Iterator[str]:
-    """Yield for every train that accelerates the torque left over at its first body, and how fast that is."""
+    """Yield for every accelerating train the torque left over at its first body, and its acceleration."""
     torque, rate = (" N m", " rad/s^2") if si else ("", "")
     for train in trains(system):
         moving = train.bodies[acceleration[train.bodies] != 0.0]

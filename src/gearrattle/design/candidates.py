@@ -51,7 +51,7 @@ class Candidate:
 
 
 def candidates_of(model: Model, requested: Mapping[str, object] | None) -> tuple[Candidate, ...]:
-    """Read candidates.
+    """Read the candidates of a search for remedies.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _factors(bounds: tuple[float, float]) -> dict[str, Any]:
 
 
 def _default(model: Model) -> tuple[Candidate, ...]:
-    """Return what may be changed of any driveline, where the model has it."""
+    """Return the default candidates: everything on the list of the module that the model has."""
     layout = assemble(model).layout
     loose = {layout.inertia_names[gear.loose] for gear in loose_gears(layout)}
     together = ["inertia.*.drag_torque", "mesh.*.backlash"]

@@ -8,10 +8,10 @@ from typing import Any
 
 
 class Inline(Executor):
-    """Carries out what is submitted at once."""
+    """Executor that runs what is submitted at once."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return what is done already."""
+        """Return a future that is done already."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))

@@ -38,7 +38,7 @@ State = Mapping[str, Sequence[float]]
 
 @dataclass(frozen=True)
 class Motion:
-    """One motion.
+    """Motion of one variant from one start.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Asked:
-    """A motion that is asked for.
+    """Request of a motion.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ def starts_of(model: Model) -> tuple[str, ...]:
 
 
 def pushed(model: Model) -> State:
-    """Return the pushed start of a model: its own one, and speeds that take every gap across in a short time.
+    """Return the pushed start of a model: its own angles, and speeds that take every gap across in a short time.
 
     Of all velocities with these rates it is the one that changes the model's own by the least kinetic energy.
     """
@@ -130,7 +130,7 @@ def pushed(model: Model) -> State:
 
 
 def _gap(corners: NDArray[np.float64]) -> float:
-    """The width of the piece around zero."""
+    """Width of the piece around zero."""
     above = corners[corners > 0.0]
     below = corners[corners < 0.0]
     return float(above.min() - below.max()) if above.size and below.size else 0.0

@@ -58,7 +58,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Work:
-    """How a search is carried out.
+    """Settings of a search.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Work:
 
 
 class Search:
-    """All that is tried of one variable."""
+    """Search along one variable: the values tried, and the changes of the answer between them."""
 
     def __init__(self, model: Model, variable: Variable, target: Target, work: Work, report: Report) -> None:
         self.model = model
@@ -99,7 +99,7 @@ class Search:
         return any(variant.motions and variant.value != self.variable.own for variant in self.tried)
 
     def run(self, pool: Executor, own: Tried | None = None) -> list[tuple[Tried, Tried]]:
-        """Scan the range, halve the nearest changes on either side of the model's own value; every change.
+        """Scan the range, halve the nearest changes on either side of the model's own value; return every change.
 
         ``Cancelled`` ends the search with what is known, if anything is. ``own`` is the model's own value, if that was
         tried before.
@@ -207,7 +207,7 @@ class Search:
 
 
 def finish(futures: list[Future[Any]]) -> None:
-    """Wait for all; what one raised is raised when all have ended."""
+    """Wait for all futures; raise what one raised when all have ended."""
     errors = [future.exception() for future in futures]
     for error in errors:
         if error is not None:
@@ -215,7 +215,7 @@ def finish(futures: list[Future[Any]]) -> None:
 
 
 class Report:
-    """The share of the work that is done, told by many threads: motions that are done of those expected.
+    """Share of the work that is done, reported by many threads: motions done of those expected.
 
     More motions are expected when as many as were are done, so the share never falls and never reaches one early.
     """

@@ -32,7 +32,7 @@ Values = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Target:
-    """What shall hold of a motion.
+    """Condition that the motions of a variant shall fulfil.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Target:
 
     @property
     def severity(self) -> Output:
-        """The output that says how bad every part is."""
+        """The output that gives the severity of every part."""
         return self.output_named(SEVERITY)
 
     def number(self, values: Values) -> float:
@@ -117,7 +117,7 @@ def target_of(model: Model, until: object) -> Target:
 
 
 def half_of(target: Target, values: Values) -> Target:
-    """Return the target that the hardest impact has half the energy that it has in a motion."""
+    """Return the target that the hardest impact has at most half the energy that it has in a motion."""
     energy = target.output_named(ENERGY)
     whole = Target("", target.outputs, energy, "", 0.0, above=False).number(values)
     return Target("half as hard", target.outputs, energy, "", 0.5 * whole, above=False)

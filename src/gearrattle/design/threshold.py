@@ -175,7 +175,7 @@ def _proven(search: Search, failing: float, holding: float) -> tuple[float, floa
 
 
 def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
-    """Make the answer of what was tried."""
+    """Make the answer from the search."""
     variable = search.variable
     notes = [*search.notes, *([STOPPED] if search.is_stopped else [])]
     own = variable.own if variable.own is not None else variable.low
@@ -194,7 +194,7 @@ def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
 
 
 def _dataset(search: Search) -> xr.Dataset:
-    """Every motion that was tried."""
+    """Dataset of every motion that was tried."""
     import xarray as xr
 
     tried = search.tried

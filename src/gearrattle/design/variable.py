@@ -48,7 +48,7 @@ class Variable:
     ends: tuple[tuple[Range, float, float], ...]
 
     def changes(self, value: float) -> dict[str, Any]:
-        """Return what sets it, as ``Model.with_`` takes it."""
+        """Return the changes that set a value, as ``Model.with_`` takes them."""
         if len(self.ends) == 1:
             return {self.path: self.change(value)}
         return {one.path: one.varied.change(own + value * (end - own)) for one, own, end in self.ends}
@@ -116,7 +116,7 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
 
 def together(model: Model, moves: Sequence[tuple[Range, float]]) -> Variable:
-    """Return the way of several values from the model's own to an end of each."""
+    """Return the variable that takes several values together from the model's own to an end of each."""
     ends = tuple((one, float(one.varied.own(model)), end) for one, end in moves)
     words = " and ".join(one.varied.label(model).words for one, _ in moves)
     return Variable("+".join(one.path for one, _ in moves), 0.0, 1.0, 0.0, f"{words}, share of the way", "", ends)

@@ -54,7 +54,7 @@ class HardestImpact:
 
 @dataclass(frozen=True)
 class Event:
-    """What happens in a motion that does not repeat, over the cycles that are judged.
+    """Figures of a motion that does not repeat, over the cycles that are judged.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Event:
 
     @property
     def sentence(self) -> str:
-        """What happens, in a sentence or two."""
+        """The event in a sentence or two."""
         second, joule, torque = ("s", "J", "N m") if self.is_si else ("", "", "")
         words = "No gap is closed."
         if self.hardest is not None:
@@ -109,7 +109,7 @@ class Event:
 
 
 def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
-    """Return what happens in the judged part of a motion."""
+    """Return the figures of the judged part of a motion."""
     layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
     counted_times = impacts.time[~are_touches(impacts, layout)]
@@ -172,7 +172,7 @@ def _exact_peaks(trajectory: Trajectory) -> dict[str, float]:
 
 
 def _settled(trajectory: Trajectory) -> float | None:
-    """Return when the last torque comes to stay within its band; None within the last cycle."""
+    """Return when the last torque enters its band for good; None if only within the last cycle."""
     judged = steady(trajectory)
     time = judged.closed(trajectory.time)
     torque = judged.closed(trajectory.element_torque)

@@ -30,7 +30,7 @@ _WORDS = {"torque": "torque", "acceleration": "angular acceleration"}
 
 @dataclass(frozen=True)
 class EventMetric(Quantity[Inputs]):
-    """What happens in an event, in numbers.
+    """Figures of an event in numbers.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class EventMetric(Quantity[Inputs]):
         return rows
 
     def _of_the_whole(self, event: Event, length: float, interval: float) -> list[Row]:
-        """Return instants, and how many impacts there are."""
+        """Return the instants of impacts, and their number."""
         none = "no gap is closed"
         hardest = event.hardest
         where = none if hardest is None else f"the hardest impact is of {hardest.part}"
@@ -88,7 +88,7 @@ class EventMetric(Quantity[Inputs]):
         ]
 
     def _of_gaps(self, inputs: Inputs) -> list[Row]:
-        """Return how hard every gap is hit, and what its impacts lose."""
+        """Return how hard every gap is hit, and the energy that its impacts lose."""
         layout = inputs.known_layout
         rows = []
         for k, name in enumerate(layout.clearance_names):

@@ -38,7 +38,7 @@ _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What metrics read.
+    """Inputs of metrics.
 
     Attributes
     ----------
@@ -107,16 +107,16 @@ class Inputs:
 
     @cached_property
     def crossings(self) -> Sums:
-        """What the crossings in the window add up to, to metrics that need the log."""
+        """Sums over the crossings in the window, for metrics that need the log."""
         assert self.motion is not None
         return sums_of(self.motion) if self.known_crossings is None else self.known_crossings
 
     def contacts(self, clearance: int) -> Contacts:
-        """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""
+        """Return the sums over the contacts of a clearance in the window, for metrics that need the log."""
         return contacts_of(self.crossings, self.known_layout, clearance, float(self.time[-1]))
 
     def sides(self, clearance: int) -> Sides:
-        """Return where a clearance spends its time and how its impacts change flanks, to metrics that need the log."""
+        """Return shares of time and kinds of impacts of a clearance by side, for metrics that need the log."""
         return sides_of(self.crossings, self.known_layout, clearance, self.duration)
 
     @property
@@ -182,7 +182,7 @@ class Inputs:
 
     @cached_property
     def thinned(self) -> tuple[Inputs, ...]:
-        """What every second and every fourth sample give, to estimate errors of sampling; none of chunks."""
+        """Summaries of every second and every fourth sample, to estimate errors of sampling; none of chunks."""
         return tuple(
             replace(self, time=self.time[::step], signals={k: np.asarray(x)[::step] for k, x in self.signals.items()})
             for step in (2, 4)
@@ -285,7 +285,7 @@ def closed(samples: Array) -> Array:
 
 
 def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
-    """Return quantity and subject of what metrics ask of an exact motion, as far as it is known between samples.
+    """Return quantity and subject of the signals that metrics ask of an exact motion, where known between samples.
 
     All velocities, forces of meshes, accelerations of loose gears and their drivers.
     """
@@ -300,7 +300,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 
 
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
-    """Return summaries between samples of what metrics ask of a quantity, by subject; empty where nothing is known.
+    """Return exact summaries of a quantity for metrics, by subject; empty where nothing is known between samples.
 
     Parameters
     ----------
@@ -366,7 +366,7 @@ def order_word(order: float) -> str:
 
 
 def about(name: str, contacts: Contacts, duration: float) -> str:
-    """Say what a sum over contacts of one clearance leaves out; empty for short ones that all ended.
+    """Say what a sum over contacts of one clearance leaves out; empty where all are short and have ended.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from gearrattle.signals import is_gap, reduced_inertia
 
 @dataclass(frozen=True)
 class ImpactIntensity(Quantity[Inputs]):
-    """What the exchanged momenta m (1 + e) |v| add up to in time, and how much impacts rebound."""
+    """Mean intensity of impacts, the rate of their exchanged momenta m (1 + e) |v|, and their restitution."""
 
     name: str = "impact_intensity"
     title: str = "Intensity of impacts"

@@ -84,7 +84,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Scope:
-    """What sums are over.
+    """Driveline and steady part that sums are over.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Scope:
 
 @dataclass(frozen=True)
 class Sums:
-    """What is kept of the chunks of a motion so far, however many there were.
+    """Sums over the chunks of a motion so far; their size does not grow with the number of chunks.
 
     Attributes
     ----------

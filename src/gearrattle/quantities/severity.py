@@ -22,7 +22,7 @@ _QUIET, _TOUCHES, _RATTLES = range(3)
 
 @dataclass(frozen=True)
 class ImpactSeverity(CrossingQuantity):
-    """Whether impacts matter."""
+    """Severity of impacts against the thresholds."""
 
     name: str = "severity"
     title: str = "Severity"

@@ -61,7 +61,7 @@ def recording_of(trajectory: Trajectory) -> Recording:
 
 
 def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
-    """Return what metrics read of a simulated motion.
+    """Return the inputs of metrics of a simulated motion.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class ChunkInputs(Inputs):
-    """What metrics read of a motion that came in chunks."""
+    """Inputs of metrics of a motion in chunks."""
 
     sums: Sums | None = None
 
@@ -105,7 +105,7 @@ class ChunkInputs(Inputs):
 
     @cached_property
     def crossings(self) -> CrossingSums:
-        """What the crossings in the window add up to."""
+        """Sums over the crossings in the window."""
         crossings: CrossingSums = self._states["crossings"]
         return crossings
 
@@ -167,7 +167,7 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
 
 
 def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
-    """Return what metrics read of a motion in chunks.
+    """Return the inputs of metrics of a motion in chunks.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class CrossingInputs(Inputs):
-    """What metrics that need no samples read of a simulated motion: what its crossings add up to."""
+    """Inputs of metrics that need no samples: the sums over the crossings of a simulated motion."""
 
     @property
     def has_log(self) -> bool:
@@ -201,13 +201,13 @@ class CrossingInputs(Inputs):
 
     @cached_property
     def crossings(self) -> CrossingSums:
-        """What the crossings in the window add up to."""
+        """Sums over the crossings in the window."""
         assert self.known_crossings is not None
         return self.known_crossings
 
 
 def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[float, float]) -> Inputs:
-    """Return what metrics that need no samples read of a simulated motion; its deflections are known, and empty.
+    """Return the inputs of metrics that need no samples; its deflections are known, and empty.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
 def inputs_of_recording(
     recording: Recording, layout: Layout | None, omega: float | None, engine_orders: Sequence[float] | Array
 ) -> Inputs:
-    """Return what metrics read of a recording.
+    """Return the inputs of metrics of a recording.
 
     Parameters
     ----------
@@ -325,7 +325,7 @@ def _period(layout: Layout | None, omega: float, orders: Array) -> float:
 
 
 def _whole_periods(time: Array, interval: float, period: float) -> tuple[int, str, tuple[str, ...]]:
-    """How many samples the last whole periods take, both bounds included; in words, and what is to be noted."""
+    """Number of samples of the last whole periods, both bounds included; the same in words; notes."""
     span = float(time[-1] - time[0])
     cycles = int(np.floor(span / period + _WHOLE))
     if cycles < 1:

@@ -70,7 +70,7 @@ class Initials(Plan):
 
 @dataclass(frozen=True)
 class Basins(Prepared):
-    """A basin study about to begin.
+    """Prepared basin study.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Basins(Prepared):
     same: float = SAME
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Tell attractors apart, and keep that as well."""
+        """Find the attractors, and store them as well."""
         store.add(attractors_of(store.dataset(), self.same, self._settled))
         return store.dataset()
 
@@ -114,7 +114,7 @@ def prepare(
     fixed: Mapping[str, object] | None = None,
     most: int = MOST,
 ) -> Basins:
-    """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
+    """Check all arguments of a basin study, and run one case. Arguments, errors as ``basins``."""
     # check the arguments
     refuse_unsteady(model, "a map of basins")
     _check(
@@ -262,7 +262,7 @@ def basins(
 
 
 def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:
-    """Refuse what is wrong by itself."""
+    """Refuse arguments that are wrong by themselves."""
     problems = argument_problems(arguments)
     if not problems:
         samples, tolerance, same = (arguments[name][1] for name in ("samples", "tolerance", "same"))

@@ -57,7 +57,7 @@ _MEANING = "1, 2, ...: the attractor of that number; 0: chaotic; -1: undecided; 
 
 @dataclass(frozen=True)
 class Motion:
-    """What a group of cases has settled in.
+    """Settled motion of a group of cases.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Motion:
 def attractors_of(
     data: xr.Dataset, same: float, settled: Callable[[tuple[int, ...], int], Attractor | None] = lambda _at, _n: None
 ) -> xr.Dataset:
-    """Tell attractors apart.
+    """Find the attractors among the settled motions.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def attractors_of(
 def _motions(
     data: xr.Dataset, groups: Groups, settled: Callable[[tuple[int, ...], int], Attractor | None]
 ) -> list[Motion]:
-    """What every group has settled in."""
+    """Settled motion of every group."""
     # verdict and period of every case
     verdicts, severities = (data[name].values.ravel().astype(np.int64) for name in (VERDICT, VERDICT_SEVERITY))
     shape = data["outcome"].shape
@@ -178,7 +178,7 @@ def _motions(
 
 
 def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[str, Any, dict[str, Any]]]:
-    """What is told of every attractor besides its share."""
+    """Variables of every attractor besides its share."""
     flags, severity_flags = (
         {key: data[name].attrs[key] for key in ("flag_values", "flag_meanings")} for name in (VERDICT, VERDICT_SEVERITY)
     )
@@ -197,7 +197,7 @@ def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[s
 
 
 def _headline(motion: Motion) -> str:
-    """What a motion is in one word: its regime if it rattles, else its severity."""
+    """A motion in one word: its regime if it rattles, else its severity."""
     severity = SEVERITIES[motion.severity]
     return REGIMES[motion.verdict] if severity == "rattles" else severity
 
@@ -229,7 +229,7 @@ def attractors_that_rattle(data: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
-    """Return how likely an attractor is that does not rattle.
+    """Return the share of initial states that lead to an attractor without rattle.
 
     Returns
     -------

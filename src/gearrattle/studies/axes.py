@@ -63,7 +63,7 @@ _TAKEN = frozenset(
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis.
+    """Axis of a study: one path, or several that vary together.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Axis:
 
     @property
     def coordinates(self) -> Mapping[str, tuple[Any, ...]]:
-        """What its paths are called in a Dataset, with their values or factors."""
+        """Names of its paths in a Dataset, with their values or factors."""
         return self.values if self.asked is None else self.asked
 
     @property
@@ -96,7 +96,7 @@ class Axis:
         return first if not others or by_one_factor else tuple(range(len(self)))
 
     def at(self, index: int) -> dict[str, Any]:
-        """Return what it changes at one of its values."""
+        """Return the changes of the model at one of its values."""
         return {path: values[index] for path, values in self.values.items()}
 
     def requested(self) -> dict[str, list[Any]]:
@@ -178,7 +178,7 @@ def check_once(paths: Sequence[str]) -> None:
 
 
 def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
-    """Return what stands in ``{ factor = ... }``, or the numbers of factors in a list or a range; and whether it does.
+    """Return the content of ``{ factor = ... }``, or the numbers of factors in a list or range; and whether it is one.
 
     ModelError: factors among other values, or keys beside ``factor``.
     """

@@ -41,12 +41,12 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
-    """Whether compiled code alone gives these outputs: what comes from the crossings, of cases that can follow."""
+    """Whether compiled code alone gives these outputs: all come from crossings, and the cases can follow."""
     return all(is_of_crossings(output) for output in outputs.chosen) and can_follow(outputs, plan)
 
 
 def can_follow(outputs: Outputs, plan: Plan) -> bool:
-    """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
+    """Whether the loop gives these outputs of such cases: of a plain grid, whose paths define a case completely."""
     are_known = all(is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
@@ -61,7 +61,7 @@ def is_of_crossings(output: Output) -> bool:
 def batched(
     plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None
 ) -> tuple[Values, NDArray[np.bool_]]:
-    """Compute what can be computed together.
+    """Compute the cases of a chunk that can be computed together.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def _follow(
     of: tuple[Mapping[str, NDArray[Any]], NDArray[Any]],
     progress: Callable[[float], None],
 ) -> tuple[Tallies, NDArray[np.bool_]]:
-    """March and judge cases, and write what is told of each by itself; ``of``: what varies, and the cases' places."""
+    """March and judge cases, and write the values of each; ``of``: varied values, and the cases' places."""
     varied, chosen = of
     judged = np.zeros(chosen.size, dtype=np.bool_)
     out = room_for(chosen.size, alike.pattern.judged)

@@ -36,7 +36,7 @@ def swept_values(data: xr.Dataset) -> Array:
 
 
 def orbit_at(data: xr.Dataset) -> Array:
-    """Return (n, q) the orbit of one case that is n-periodic, in the units of the section."""
+    """Return (n, q) the orbit of one n-periodic case, in the units of the section."""
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
     n = int(data["period"])

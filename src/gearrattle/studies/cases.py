@@ -27,7 +27,7 @@ OUTCOMES = ("missing", "done", "no such model", "did not converge", "failed", "w
 
 @dataclass(frozen=True)
 class Computed:
-    """A chunk's results.
+    """Results of a chunk.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ ABOUT = "study.json"
 
 
 def check_storage(storage: Storage, *, resume: bool) -> None:
-    """Refuse a storage location that holds anything but what is resumed.
+    """Refuse a storage location that holds anything but the study to be resumed.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def check_storage(storage: Storage, *, resume: bool) -> None:
 
 
 def holds_one(storage: Storage) -> ModelError:
-    """Return what to say of a storage location that holds a study already."""
+    """Return the error for a storage location that holds a study already."""
     return ModelError(Problem(storage.address, "", "holds a study already", "resume it, or give another folder"))
 
 
@@ -60,7 +60,7 @@ class Claim:
     """The right to write a study into a storage location."""
 
     def __init__(self, storage: Storage, *, resume: bool) -> None:
-        """Take it, and see to what killed programs have left there.
+        """Take the claim, and remove what killed programs have left there.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class Claim:
             raise ModelError(Problem(self._storage.address, "", rule, "go on with that one"))
 
     def release(self) -> None:
-        """Let others write into the storage location, without what killed workers have left there."""
+        """Release the claim, and remove what killed workers have left there."""
         if self._lock is not None and self._lock.held and self._storage.local is not None:
             with suppress(OSError):  # of what is left; the results are there
                 self._clear(self._storage.local)

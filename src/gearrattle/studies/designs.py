@@ -32,7 +32,7 @@ ONE_AT_A_TIME = "one-at-a-time"
 
 @dataclass(frozen=True)
 class Design:
-    """One way to choose points.
+    """Method that chooses points.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Design:
 
 
 def block(method: str, d: int) -> int:
-    """How many cases a base point of Saltelli's has among d values; 0 for other methods."""
+    """Number of cases that a base point of Saltelli's has among d values; 0 for other methods."""
     return {SALTELLI: d + 2, PAIRS: 2 * d + 2}.get(method, 0)
 
 

@@ -90,10 +90,10 @@ class Sweeps(Plan):
 
 @dataclass(frozen=True)
 class Diagram(Prepared):
-    """A bifurcation diagram about to begin."""
+    """Prepared bifurcation diagram."""
 
     def _counted(self) -> str:
-        """How many sweeps and values there are, in words."""
+        """Numbers of sweeps and values, in words."""
         sweeps = self.plan.chunks
         return f"{counted(sweeps, 'sweep')} of {counted(self.plan.shape[-1], 'value')}"
 
@@ -102,7 +102,7 @@ class Diagram(Prepared):
         return min(super().sensible(), self.plan.chunks)
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Tell where both directions end in different motions, and keep that as well."""
+        """Find where both directions end in different motions, and store that as well."""
         swept = hysteresis(store.dataset())
         if swept is not None:
             store.add(swept.to_dataset(name="motions"))
@@ -124,7 +124,7 @@ def prepare(
     outputs: Sequence[str] = DEFAULT,
     fixed: Mapping[str, object] | None = None,
 ) -> Diagram:
-    """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    """Check all arguments of a diagram, and run one case. Arguments, errors as ``bifurcation``."""
     # check the arguments
     refuse_unsteady(model, "a bifurcation diagram")
     if problems := argument_problems({"direction": (DIRECTIONS, direction), "tolerance": (NEARNESS, tolerance)}):
@@ -279,7 +279,7 @@ def _check_order(axis: Axis) -> None:
 
 @dataclass
 class _Reached:
-    """How far a sweep has come: results so far, values done, and the state the last one ended in."""
+    """Progress of a sweep: results so far, values done, and the state in which the last one ended."""
 
     computed: Computed
     count: int = 0
@@ -297,7 +297,7 @@ class _Reached:
         file.write_bytes(stream.getvalue())
 
     def read(self, file: File) -> None:
-        """Take over what was kept; what is missing or damaged is not."""
+        """Read the progress that was kept; nothing where it is missing or damaged."""
         try:
             with np.load(io.BytesIO(file.read_bytes())) as archive:
                 kept = {name: archive[name] for name in archive.files}

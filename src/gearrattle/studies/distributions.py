@@ -41,7 +41,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Distribution:
-    """How one model value scatters.
+    """Distribution of one model value.
 
     Attributes
     ----------

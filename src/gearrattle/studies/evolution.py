@@ -21,7 +21,7 @@ _NEVER = 10**9
 
 
 class Evolution:
-    """A search under way.
+    """Search by NSGA-II, one generation after the other.
 
     Args of the constructor:
         first: (population, d) points of the first generation, 0 to 1.
@@ -49,7 +49,7 @@ class Evolution:
         return np.clip(np.asarray(self._asked.get("X"), dtype=np.float64), 0.0, 1.0)
 
     def tell(self, values: Array, violation: Array) -> None:
-        """Say what the points asked for are worth.
+        """Take the objectives and violations of the points that were asked for.
 
         Parameters
         ----------

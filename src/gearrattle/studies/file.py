@@ -33,7 +33,7 @@ _DEFAULT = "grid"
 
 @dataclass(frozen=True)
 class StudyFile:
-    """What a study file says.
+    """Content of a study file.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class StudyFile:
         return replace(self, arguments={**self.arguments, "model": base.with_(changes), "fixed": {}})
 
     def prepare(self, **options: Any) -> Study:
-        """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``."""
+        """Prepare the study; refusals name file and line. Errors as of ``spec.prepare``."""
         try:
             return self.spec.prepare(**self.arguments, **options)
         except ModelError as error:
@@ -97,7 +97,7 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
 
 
 def placed(problem: Problem, positions: Positions) -> Problem:
-    """Say file and line of the key most of whose parts a problem's place names; the file where it names none."""
+    """Return a problem with file and line of the key that most of its place names; the file where it names none."""
     named = [key for key in positions.lines if _is_named(key[-1], problem.place)]
     if problem.place.startswith(positions.name):
         return problem

@@ -41,7 +41,7 @@ def is_followed(output: Output) -> bool:
 
 @dataclass(frozen=True)
 class Followed:
-    """What is kept of each case, and what is made of it."""
+    """Evaluation of each case that the loop has followed."""
 
     outputs: Sequence[Output]
     model: Model
@@ -64,7 +64,7 @@ class Followed:
 
     @cached_property
     def _of_log(self) -> list[Output]:
-        """The others."""
+        """The outputs that need no samples."""
         return [output for output in self.outputs if output.criterion in _OF_LOG_NAMES]
 
     def values(self, model: Model, variant: int, batch: Batch) -> dict[str, NDArray[Any]] | None:
@@ -87,7 +87,7 @@ class Followed:
 
     @property
     def _grid(self) -> Grid:
-        """Of the cycles that are kept."""
+        """Sample grid of the cycles that are kept."""
         per_cycle, cycles = self.kept
         return Grid(per_cycle, cycles, int(self.model.simulation.cycles or 0) - cycles, 0)
 

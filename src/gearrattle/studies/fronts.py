@@ -59,7 +59,7 @@ VARIABLES = (
 
 
 def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:
-    """Return what designs are worth: (n, objectives), all to be small, and (n,) the sum of their violations."""
+    """Return objectives of designs, (n, objectives), all to be small, and (n,) the sum of their violations."""
     objectives, constraints = goals
     columns = [SENSES[objective.sense] * objective.quantity.values(data, models) for objective in objectives]
     violation = np.zeros(data["outcome"].size)
@@ -188,7 +188,7 @@ def _certified(
     like: Callable[[Run], xr.Dataset],
     values: Array,
 ) -> tuple[Array, NDArray[np.int8]]:
-    """Values of the front by runs of their own, and whether they stand; -1 where nothing was asked."""
+    """Values of the front by runs of their own, and whether they agree; -1 where nothing was asked."""
     exact, stands = np.full(values.shape, np.nan), np.full(len(values), -1, dtype=np.int8)
     for i in members.tolist():
         stands[i] = 0
@@ -207,7 +207,7 @@ def _certified(
 
 
 def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
-    """What one run gives, as a Dataset like that of a generation, of one design."""
+    """Outputs of one run, as a Dataset like that of a generation, of one design."""
     dataset = like.isel({SAMPLE: [0]}).copy(deep=True)
     for name, value in outputs.of(run).items():
         dataset[name].values[0] = value
@@ -215,12 +215,12 @@ def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
 
 
 def _changes(ranges: tuple[Range, ...], values: Sequence[float]) -> dict[str, Any]:
-    """Return a design as the model takes it."""
+    """Return the changes of the model that make a design."""
     return {variable.path: variable.varied.change(value) for variable, value in zip(ranges, values, strict=True)}
 
 
 def written(data: xr.Dataset, model: Model, ranges: tuple[Range, ...], storage: Storage) -> None:
-    """Replace what an optimisation has come to, all or nothing on a folder.
+    """Write the result of an optimisation in place of the one before; on a folder all or nothing.
 
     All designs go to results.zarr, as ``open_study`` reads it, the best to best.toml, and the front, by its first
     objective, to front/001.toml and so on.
@@ -250,7 +250,7 @@ def written(data: xr.Dataset, model: Model, ranges: tuple[Range, ...], storage: 
 
 
 def _sent(storage: Storage, members: int, folder: Path) -> None:
-    """Send the files of a folder to an address: there is nothing to open until all of them are there."""
+    """Send the files of a folder to an address; the result can be opened only when all of them are there."""
     storage.remove(f"{RESULTS}/zarr.json")
     for name in storage.names("front"):  # of an earlier, larger front
         if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > members:
@@ -266,7 +266,7 @@ def in_order(data: xr.Dataset) -> list[int]:
 
 
 def certificate_of(data: xr.Dataset) -> str:
-    """What came out, in a line."""
+    """The certificate of the front, in a line."""
     count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
     feasible = int((data["violation"] == 0.0).sum())
     if not front:

@@ -64,7 +64,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Objective:
-    """What shall be small (``sense`` "min") or large ("max")."""
+    """Quantity to be small (``sense`` "min") or large ("max")."""
 
     quantity: Quantity
     sense: str
@@ -72,7 +72,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class Constraint:
-    """What must stay below or above a limit; None for no limit."""
+    """Quantity to stay below or above a limit; None for no limit."""
 
     quantity: Quantity
     below: float | None
@@ -186,7 +186,7 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
 
 
 def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
-    """Return what a label names.
+    """Return the quantity that a label names.
 
     Parameters
     ----------

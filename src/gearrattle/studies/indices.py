@@ -89,7 +89,7 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
 
 
 def _analyzed(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
-    """What SALib says of some samples: the same for the same samples, so that a page asks but once.
+    """Sobol' indices of some samples by SALib, cached, as a page asks for them more than once.
 
     NotInstalled: SALib is not here.
     """

@@ -158,7 +158,7 @@ def check_regular_files(storage: Storage) -> None:
 
 
 def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
-    """Return the results in a storage location; ``limited``: refuse more than is read of a file."""
+    """Return the results in a storage location; ``limited``: refuse more than the limit for reading."""
     import xarray as xr
     import zarr
 
@@ -195,7 +195,7 @@ def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
 def _hide_unfinished(
     loaded: xr.Dataset, group: Any, storage: Storage, grid: tuple[int, ...], box: tuple[int, ...]
 ) -> None:
-    """Take the results of chunks out that have no marker, or are not what it says."""
+    """Remove the results of chunks without a marker, or with other checksums than it holds."""
     along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
     names = [str(name) for name, variable in loaded.data_vars.items() if variable.shape[: len(grid)] == grid]
     arrays = dict(group.arrays())  # once: each look-up in the group reads its metadata again

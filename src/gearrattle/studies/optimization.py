@@ -57,7 +57,7 @@ _PAYS = 10.0  # seconds of a generation, below which starting processes for it c
 
 @dataclass(frozen=True)
 class Optimization:
-    """An optimisation about to begin.
+    """Prepared optimisation.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Optimization:
     alone: float = 0.0
 
     def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what all designs will cost, and the runs that certify the front."""
+        """Return the cost of all designs, and of the runs that certify the front."""
         population, generations = self.size
         busy = min(workers or pays(scheduler, self.sensible()), self._generation_chunks())
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
@@ -97,18 +97,18 @@ class Optimization:
         return -(-self.size[0] // fit_size(self.seconds, self.size[0]))
 
     def _generation_seconds(self, workers: int) -> float:
-        """What a generation takes [s]."""
+        """Time of a generation [s]."""
         chunks = self._generation_chunks()
         return rounds(chunks, workers) * self.size[0] / chunks * self.seconds
 
     @property
     def _certifying(self) -> float:
-        """What certifying the front takes [s], if half a generation stands on it: a run each, audited."""
+        """Time to certify the front [s], if half a generation stands on it: a run each, audited."""
         return 0.5 * self.size[0] * self.alone
 
     @property
     def scheduler(self) -> str:
-        """Return the one to use on this machine: threads where designs are computed together, else processes."""
+        """Return the scheduler on this machine: threads where designs are computed together, else processes."""
         if unreachable(self.outputs.function):
             return "threads"
         return "threads" if can_batch(self.outputs, Plan(self.model, (), None, 1)) else "local"
@@ -193,7 +193,7 @@ class Optimization:
         return parts, messages, damaged
 
     def _worth(self, data: xr.Dataset, plan: Plan) -> tuple[Array, Array]:
-        """What a generation is worth to the optimiser; what has no value is worst, and misses by a lot."""
+        """Objectives and violations of a generation; designs without a value are worst, with a large violation."""
         values, violation = valued(data, self.goals, lambda i: plan.model.with_(plan.changes((i,))))
         lost = ~np.isfinite(values).all(axis=1) | ~np.isfinite(violation)
         there = values[~lost]
@@ -201,7 +201,7 @@ class Optimization:
         return values, np.where(lost, _LOST, violation)
 
     def _begin(self, storage: Storage) -> None:
-        """Begin in a storage location, or see that what it holds is this optimisation."""
+        """Begin in a storage location, or check that it holds this optimisation."""
         owner = self._owner()
         if storage.exists(ABOUT):
             check_owner(storage, owner, "optimization")
@@ -246,7 +246,7 @@ def prepare(
     fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
 ) -> Optimization:
-    """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
+    """Check all arguments of an optimisation, and run the model. Arguments, errors as ``optimize``."""
     # check sizes and tables
     _check_sizes(population, generations, seed)
     limits = constraints or {}
@@ -388,7 +388,7 @@ def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequenc
 
 
 def _run_twice(model: Model) -> tuple[Run, float]:
-    """A run of the model, and what one takes warm and audited [s]."""
+    """A run of the model, and the time of a warm and audited one [s]."""
     run = simulate(model, algorithm="exact", audit=True) if model.simulation.algorithm == "exact" else simulate(model)
     begun = time.perf_counter()
     simulate(model, algorithm="exact", audit=True)
@@ -396,7 +396,7 @@ def _run_twice(model: Model) -> tuple[Run, float]:
 
 
 def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, of: tuple[Run, int, int]) -> float:
-    """What a design takes [s], from some of the first generation; ``of``: a run, the population, the seed."""
+    """Time of a design [s], from some of the first generation; ``of``: a run, the population, the seed."""
     run, population, seed = of
     shares = first_points(ranges, model, population, seed)
     points = np.column_stack([variable.at(share) for variable, share in zip(ranges, shares.T, strict=True)])
@@ -458,7 +458,7 @@ class _Shifted:
         self.progress((self.number + share) / self.of)
 
     def expect(self, seconds: float) -> None:
-        """Tell what remains: of this generation, and of as long ones after it."""
+        """Report the remaining time: of this generation, and of as long ones after it."""
         expect = getattr(self.progress, "expect", None)
         if expect is not None:
             per_case = self.taken / self.number if self.number else seconds
@@ -466,7 +466,7 @@ class _Shifted:
 
 
 def _summary(data: xr.Dataset) -> dict[str, Any]:
-    """The same for machines."""
+    """Summary for machines."""
     best = int(data.attrs["best"])
     front = np.flatnonzero(data["front"].values == 1)
     summary: dict[str, Any] = {"designs": int(data.sizes["design"]), "front": front.tolist(), "best": best}

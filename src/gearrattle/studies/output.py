@@ -94,7 +94,7 @@ class Output:
 
     @property
     def nothing(self) -> float:
-        """What stands where there is no value."""
+        """Entry where there is no value."""
         return -1 if self.words else float("nan")
 
     @property
@@ -104,7 +104,7 @@ class Output:
 
     @property
     def before(self) -> NDArray[Any]:
-        """What a case that ran has before its values are known, (subjects,), () without subjects."""
+        """Entries of a case that ran before its values are known, (subjects,), () without subjects."""
         absent = self.nothing if np.isnan(self.absent) else self.absent
         if not self.dimension:
             return np.array(absent, dtype=self.dtype)

@@ -210,7 +210,7 @@ def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
 
 
 def _error_of(entries: Sequence[Row]) -> str:
-    """Say how far values of one run may be off because they are of samples."""
+    """Error of sampling of the values of one run, in words."""
     estimates = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
     if any(np.isnan(error) for error, _ in estimates):
         return "of samples, not estimated"
@@ -300,7 +300,7 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 
 
 def check_list(names: Sequence[str], function: Function | None = None) -> None:
-    """Refuse what is no list of names; without a function giving further outputs one name is needed at least.
+    """Refuse anything but a list of names; without a function giving further outputs one name is needed at least.
 
     ModelError: everything in it that is no name.
     """
@@ -314,7 +314,7 @@ def check_list(names: Sequence[str], function: Function | None = None) -> None:
 
 
 def short_runs(models: Sequence[Model]) -> list[Run]:
-    """Return one period of the motion of every model that can be simulated: what outputs it has."""
+    """Return one period of the motion of every model that can be simulated, which shows its outputs."""
     runs = []
     for model in models:
         with suppress(ModelError, ConvergenceError):

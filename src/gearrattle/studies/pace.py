@@ -61,7 +61,7 @@ def seconds_alone(
     seconds: float,
     known: dict[tuple[int, ...], dict[str, NDArray[Any]]] | None = None,
 ) -> float:
-    """Return what a case of a plan takes by itself, outputs included [s]: the mean of cases spread over the grid.
+    """Return the time of a case by itself, outputs included [s]: the mean of cases spread over the grid.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def seconds_alone(
 
 
 def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
-    """Return what a case takes [s] among others that are computed with it; as long as alone where none can be."""
+    """Return the time of a case computed together with others [s]; as long as alone where none can be."""
     count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
     if count < FEWEST or alone > _TOO_LONG or not can_follow(outputs, plan):
         return alone
@@ -115,7 +115,7 @@ def _few(plan: Plan, count: int) -> Plan:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a study will cost.
+    """Cost of a study.
 
     Attributes
     ----------
@@ -145,24 +145,24 @@ class Cost:
 
 
 def keeping(chunks: int) -> float:
-    """Return what it takes to open a study and to keep its chunks [s]."""
+    """Return the time to open a study and to store its chunks [s]."""
     return _OPENING + _KEEPING * chunks
 
 
 def rounds(chunks: int, workers: int) -> float:
-    """Return how many chunks the busiest of some workers computes."""
+    """Return the number of chunks that the busiest of some workers computes."""
     return float(ceil(chunks / max(1, min(workers, chunks))))
 
 
 class Pace:
-    """How long chunks still take, from those that are done.
+    """Remaining time of chunks, estimated from those that are done.
 
     Where a scheduler tells the shares of chunks under way, these are counted; where it does not, each is as old as the
     completion that freed its worker, and takes as long as those before it did.
     """
 
     def __init__(self, chunks: int, workers: int, seconds: float) -> None:
-        """Begin now."""
+        """Start the clock."""
         self.chunks = chunks
         self.workers = max(1, min(workers, chunks))
         self._expected = seconds
@@ -179,7 +179,7 @@ class Pace:
         self._freed.append(now)
 
     def under_way(self, shares: Mapping[int, float] | None) -> float:
-        """Return how many chunks' worth of work is done in those under way."""
+        """Return the work done in the chunks under way, in chunks."""
         left = self.chunks - self.reached
         if shares is not None:
             return min(float(left), sum(shares.values()))
@@ -199,6 +199,6 @@ class Pace:
         return left * (share * length + (1.0 - share) * self._expected) / busy
 
     def _length(self) -> float:
-        """What a chunk takes [s]: those that workers did first may have waited for their start."""
+        """Time of a chunk [s]; those that workers did first may have waited for their start."""
         later = self._taken[self.workers :] or self._taken
         return sum(later) / len(later) if later else self._expected

@@ -48,7 +48,7 @@ class Samples:
 
     @classmethod
     def of(cls, varied: Sequence[Varied], points: NDArray[np.float64], method: str, model: Model) -> Samples:
-        """Make points of what is varied; patterns and factors become values of the model.
+        """Make points of the values that scatter; patterns and factors become values of the model.
 
         ModelError: a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
         """
@@ -72,7 +72,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Plan:
-    """A study's cases.
+    """Plan of a study: its cases.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class Plan:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What else decides what is computed; plain values, which the Dataset tells in its attributes."""
+        """Further settings that decide what is computed: plain values, kept as attributes of the Dataset."""
         if self.samples is None:
             return {}
         return {"sampling": self.samples.method, "sampled": list(self.samples.paths)}
@@ -146,7 +146,7 @@ class Plan:
         return prod(part.stop - part.start for part in self.box(chunk))
 
     def columns(self, chunk: int) -> dict[str, NDArray[Any]]:
-        """Return by path what every case of a chunk is given, (cases,) in the chunk's order; no number: objects."""
+        """Return by path the value of every case of a chunk, (cases,) in the chunk's order; objects if no numbers."""
         grid = np.indices([part.stop - part.start for part in self.box(chunk)]).reshape(len(self.shape), -1)
         grid += np.array([part.start for part in self.box(chunk)])[:, None]
         columns: dict[str, NDArray[Any]] = {}
@@ -160,7 +160,7 @@ class Plan:
         return columns
 
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
-        """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
+        """Yield every case of a chunk: its place in the chunk's box, and its changes."""
         box = self.box(chunk)
         for inside in np.ndindex(*(part.stop - part.start for part in box)):
             yield inside, self.changes(tuple(i + part.start for i, part in zip(inside, box, strict=True)))

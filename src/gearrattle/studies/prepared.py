@@ -60,7 +60,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A study about to begin.
+    """Prepared study whose cases form a grid.
 
     Attributes
     ----------
@@ -74,12 +74,12 @@ class Prepared:
     work: Work = case_by_case
 
     def __post_init__(self) -> None:
-        """Refuse names that results cannot be kept by. Errors as of ``check_array_names``."""
+        """Refuse names under which results cannot be stored. Errors as of ``check_array_names``."""
         check_array_names(self.plan, self.outputs)
 
     @property
     def scheduler(self) -> str:
-        """Return the one to use on this machine: threads for what is compiled, processes for what is Python.
+        """Return the scheduler on this machine: threads for compiled code, processes for Python.
 
         A function that other processes cannot have goes to threads as well.
         """
@@ -88,7 +88,7 @@ class Prepared:
         return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
 
     def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what all cases will cost, by as many workers of a scheduler as are asked for, or pay."""
+        """Return the cost of all cases, by as many workers of a scheduler as are asked for, or as pay."""
         busy = max(1, min(workers or pays(scheduler, self.sensible()), self.plan.chunks))
         length = self.plan.count / self.plan.chunks * self.seconds
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
@@ -98,11 +98,11 @@ class Prepared:
         return Cost(self.plan.count, self.seconds, busy, total, f"{words}{self._width()}")
 
     def _counted(self) -> str:
-        """How many cases there are, in words."""
+        """Number of cases, in words."""
         return counted(self.plan.count, "case")
 
     def _width(self) -> str:
-        """How well the samples tell a probability, and what twice as well takes."""
+        """Half-width of a probability from these samples, and the number of samples for half of it, in words."""
         samples = self.plan.samples
         if samples is None or samples.method not in DESIGNS:
             return ""
@@ -178,7 +178,7 @@ class Prepared:
         return Done(data, store.messages(), outcome_counts, cost, summary, notes)
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Return what is made of a store all of whose chunks are done."""
+        """Return the results of a store all of whose chunks are done."""
         return store.dataset()
 
     def _cost(self, store: Store, before: int, seconds: float) -> str:
@@ -242,7 +242,7 @@ def carry_out(
 
 
 def fit_size(seconds: float, count: int) -> int:
-    """Return how many cases a chunk should hold: a share of them, of two seconds or so and five at most.
+    """Return the number of cases of a chunk: a share of them that takes some two seconds, five at most.
 
     A power of two: machines of about one speed cut a study alike, and can go on with each other's.
     """
@@ -253,7 +253,7 @@ def fit_size(seconds: float, count: int) -> int:
 
 
 def pays(scheduler: str | None, sensible: int) -> int:
-    """Return how many workers to reckon with where no number is asked for: one of a cluster, for it does not say."""
+    """Return the number of workers to assume where none is asked for: one of a cluster, whose number is not known."""
     return 1 if "://" in (scheduler or "") else sensible
 
 

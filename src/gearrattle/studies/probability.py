@@ -89,7 +89,7 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
 
 
 def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
-    """Return how an estimate settles: share of the first 1 to n samples that rattle, and Wilson's limits.
+    """Return the estimate as samples are added: share of the first 1 to n that rattle, and Wilson's limits.
 
     Parameters
     ----------

@@ -248,12 +248,12 @@ def _is_number(model: Model, path: str) -> bool:
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Return what takes the shares of a part of the work and tells those of the whole."""
+    """Return a callback for a part of the work that reports the share of the whole."""
     return None if progress is None else _Part(progress, begin, end)
 
 
 class _Part:
-    """Takes the shares of a part of the work, and the seconds that remain of it, and tells those of the whole."""
+    """Callback for the share of a part of the work, and its remaining seconds, that reports those of the whole."""
 
     def __init__(self, progress: Progress, begin: float, end: float) -> None:
         self._progress = progress

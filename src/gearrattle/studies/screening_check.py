@@ -29,7 +29,7 @@ QUIET, UNDECIDED, LIFTS = range(3)
 
 @dataclass(frozen=True)
 class Checked:
-    """What simulations say of the forecasts of one gear.
+    """Numbers of right and wrong forecasts of one gear, by simulation.
 
     Attributes
     ----------

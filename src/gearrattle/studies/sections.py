@@ -75,7 +75,7 @@ NEARNESS = Nearness()
 
 @dataclass(frozen=True)
 class Section:
-    """What is looked at, and when.
+    """Quantities that are kept once a period, and the phase.
 
     Attributes
     ----------
@@ -99,12 +99,12 @@ class Section:
         return np.column_stack(columns)
 
     def scaled(self, run: Run) -> Array:
-        """Return (K, q) all that the period is asked of, in units of its own."""
+        """Return (K, q) the quantities by which periods are tested, in their own units."""
         return np.asarray(self.values(run, self.tested) / np.array([self.scale[name] for name in self.tested]))
 
 
 def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Section:
-    """Choose what is looked at.
+    """Choose the quantities of a section, and its phase.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def unit_of(name: str, model: Model) -> str:
 
 @dataclass(frozen=True)
 class Sections(Outputs):
-    """What is kept of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
+    """Outputs of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
 
     Attributes
     ----------

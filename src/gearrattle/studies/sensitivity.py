@@ -95,7 +95,7 @@ def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
 
 
 def chance_levels(n: int, cosines: int = COSINES) -> tuple[float, float]:
-    """What a rank correlation, and a first-order share, of n samples exceed by chance in one case of twenty."""
+    """Levels that a rank correlation, and a first-order share, of n samples exceed by chance in one case of twenty."""
     from scipy.stats import f, norm
 
     if n < 3:
@@ -215,7 +215,7 @@ def _sobol(x: Array, y: Array, method: str) -> Row:
 
 
 def _swung(x: Array, y: Array, _method: str) -> Row:
-    """What an output is at both ends of every value."""
+    """Output at both ends of every value."""
     d = x.shape[1]
     swing, places = swings(y, d), np.arange(d)
     columns = {
@@ -234,7 +234,7 @@ _TOLD: Mapping[str, Callable[[Array, Array, str], Row]] = {SALTELLI: _sobol, PAI
 
 
 def _row(x: Array, y: Array) -> tuple[tuple[Array, Array, Array], tuple[float, int, float, float]]:
-    """Coefficients of one subject, and what they are to be judged by."""
+    """Coefficients of one subject, and their chance levels."""
     there = np.isfinite(y)
     x, y = x[there], y[there]
     n = len(y)

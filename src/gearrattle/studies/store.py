@@ -56,7 +56,7 @@ ProgressCallback = Callable[[float], None]
 
 
 def case_by_case(store: Store, chunk: int, progress: ProgressCallback | None) -> Computed:
-    """Compute a chunk whose cases do not know of each other."""
+    """Compute a chunk whose cases are independent."""
     return compute(store.plan, store.outputs, chunk, progress)
 
 
@@ -65,7 +65,7 @@ Work = Callable[["Store", int, ProgressCallback | None], Computed]
 
 
 class Store:
-    """A study's folder."""
+    """Results of a study in its storage location."""
 
     def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
         self.storage = storage
@@ -76,7 +76,7 @@ class Store:
         self._claim: Claim | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Workers open what they write to by themselves."""
+        """State without open arrays: workers open them by themselves."""
         return {**self.__dict__, "_opened": {}, "_claim": None}
 
     @classmethod
@@ -161,7 +161,7 @@ class Store:
         return _zarr().open_group(self.storage.zarr(RESULTS), mode="r+")
 
     def _is_laid_out(self) -> bool:
-        """Whether all arrays were made: who began the study may have been killed before, or the power cut.
+        """Whether all arrays were made: the program that began the study may have been killed before.
 
         ModelError: they are of another study, or no regular files.
         """
@@ -244,7 +244,7 @@ class Store:
             array.attrs["can_rattle"] = " ".join(output.gaps)
 
     def _described(self, varied: Varied) -> dict[str, str]:
-        """What that which is varied is called, and its unit, as attributes of its coordinate."""
+        """Attributes of a coordinate: name and unit of the varied value."""
         label = varied.label(self.plan.model)
         return {"long_name": label.words, "units": label.unit}
 
@@ -253,7 +253,7 @@ class Store:
         return [*paths, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
     def begin(self, chunk: int, attempt: str = "") -> None:
-        """Note that a worker has begun a chunk, and by which attempt: if it ends, this may be why."""
+        """Note that a worker has begun a chunk, and by which attempt: if the worker dies, this chunk may be why."""
         self.storage.write(_begun(chunk), attempt.encode())
 
     def attempt(self, chunk: int) -> str:
@@ -274,7 +274,7 @@ class Store:
         return self.work(self, chunk, progress)
 
     def part(self, chunk: int) -> File:
-        """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
+        """Return the file in which the progress of a chunk may be kept; it is removed when the chunk is done."""
         return File(self.storage, f"{DONE_FOLDER}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
@@ -295,7 +295,7 @@ class Store:
         self.clear(chunk)
 
     def clear(self, chunk: int) -> None:
-        """Remove what a finished chunk needs no more: the note that it was begun, and how far it had come."""
+        """Remove the files that a finished chunk no longer needs: the note of its begin, and its progress."""
         self.storage.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
 
@@ -308,7 +308,7 @@ class Store:
         return marker_in(self.storage, chunk)
 
     def damaged(self) -> list[int]:
-        """Return the chunks whose results are not those their markers speak of."""
+        """Return the chunks whose results do not match their markers."""
         group = self._group()
         return [chunk for chunk in sorted(self.done()) if not self._holds(group, chunk)]
 
@@ -338,7 +338,7 @@ class Store:
         return messages_in(self.storage, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, dataset: xr.Dataset) -> None:
-        """Write what was made of the whole beside the results; what is there by these names is replaced.
+        """Write evaluations of the whole beside the results; variables of these names are replaced.
 
         It is announced when all of it is written.
         """
@@ -371,7 +371,7 @@ class Store:
 
 
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
-    """Refuse what cannot be kept by its name: arrays are folders, and there is one of each name.
+    """Refuse names under which arrays cannot be stored: each is a folder, and there is one of each name.
 
     ModelError: names that no file can have, and names of two arrays; all of them.
     """
@@ -393,7 +393,7 @@ def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ())
 
 
 def _wrong_name(name: object) -> str:
-    """Return what is wrong with the name of an array; empty if nothing is."""
+    """Return the fault of the name of an array; empty if there is none."""
     if not isinstance(name, str) or not name.isprintable() or not name.strip() or set(name) & {"/", "\\"}:
         return "must be a text that can be the name of a file"
     if name.startswith((".", "__")) or name == "zarr.json":

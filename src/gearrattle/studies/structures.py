@@ -49,7 +49,7 @@ def structures_of(plan: Plan) -> list[Model]:
 
 
 def _structure(model: Model) -> Any:
-    """What the names of all outputs depend on."""
+    """Names that the outputs depend on."""
     layout = assemble(model).layout
     regions = zip(layout.region_of_first_piece.tolist(), layout.stiffness_of_piece, strict=True)
     loose = tuple((gear.mesh, gear.loose, gear.driver) for gear in loose_gears(layout))

@@ -71,7 +71,7 @@ def prepare(
     function: Function | None = None,
     most: int = MOST,
 ) -> Prepared:
-    """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
+    """Check all arguments of a study, and run one case of it. Arguments and errors as ``study``."""
     # check the arguments, all refusals together
     if problems := argument_problems({"seed": (SEED, seed), "most": (CASES, most)}):
         raise ModelError(problems)
@@ -220,7 +220,7 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
 
 
 def _own_value(varied: Varied, model: Model) -> float:
-    """The model's value, to go out from."""
+    """The model's value, the base of one-at-a-time designs."""
     value = varied.own(model)
     if isinstance(value, bool) or not isinstance(value, int | float):
         rule = "one-at-a-time goes out from the model's own value, and it has no number there, or several"

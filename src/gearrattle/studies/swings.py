@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Swings:
-    """What one output does.
+    """Values of one output in a design of one value at a time.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Swings:
 
 
 def swings(y: Array, d: int) -> Swings:
-    """Return what an output does when d values go to their ends.
+    """Return the values of an output when d values go to their ends.
 
     Parameters
     ----------

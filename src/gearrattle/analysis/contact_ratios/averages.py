@@ -25,7 +25,7 @@ _MOST_HALVINGS = 50
 
 
 class Averages:
-    """Finds means for one oscillation after the other, each search from where the last one ended.
+    """Mean deflections under given oscillations; each search begins where the last one ended.
 
     Runaway: an element of zero last slope cannot carry its load.
     """
@@ -92,7 +92,7 @@ class Averages:
         return means
 
     def _pull(self, y: Array, cornered: Array) -> tuple[Array, Array]:
-        """What is left of the loads, and the slope of what the laws carry; of those with corners the oscillations."""
+        """Residual of the averaged laws against the loads, and its Jacobian; oscillations of elements with corners."""
         mean = self.combination @ y
         force, slope = self.lowest * mean + self.offset, self.lowest.copy()
         over = (mean[self.cornered, None] + cornered)[:, None, :] - self.corners

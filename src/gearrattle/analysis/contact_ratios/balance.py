@@ -53,7 +53,7 @@ _HALVED = tuple(0.5**i for i in range(9))
 
 @dataclass(frozen=True)
 class Balance:
-    """What became of a fixed point.
+    """Periodic motion that a fixed point leads to, if there is one.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Balance:
 
 
 class Overtones:
-    """The map from a periodic oscillation to the next.
+    """Map from the harmonic amplitudes of a periodic oscillation to those that its distortion causes.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class Overtones:
         return oscillation.T, rate.T
 
     def next(self, spectrum: Complex) -> Complex:
-        """(N, m) the amplitudes that the distortion of given ones makes."""
+        """(N, m) the amplitudes that the distortion of given ones causes."""
         oscillation, rate = self.waves(spectrum)
         means = self.means(oscillation)
         distortion = np.zeros_like(oscillation)
@@ -141,7 +141,7 @@ class Overtones:
         return np.asarray(self.linear - np.einsum("hkl,hl->hk", self.response, kept))
 
     def settle(self) -> Complex | None:
-        """(N, m) the amplitudes that come out as they went in; None if none are found.
+        """(N, m) the amplitudes that the map leaves as they are; None if none are found.
 
         By damped iteration, and where that does not do, by Newton's method, its steps by GMRES.
         """
@@ -161,7 +161,7 @@ class Overtones:
         return bool(np.all(np.linalg.norm(change[:, moving], axis=0) <= SETTLED * size))
 
     def _newton(self) -> Complex | None:
-        """The same by Newton's method with steps halved until they help, from the linearised response."""
+        """The fixed point by Newton's method with halved steps, from the linearised response."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
         shape, scale = self.linear.shape, np.linalg.norm(self.linear, axis=0)
@@ -225,7 +225,7 @@ class Overtones:
 
 
 def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
-    """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is a free shift's.
+    """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is of a shift in time.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, 
 
 
 def balance(system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> Balance:
-    """Seek the periodic motion a fixed point stands for.
+    """Seek the periodic motion that a fixed point stands for.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ from gearrattle.trajectory import Array, Trajectory
 
 @dataclass(frozen=True)
 class Describing:
-    """How a law answers an assumed motion.
+    """Equivalent gain, damping and mean slope of a law under an assumed motion.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Describing:
 
 
 def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Describing:
-    """Return how a law answers delta = mean + amplitude sin phi.
+    """Return the describing function of a law under delta = mean + amplitude sin phi.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Descri
 
 
 def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> Describing:
-    """Return how a law answers a Gaussian delta.
+    """Return the describing function of a law under a Gaussian delta.
 
     The damping is that of equal loss if the rate is independent of the deflection, as in a stationary Gaussian motion.
 

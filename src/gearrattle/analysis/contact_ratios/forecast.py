@@ -45,7 +45,7 @@ _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in p
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A motion that linearisation cannot tell from a solution.
+    """Fixed point of equivalent linearisation: gains that the motion with these gains reproduces.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Forecast:
 
 
 class Linearisation:
-    """The map from gains to gains."""
+    """Map from gains and dampings of the clearances to those on the motion that they make."""
 
     def __init__(self, system: PiecewiseSystem) -> None:
         self.system, inputs = system, system.inputs

@@ -42,7 +42,7 @@ _WANTED_SEGMENTS = 8
 
 @dataclass(frozen=True)
 class Gain:
-    """A transfer function from deflection to force, and the one gain it makes.
+    """Transfer function from deflection to force, and the equivalent gain averaged over it.
 
     Attributes
     ----------

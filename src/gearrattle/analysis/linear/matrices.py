@@ -72,7 +72,7 @@ def _frequencies(scaled: Array) -> Array:
 
 
 def _padded(values: Array, size: int) -> Array:
-    """All frequencies, descending: singular values that are rounding, and those a flat matrix lacks, are zero."""
+    """All frequencies, descending; singular values within rounding, and those that a flat matrix lacks, are zero."""
     omega = np.zeros((*values.shape[:-1], size))
     omega[..., : values.shape[-1]] = values
     omega[omega <= _RIGID * omega.max(axis=-1, keepdims=True, initial=0.0)] = 0.0

@@ -26,7 +26,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class ModalPart:
-    """What one mode, or all rigid motion, adds to a response.
+    """Contribution of one mode, or of all rigid motions together, to a response.
 
     Attributes
     ----------

@@ -95,7 +95,7 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
 
 
 def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
-    """Solve bodies that are connected.
+    """Modes of bodies that are connected.
 
     Parameters
     ----------

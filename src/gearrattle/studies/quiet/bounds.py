@@ -32,7 +32,7 @@ _ALLOWED = 1e-9  # of all moduli, for rounding
 
 
 class Phases:
-    """Phases of one period of the inputs, and what a motion may rise by between them."""
+    """Phases of one period of the inputs, and the factor by which a motion may rise between them."""
 
     def __init__(self, cycles: Array) -> None:
         turning = cycles[cycles > 0.0]
@@ -196,7 +196,7 @@ def _over_corners(state: State, motion: Motion, numbers: dict[str, Form]) -> _Ex
 
 
 def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
-    """Yield what friction that sticks would have to hold beyond its limit, both ways."""
+    """Yield the excess of the force on friction that sticks over its limit, both ways."""
     if not state.stuck:
         return
     number, element = np.array(state.stuck).T
@@ -207,7 +207,7 @@ def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_
 
 
 def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
-    """Yield what contact damping exceeds the spring's force by: +-C delta' - |F|."""
+    """Yield the excess of contact damping over the spring's force: +-C delta' - |F|."""
     if not state.clipped:
         return
     system = state.family.system

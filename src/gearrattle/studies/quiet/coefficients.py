@@ -191,7 +191,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
 
 
 def _structure(system: PiecewiseSystem) -> tuple[Any, ...]:
-    """What all drivelines of a box must share."""
+    """Structure that all drivelines of a box must share."""
     return (
         tuple((law.pieces, law.first_label) for law in system.laws),
         tuple((part.kind, part.element, part.follow.tobytes()) for part in system.auxiliaries),

@@ -33,7 +33,7 @@ _KEYS = ("schema", "name", "range", *_OPTIONS)
 
 @dataclass(frozen=True)
 class QuietFile:
-    """What a file of ranges says."""
+    """Content of a file of ranges."""
 
     ranges: dict[str, Any]
     options: dict[str, Any]

@@ -39,7 +39,7 @@ class Form(NamedTuple):
 
     @property
     def span(self) -> Array:
-        """(...) how far the numbers may be from those at the centre, but for the rest."""
+        """(...) how far the numbers may be from those at the centre, the rest not included."""
         return np.asarray(np.abs(self.slopes).sum(axis=0))
 
     def plus(self, other: Form, factor: complex = 1.0) -> Form:

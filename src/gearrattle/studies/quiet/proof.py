@@ -105,7 +105,7 @@ class QuietProof(Result):
 def proof_of(
     model: Model, edges: Sequence[Edge], parts: Sequence[Part], looked_at: int, notes: Sequence[str], *, ended: bool
 ) -> QuietProof:
-    """Return the proof that parts of a box make."""
+    """Return the proof that the parts of a box make."""
     shares = {status: sum(part.share for part in parts if part.status == status) for status in (PROVEN, REFUTED, OPEN)}
     return QuietProof(
         model, tuple(edges), shares[PROVEN], shares[REFUTED], tuple(parts), looked_at, ended, tuple(notes)

@@ -121,7 +121,7 @@ def prove_quiet(
 
 
 def _unprovable(model: Model) -> Iterator[Problem]:
-    """Yield what makes a driveline that is not linear with constant coefficients, even in one state."""
+    """Yield the features by which a driveline is not linear with constant coefficients, even in one state."""
     rule = "a proof of quiet needs a driveline that is linear in its state of rest"
     for element in model.elements:
         if element.alternation is not None:
@@ -141,7 +141,7 @@ def _over_speed(model: Model, edges: tuple[Edge, ...]) -> Iterator[Problem]:
 
 
 def _notes(family: Family, search: Search, resolution: float, *, ended: bool) -> Iterator[str]:
-    """Yield what the user must know."""
+    """Yield the notes of the proof."""
     yield _COEXIST
     if not ended:
         yield f"the search was stopped with {100.0 * search.undecided:.3g} % of the volume undecided: it is open."

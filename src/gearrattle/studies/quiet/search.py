@@ -156,7 +156,7 @@ class Search:
         heapq.heappush(self._queue, (-part.share, self.looked_at * 16 + len(self._queue), part, state))
 
     def _divided(self, part: Part, state: State) -> Iterator[tuple[Part, State | None]]:
-        """Yield the parts of a part, with the state to look at those that are still undecided in."""
+        """Yield the pieces of a part, with the state in which those that are undecided are examined next."""
         # coefficients over the part, and its state of rest
         centre = 0.5 * (part.low + part.high)
         radius = 0.5 * (part.high - part.low)
@@ -228,7 +228,7 @@ def _proven(part: Part, state: State) -> Part:
 
 
 def _best(bounds: Bounds, state: State, part: Part) -> list[Part]:
-    """Return the slices along the parameter that decides most; nothing where it decides too little."""
+    """Return the slices along the parameter that decides most; none where it decides too little."""
     best: list[Part] = []
     most = _CUT
     for axis in range(part.low.size):
@@ -276,7 +276,7 @@ def _known(bounds: Bounds, state: State, axis: int) -> Iterator[Slice]:
 
 
 def _inward(piece: Slice) -> Iterator[Slice]:
-    """Yield a slice a little smaller than it is known for, where anything of it is left."""
+    """Yield each slice made a little smaller, for rounding, where anything of it is left."""
     low = piece.low + (_INWARD if piece.low > -1.0 else 0.0)
     high = piece.high - (_INWARD if piece.high < 1.0 else 0.0)
     if low < high:

@@ -51,7 +51,7 @@ def opened(
 
 
 def check_scheduler(address: Any, workers: int | None) -> None:
-    """Refuse a scheduler that there is not, and a number of workers that is none.
+    """Refuse an unknown scheduler, and an invalid number of workers.
 
     Parameters
     ----------

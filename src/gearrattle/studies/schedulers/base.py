@@ -30,14 +30,14 @@ TICK = 0.2
 
 
 class Tick(Protocol):
-    """Called several times a second; what it raises ends the work."""
+    """Callback, called several times a second; what it raises ends the work."""
 
     def __call__(self, shares: Mapping[int, float] | None = None, /) -> None:
         """Take the shares of the chunks under way, by number, where they are known."""
 
 
 class Scheduler(Protocol):
-    """What has chunks computed."""
+    """Callable that has chunks computed."""
 
     def __call__(self, store: Store, chunks: Sequence[int], tick: Tick, /) -> Generator[int, None, None]:
         """Have chunks computed and kept, in any order; yield each once it is kept.
@@ -53,7 +53,7 @@ class Scheduler(Protocol):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the caller asked for.
+    """Request of a scheduler.
 
     Attributes
     ----------
@@ -71,5 +71,5 @@ Opening = Callable[[Wanted], AbstractContextManager[Scheduler]]
 
 
 def write_off(store: Store, chunk: int) -> None:
-    """Keep a chunk that no worker survives as such: all of its cases "worker lost"."""
+    """Store a chunk that no worker survives: all of its cases have the outcome "worker lost"."""
     store.keep(chunk, empty(store.plan, store.outputs, chunk, WORKER_LOST))

@@ -93,7 +93,7 @@ def _without_tracebacks() -> Iterator[None]:
 
 
 def _dealt(client: Any, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
-    """Hand the study over, and deal its chunks."""
+    """Hand the study over, and distribute its chunks."""
     with handed_over(store) as handed:
         dealer = _Dealer(client, handed, store)
         try:
@@ -103,7 +103,7 @@ def _dealt(client: Any, store: Store, chunks: Sequence[int], tick: Tick) -> Gene
 
 
 class _Dealer:
-    """Chunks under way, and what is known against some of them."""
+    """Chunks under way, and the deaths of workers counted against some of them."""
 
     def __init__(self, client: Any, handed: Handed, store: Store) -> None:
         self._client = client
@@ -139,7 +139,7 @@ class _Dealer:
                 yield chunk
 
     def stop(self) -> None:
-        """Have nothing begun any more; what is being computed stops by itself, once the hand-over is gone."""
+        """Begin no further chunk; chunks under way stop by themselves once the hand-over is gone."""
         left = [future for _, future in self._under_way.values()]
         self._under_way.clear()
         if left and self._client.status == "running":
@@ -160,7 +160,7 @@ class _Dealer:
         future.add_done_callback(self._ended.put)
 
     def _is_kept(self, chunk: int, future: Any) -> bool:
-        """Whether a chunk that has come back is kept; if not it goes out again, unless nothing helps."""
+        """Whether a chunk that has come back is stored; if not it is sent again, or written off."""
         from distributed import KilledWorker
 
         if future.status == "finished":
@@ -216,7 +216,7 @@ def _address(client: Any) -> str:
 
 
 def _error_of_client(error: BaseException, client: Any) -> BaseException:
-    """What went wrong at a worker, as this package says it."""
+    """Error of a worker, as an error of this package."""
     if isinstance(error, ImportError):
         rule = f"a worker cannot import what it needs: {error}"
         remedy = "install the same versions there, gearrattle[studies] included"

@@ -36,7 +36,7 @@ class LostBefore(GearRattleError):
 
 @dataclass(frozen=True)
 class Handed:
-    """What travels with every chunk.
+    """Reference to a study that is sent with every chunk.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ def _here() -> str:
 
 
 class _Turns:
-    """Chunks computed beside each other, or one alone: a chunk that ends its worker while alone is the cause."""
+    """Turns of a worker process: chunks in parallel, or one alone, which then is the cause if the worker dies."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

@@ -101,7 +101,7 @@ def _name_of(function: Any) -> str:
 
 
 def _cannot_start(store: Store) -> GearRattleError:
-    """What to say when no worker lives long enough to begin a chunk."""
+    """Return the error where no worker lives long enough to begin a chunk."""
     if not _needs_main(store):
         return GearRattleError(
             "no worker process of the study can start: each ended before it began a chunk, with whatever it wrote "
@@ -166,7 +166,7 @@ def _dealt(
     cards: tuple[list[int], Iterator[int], int],
     tick: Tick,
 ) -> Generator[int, None, None]:
-    """Deal chunks to a pool until none is left: suspects alone, the others as many at once as there is room."""
+    """Give chunks to a pool until none is left: suspects alone, the others as many at once as there is room."""
     suspects, waiting, room = cards
     more = True
     while suspects or more or under_way:

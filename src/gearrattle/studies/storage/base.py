@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class File:
-    """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole."""
+    """File in storage, which need not exist; methods as of ``pathlib.Path``, but writing is all or nothing."""
 
     storage: Storage
     name: str
@@ -43,14 +43,14 @@ class File:
 
 
 class Storage(Protocol):
-    """Somewhere to keep a study.
+    """Location that keeps a study.
 
     Methods raise OSError for whatever goes wrong there.
     """
 
     @property
     def address(self) -> str:
-        """What to call it in messages; ``storage_of`` finds it by this again."""
+        """Name in messages, which ``storage_of`` accepts."""
 
     @property
     def shared(self) -> bool:

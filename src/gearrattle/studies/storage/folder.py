@@ -15,7 +15,7 @@ from gearrattle.writing import is_left, put
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder."""
+    """Storage in a folder."""
 
     path: Path
 
@@ -40,7 +40,7 @@ class Folder:
         (self.path / folder).mkdir(parents=True, exist_ok=True)
 
     def is_empty(self) -> bool:
-        """Return whether it does not exist or holds nothing, but for what killed programs have left."""
+        """Return whether it does not exist or holds nothing besides what killed programs have left."""
         return not (self.path.exists() and any(not is_left(path.name) for path in self.path.iterdir()))
 
     def under(self, folder: str) -> Folder:

@@ -23,7 +23,7 @@ _FOLDERS = {"auto_mkdir": True}
 
 @dataclass(frozen=True)
 class Remote:
-    """A folder behind an address, which is kept without a slash at its end."""
+    """Storage behind an address, which is kept without a slash at its end."""
 
     address: str
 
@@ -31,7 +31,7 @@ class Remote:
 
     @property
     def shared(self) -> bool:
-        """All but the memory of a process."""
+        """Whether other processes see it: all but the memory of a process."""
         return not self.address.startswith("memory://")
 
     @property
@@ -50,7 +50,7 @@ class Remote:
         return path
 
     def absolute(self) -> Remote:
-        """Return it: addresses hold everywhere."""
+        """Return itself: addresses hold everywhere."""
         return self
 
     def make(self, folder: str = "") -> None:
@@ -105,7 +105,7 @@ class Remote:
                 return []
 
     def take(self, folder: Path) -> None:
-        """Send all files of a folder here, those deep in it first: those above them say what there is."""
+        """Send all files of a folder here, those deep in it first: those above them list the content."""
         for path in sorted(folder.rglob("*"), key=lambda path: (-len(path.parts), path)):
             if path.is_file():
                 self.put(path.relative_to(folder).as_posix(), path.read_bytes())
@@ -119,7 +119,7 @@ class Remote:
 
     @contextmanager
     def _own_errors(self) -> Iterator[None]:
-        """Whatever a store's library raises is an OSError that names the address."""
+        """Raise whatever a store's library raises as an OSError that names the address."""
         try:
             yield
         except OSError:
