@@ -95,10 +95,7 @@ def others_of(
 def periods_for(pilot: Pilot, calls: float) -> float:
     """Return the number of periods that the search for other motions may follow.
 
-    Parameters
-    ----------
-    calls
-        that a driveline of up to ``SMALL`` inertias may spend.
+    ``calls`` are those that a driveline of up to ``SMALL`` inertias may spend.
     """
     return calls_for(pilot, calls) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
 

@@ -24,13 +24,7 @@ CYCLES = 32
 
 @dataclass(frozen=True)
 class Pilot:
-    """A short exact run.
-
-    Attributes
-    ----------
-    run
-        its first half is discarded.
-    """
+    """A short exact run, of which the first half is discarded."""
 
     run: Run
     planned: int

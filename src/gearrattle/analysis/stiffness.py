@@ -153,13 +153,7 @@ def r_lambda_over(
 
 @dataclass(frozen=True)
 class RegionStiffness:
-    """One region.
-
-    Attributes
-    ----------
-    share
-        of the time a run spends in it, 0 to 1; NaN where no run is behind it.
-    """
+    """A region with its eigenvalues, and the share of time that a run spends in it; NaN where no run is behind it."""
 
     labels: dict[str, int]
     eigenvalues: Eigenvalues
@@ -203,13 +197,7 @@ def _region(
 
 @dataclass(frozen=True)
 class Visited:
-    """Regions in which a motion stays.
-
-    Attributes
-    ----------
-    regions
-        those whose eigenvalues are known, longest dwell first.
-    """
+    """Regions in which a motion stays: those with known eigenvalues, longest dwell first, and the number of all."""
 
     regions: tuple[RegionStiffness, ...]
     count: int

@@ -26,10 +26,7 @@ _MOST_NAMED = 3
 def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium, *, si: bool) -> list[str]:
     """Return notes on trains that accelerate, with the unbalanced torque, and on bodies that no element holds.
 
-    Parameters
-    ----------
-    si
-        whether its numbers are in SI; otherwise they have no units.
+    ``si`` says whether the numbers are in SI; otherwise they have no units.
     """
     notes = []
     said = list(_accelerated(system, names, rest.acceleration, si=si))

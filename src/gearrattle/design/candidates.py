@@ -30,13 +30,7 @@ _COST = Plain("non-negative")
 
 @dataclass(frozen=True)
 class Candidate:
-    """One change that may be made.
-
-    Attributes
-    ----------
-    cost
-        of the whole way from the model's own value to an end.
-    """
+    """One change that may be made, and the cost of the whole way from the model's own value to an end."""
 
     variable: Variable
     cost: float

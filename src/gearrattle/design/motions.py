@@ -38,13 +38,7 @@ State = Mapping[str, Sequence[float]]
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion of one variant from one start.
-
-    Attributes
-    ----------
-    end
-        the state in which it ends, as ``simulation.initial`` takes it.
-    """
+    """Motion of one variant from one start; ``end`` is its last state, as ``simulation.initial`` takes it."""
 
     start: str
     values: Mapping[str, NDArray[Any]]

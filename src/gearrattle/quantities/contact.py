@@ -134,12 +134,6 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
 
 
 def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
-    """(I,) whether the contact before each impact was on the drive side.
-
-    Parameters
-    ----------
-    drive
-        (I,) whether each impact is.
-    """
+    """(I,) whether the contact before each impact was on the drive side; ``drive`` (I,) whether the impact is."""
     first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
     return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -30,13 +30,7 @@ _WORDS = {"torque": "torque", "acceleration": "angular acceleration"}
 
 @dataclass(frozen=True)
 class EventMetric(Quantity[Inputs]):
-    """Figures of an event in numbers.
-
-    Attributes
-    ----------
-    begin
-        when it begins [s]; None: with the judged part.
-    """
+    """Figures of an event in numbers, from its begin [s]; None: from that of the judged part."""
 
     begin: float | None = None
     of_events: bool = True

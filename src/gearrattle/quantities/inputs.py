@@ -302,10 +302,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
     """Return exact summaries of a quantity for metrics, by subject; empty where nothing is known between samples.
 
-    Parameters
-    ----------
-    quantity
-        "velocity", whose mean and moments are NaN, "acceleration" or "force".
+    The quantity is "velocity", whose mean and moments are NaN, "acceleration" or "force".
     """
     signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
     if motion.exact is None or not signals:
@@ -368,10 +365,7 @@ def order_word(order: float) -> str:
 def about(name: str, contacts: Contacts, duration: float) -> str:
     """Say what a sum over contacts of one clearance leaves out; empty where all are short and have ended.
 
-    Parameters
-    ----------
-    duration
-        length of the window [s].
+    ``duration`` is the length of the window [s].
     """
     remarks = ["the motion ends within a contact, which counts as not rebounding"] * contacts.cut
     share = contacts.time / duration

@@ -86,10 +86,7 @@ class Row:
 class Scope:
     """Driveline and steady part that sums are over.
 
-    Attributes
-    ----------
-    window
-        the steady part of all chunks together; sample indices as if they were one.
+    The window is that of all chunks together, with sample indices as if they were one.
     """
 
     layout: Layout
@@ -102,10 +99,7 @@ class Scope:
 class Sums:
     """Sums over the chunks of a motion so far; their size does not grow with the number of chunks.
 
-    Attributes
-    ----------
-    scope
-        what it is over; None while every cycle was discarded.
+    The scope is None while every cycle was discarded.
     """
 
     scope: Scope | None
@@ -129,13 +123,7 @@ class Sums:
 
     @classmethod
     def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Sums | None:
-        """Return what was packed; None for nothing.
-
-        Parameters
-        ----------
-        arrays
-            from ``packed``, or empty.
-        """
+        """Return the sums that were packed, from arrays of ``packed``; None for empty ones."""
         if not arrays:
             return None
         states: dict[str, dict[str, NDArray[Any]]] = {}

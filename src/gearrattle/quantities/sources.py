@@ -169,10 +169,7 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
 def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
     """Return the inputs of metrics of a motion in chunks.
 
-    Parameters
-    ----------
-    sums
-        over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
+    The sums are over chunks of which some cycle is not discarded, "crossings" and "signals" among them.
     """
     state: SignalSums = sums.states["signals"]
     assert state.moments is not None
@@ -209,10 +206,7 @@ class CrossingInputs(Inputs):
 def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[float, float]) -> Inputs:
     """Return the inputs of metrics that need no samples; its deflections are known, and empty.
 
-    Parameters
-    ----------
-    span
-        the steady part, its first and its last sample [s].
+    ``span`` is the steady part, its first and its last sample [s].
     """
     return CrossingInputs(
         source="exact",

@@ -70,13 +70,7 @@ class Initials(Plan):
 
 @dataclass(frozen=True)
 class Basins(Prepared):
-    """Prepared basin study.
-
-    Attributes
-    ----------
-    same
-        distance below which two orbits are one.
-    """
+    """Prepared basin study; orbits nearer than ``same`` are one."""
 
     same: float = SAME
 

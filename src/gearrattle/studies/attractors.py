@@ -231,11 +231,8 @@ def attractors_that_rattle(data: xr.Dataset) -> NDArray[np.bool_]:
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
     """Return the share of initial states that lead to an attractor without rattle.
 
-    Returns
-    -------
-    dict[str, float]
-        ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``: the
-        share of cases that are undecided, which may yet become quiet.
+    By name: ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``:
+    the share of cases that are undecided, which may yet become quiet.
     """
     quiet = 1 + np.flatnonzero(~attractors_that_rattle(data))
     basin = data["basin"].values

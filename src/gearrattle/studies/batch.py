@@ -125,12 +125,7 @@ def _pattern(model: Model, changes: Mapping[str, Any]) -> Model | None:
 class _Alike:
     """Cases of one structure, assembled.
 
-    Attributes
-    ----------
-    numbers
-        coefficients of those that are good.
-    good
-        of the cases asked for, which these are.
+    ``good`` marks the cases asked for that could be assembled; ``numbers`` are their coefficients.
     """
 
     model: Model

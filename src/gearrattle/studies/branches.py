@@ -46,13 +46,9 @@ def orbit_at(data: xr.Dataset) -> Array:
 def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
     """Tell at which values both directions end in different motions; None for one direction alone.
 
-    Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic
-    and one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged: -1.
-
-    Returns
-    -------
-    xr.DataArray | None
-        Codes over all but "direction": 0 one, 1 two, -1 undecided.
+    Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic and
+    one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged. The codes over
+    all but "direction" are 0 one, 1 two, -1 undecided.
     """
     import xarray as xr
 

@@ -47,11 +47,8 @@ class Computed:
 def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None) -> Computed:
     """Compute every case of a chunk.
 
-    Parameters
-    ----------
-    progress
-        called now and then, and after every case computed alone, with the finished share; what it raises ends
-        the work.
+    ``progress`` is called now and then, and after every case computed alone, with the finished share; what it raises
+    ends the work.
     """
     # cases computed together
     computed = empty(plan, outputs, chunk)

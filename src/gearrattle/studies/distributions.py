@@ -159,10 +159,7 @@ def sampled(
 ) -> Array:
     """Return (cases, d) points, a column a distribution; the same for the same arguments everywhere.
 
-    Parameters
-    ----------
-    base
-        (d,) the model's own values, for methods that go out from them.
+    ``base`` (d,) are the model's own values, for methods that go out from them.
     """
     shares = DESIGNS[method].shares(len(distributions), count, seed)
     columns = [distribution.quantile(column) for distribution, column in zip(distributions, shares.T, strict=True)]

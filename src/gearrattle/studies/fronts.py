@@ -75,12 +75,9 @@ def finished(
     of: tuple[Model, Outputs],
     settings: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return all designs in one Dataset, with the front and how it grew.
+    """Return all designs in one Dataset, with the front and its growth.
 
-    Parameters
-    ----------
-    of
-        the model with everything that is fixed, and the outputs that were kept.
+    ``of`` is the model with everything that is fixed, and the outputs that were kept.
     """
     import xarray as xr
 

@@ -188,10 +188,7 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
 def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
     """Return the quantity that a label names.
 
-    Parameters
-    ----------
-    small
-        whether small values are wanted: then a design must not lose for want of what it shall have least of.
+    Where small values are wanted, a design must not lose because its motion lacks the quantity.
     """
     known = labels_of(outputs)
     if label not in known:

@@ -103,11 +103,8 @@ def values_of(
 ) -> dict[str, NDArray[Any]]:
     """Return every output of criteria, metrics and whole runs, (subjects,) or ().
 
-    Parameters
-    ----------
-    crossings
-        sums over the crossings of its steady part (``signals.crossing_sums``), for metrics that read them, where these
-        are known already; None: of the run's log.
+    ``crossings`` are the sums over the crossings of the steady part (``signals.crossing_sums``), where these are known
+    already; None: those of the run's log.
     """
     needed = {output.criterion for output in outputs}
     needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
@@ -226,10 +223,7 @@ def unit_in(model: Model, unit: str) -> str:
 def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     """Return all outputs of a driveline by name: those of metrics only where a name needs them, for they take samples.
 
-    Parameters
-    ----------
-    runs
-        one of every structure that its cases have (``structures.structures_of``), however short.
+    ``runs`` are one of every structure that its cases have (``structures.structures_of``), however short.
     """
     bases = [name.removesuffix(OVER_ALL) for name in names]
     if any(base != name or name == COUNT for base, name in zip(bases, names, strict=True)):
@@ -354,10 +348,7 @@ def outputs_of(
 def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) -> tuple[Output, ...]:
     """Return outputs with one list of parts, and one of inertias, for all of them.
 
-    Parameters
-    ----------
-    run
-        any run of the driveline: its order of names is that of the lists.
+    Any run of the driveline gives the order of names in the lists.
     """
     layout, outputs = run.trajectory.layout, []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}

@@ -63,10 +63,7 @@ def seconds_alone(
 ) -> float:
     """Return the time of a case by itself, outputs included [s]: the mean of cases spread over the grid.
 
-    Parameters
-    ----------
-    known
-        where outputs of the cases that are tried are put, by place: the study need not repeat them.
+    Outputs of the cases that are tried are put into ``known`` by place: the study need not repeat them.
     """
     outputs(run)
     begun = time.perf_counter()
@@ -115,13 +112,7 @@ def _few(plan: Plan, count: int) -> Plan:
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a study.
-
-    Attributes
-    ----------
-    seconds
-        that all of them take, the workers' start included.
-    """
+    """Cost of a study; its seconds include the start of the workers."""
 
     cases: int
     case_seconds: float

@@ -60,13 +60,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Prepared:
-    """Prepared study whose cases form a grid.
-
-    Attributes
-    ----------
-    seconds
-        that one case took, warm.
-    """
+    """Prepared study whose cases form a grid; ``seconds`` is the time of one case, warm."""
 
     plan: Plan
     outputs: Outputs

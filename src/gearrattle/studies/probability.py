@@ -91,17 +91,8 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
 def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
     """Return the estimate as samples are added: share of the first 1 to n that rattle, and Wilson's limits.
 
-    Parameters
-    ----------
-    codes
-        (n,) -1 for a case that failed: those are counted nowhere.
-    lowest
-        the code from which on a part rattles.
-
-    Returns
-    -------
-    tuple[NDArray[np.float64], ...]
-        Samples counted, share, lower and upper limit: (m,) each, m <= n.
+    Codes (n,) are -1 for a case that failed, which is not counted; from ``lowest`` on a part rattles. Returned are the
+    number of samples counted, share, lower and upper limit, (m,) each, m <= n.
     """
     there = codes[codes >= 0]
     among = np.arange(1, there.size + 1)

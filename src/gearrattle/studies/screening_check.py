@@ -60,10 +60,7 @@ def forecasts_of(low: Array, high: Array) -> NDArray[np.int8]:
 def near_border(low: Array, high: Array, most: int) -> NDArray[np.int64]:
     """Return (M, 2) speed and load of the cases nearest to the border, in the order of the map.
 
-    Parameters
-    ----------
-    low, high
-        (speed, load, gear) least and largest lift ratios.
+    Low and high are the (speed, load, gear) least and largest lift ratios.
     """
     with np.errstate(divide="ignore"):
         below = -np.log(high)
@@ -91,14 +88,7 @@ def rattles_in(data: xr.Dataset) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 def checked(forecast: NDArray[np.int8], rattles: NDArray[np.bool_], judged: NDArray[np.bool_]) -> Checked:
     """Count forecasts of one gear and what the simulations say of them.
 
-    Parameters
-    ----------
-    forecast
-        (speed, load) codes of ``FORECASTS``.
-    rattles
-        (speed, load) whether the gear rattles when simulated.
-    judged
-        (speed, load) where it was.
+    All are (speed, load): codes of ``FORECASTS``, whether the gear rattles when simulated, and where it was simulated.
     """
 
     def count(code: int, *, rattling: bool | None = None) -> int:

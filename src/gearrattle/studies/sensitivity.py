@@ -52,17 +52,7 @@ def rank_correlations(x: Array, y: Array) -> Array:
 def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
     """Return (d,) coefficients of the standardised ranks, and the share of the ranks' variance they explain.
 
-    Parameters
-    ----------
-    x
-        (n, d) values.
-    y
-        (n,) output.
-
-    Returns
-    -------
-    tuple[Array, float]
-        NaN if y is constant, or if there are no more samples than coefficients.
+    x are (n, d) values, y (n,) the output. NaN if y is constant, or if there are no more samples than coefficients.
     """
     n, d = x.shape
     if n <= d + 1 or np.ptp(y) == 0.0:
@@ -75,14 +65,8 @@ def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
 def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
     """Return (d,) first-order shares of the variance of y (n,), one for every column of x (n, d); adjusted.
 
-    Parameters
-    ----------
-    x
-        (n, d) values, drawn independently of each other.
-    y
-        (n,) output.
-    cosines
-        of the rank of a value; more follow it in finer detail, and leave more to chance.
+    The columns are drawn independently of each other. More cosines of the rank of a value resolve finer detail, and
+    leave more to chance.
     """
     n = len(y)
     if n <= cosines + 1 or np.ptp(y) == 0.0:

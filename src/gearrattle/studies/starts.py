@@ -71,13 +71,7 @@ class Starts:
     velocity: Half
 
     def state(self, values: Mapping[str, float]) -> dict[str, list[float]]:
-        """Return the state, as ``simulation.initial`` takes it.
-
-        Parameters
-        ----------
-        values
-            of every coordinate, by name [SI].
-        """
+        """Return the state, as ``simulation.initial`` takes it, from values of every coordinate by name [SI]."""
         return {"angle": self.angle.at(values), "velocity": self.velocity.at(values)}
 
 

@@ -33,10 +33,7 @@ MOST_WORDS, MOST_TRIED = 64, 256
 def structures_of(plan: Plan) -> list[Model]:
     """Return a case of every structure, in the order of the grid.
 
-    Parameters
-    ----------
-    plan
-        the study's cases; those that are no model are passed over. Without any the plan's own model is left.
+    Cases that are no model are passed over. Without any other the plan's own model is left.
     """
     models: dict[Any, Model] = {}
     for index in _places(plan):

@@ -20,13 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Swings:
-    """Values of one output in a design of one value at a time.
-
-    Attributes
-    ----------
-    low, high
-        (d,) with each value at its lower, its upper end.
-    """
+    """Values of one output in a design of one value at a time: of the model, and (d,) with each value at either end."""
 
     base: float
     low: Array

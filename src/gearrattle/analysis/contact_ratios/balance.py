@@ -227,10 +227,7 @@ class Overtones:
 def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
     """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is of a shift in time.
 
-    Parameters
-    ----------
-    deflection
-        (m, S) samples over one period, joined by straight lines.
+    ``deflection`` holds (m, S) samples over one period, joined by straight lines.
     """
     from scipy.linalg import expm
 

@@ -72,10 +72,7 @@ def largest_slope(law: PiecewiseLaw) -> float:
 def best_line(force: Array, deflection: Array) -> float:
     """Return the slope of the least-squares line of force on deflection: cov / var; NaN if nothing moves.
 
-    Parameters
-    ----------
-    force, deflection
-        (N,) samples that stand for equal shares of time.
+    Both are (N,) samples that stand for equal shares of time.
     """
     moved = deflection - deflection.mean()
     power = float(moved @ moved)

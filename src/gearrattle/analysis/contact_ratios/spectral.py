@@ -119,17 +119,8 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
 def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
     """Return the equivalent gain of every clearance over the steady part, with its 95 % confidence interval.
 
-    Segments of eight cycles, or as few as leave eight segments.
-
-    Parameters
-    ----------
-    taper
-        "hann" or "none".
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    Segments of eight cycles, or as few as leave eight segments; the taper is "hann" or "none". ModelError if no cycle
+    remains after the discarded ones.
     """
     from scipy.special import stdtrit
 

@@ -44,14 +44,9 @@ def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Ar
 
 
 def condition(matrix: Array, rigid: int) -> float:
-    """Return the condition number with the ``rigid`` smallest singular values left out.
+    """Return the condition number of a Jacobian (2n, 2n) with the ``rigid`` smallest singular values left out.
 
-    Parameters
-    ----------
-    matrix
-        (2n, 2n) a Jacobian.
-    rigid
-        its number of rigid motions, each of which makes one singular value zero.
+    Each rigid motion makes one singular value zero.
     """
     values = np.linalg.svd(matrix, compute_uv=False)
     return float(values[0] / values[-1 - rigid])

@@ -20,10 +20,7 @@ _MOVES = 1e-12  # of the deflection: less is rounding
 def equivalent(deflection: Array, rate: Array, force: Array) -> tuple[float, float] | None:
     """Return slope and damping, neither below zero; None of an element that does not move.
 
-    Parameters
-    ----------
-    deflection, rate, force
-        (N,) samples that stand for equal shares of time.
+    Deflection, rate and force are (N,) samples that stand for equal shares of time.
     """
     moved = deflection - deflection.mean()
     turned = rate - rate.mean()

@@ -43,12 +43,8 @@ def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) 
 def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Complex:
     """Return (n, H) complex amplitudes of every inertia's angle at the orders that turn.
 
-    The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero.
-
-    Parameters
-    ----------
-    stiffness, damping
-        (m,) slope and damping of every element.
+    The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero. Slope and
+    damping are (m,), of every element.
     """
     inputs = system.inputs
     turning = inputs.cycles > 0.0

@@ -27,7 +27,7 @@ Names = Annotated[Sequence[str], Texts('["verdict"]')]
 
 
 class StudySpec(Table):
-    """Base of the kinds: the content of a study file."""
+    """What a study file says, of any kind; a kind is a class derived from it."""
 
     prepare: ClassVar[Callable[..., Study]]
     """Takes the model as ``model``, ``arguments()`` and the options; refuses with ModelError."""

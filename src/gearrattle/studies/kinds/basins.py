@@ -36,7 +36,7 @@ from gearrattle.studies.study import CASES, MOST
 
 
 class BasinsSpec(StudySpec):
-    """Study file of basins: the settled motion that every initial state leads to."""
+    """Which settled motion every initial state leads to."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
     kind: Annotated[str, Choice(("basins",))]

@@ -90,12 +90,9 @@ class Part:
 
 @dataclass
 class Search:
-    """A search under way; ``parts`` and what is still to be looked at fill the box at any time.
+    """Search under way.
 
-    Attributes
-    ----------
-    parts
-        that are decided, or that no division decides.
+    ``parts`` are decided, or no division decides them; with those still to be examined they fill the box at any time.
     """
 
     family: Family

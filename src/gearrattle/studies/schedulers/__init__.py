@@ -61,7 +61,7 @@ def check_scheduler(address: Any, workers: int | None) -> None:
     Raises
     ------
     ModelError
-        see above; nothing is opened.
+        the scheduler is unknown, or the number invalid; nothing is opened.
     """
     if workers is not None and (problems := argument_problems({"workers": (Count(1), workers)})):
         raise ModelError(problems)

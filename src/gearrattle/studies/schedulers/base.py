@@ -53,13 +53,7 @@ class Scheduler(Protocol):
 
 @dataclass(frozen=True)
 class Wanted:
-    """Request of a scheduler.
-
-    Attributes
-    ----------
-    workers
-        how many; None leaves it to the scheduler.
-    """
+    """Request of a scheduler; without a number of workers the scheduler chooses it."""
 
     address: Any
     workers: int | None

@@ -36,13 +36,7 @@ class LostBefore(GearRattleError):
 
 @dataclass(frozen=True)
 class Handed:
-    """Reference to a study that is sent with every chunk.
-
-    Attributes
-    ----------
-    digest
-        SHA-256 of it.
-    """
+    """Reference to a study that is sent with every chunk; the digest is the SHA-256 of the hand-over."""
 
     storage: Storage
     name: str
