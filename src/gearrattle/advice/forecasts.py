@@ -127,7 +127,7 @@ QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Calla
     "computing time": (_wall_time, _within_factor, _TWICE),
     "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
 }
-"""What can be forecast: its value in a run by subject, when a forecast counts as right, and that rule in words."""
+"""Quantities that can be forecast: value in a run by subject, when a forecast counts as right, that rule in words."""
 
 
 def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:

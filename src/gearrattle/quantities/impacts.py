@@ -38,7 +38,7 @@ _HARDNESS = {
     "exchanged momentum": ("exchanged", "m_eff (|delta'| at the start + |delta'| at the end of the contact)"),
     "contact impulse": ("impulse", "|integral of the force over the contact|"),
 }
-"""How hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
+"""Measures of how hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from gearrattle.studies.plan import Plan
 
 MISSING, DONE, NO_MODEL, NOT_CONVERGED, FAILED, WORKER_LOST = range(6)
 OUTCOMES = ("missing", "done", "no such model", "did not converge", "failed", "worker lost")
-"""What became of a case."""
+"""Outcomes of a case."""
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ DESIGNS: Mapping[str, Design] = {
 
 
 SAMPLES = Count()
-"""How many points are drawn."""
+"""Number of points drawn."""
 METHODS = tuple(name for name, design in DESIGNS.items() if design.counted and not design.paired)
 """Those whose points are independent of each other."""
 METHOD = Choice(METHODS)

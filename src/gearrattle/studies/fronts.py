@@ -55,7 +55,7 @@ VARIABLES = (
     "objective",
     "generation",
 )
-"""What the Dataset of an optimisation has besides outputs and variables."""
+"""Names in the Dataset of an optimisation besides outputs and design variables."""
 
 
 def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:

@@ -50,7 +50,7 @@ Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
 DESIGNS, TIMES = Count(4, MOST), Count(1, MOST)
-"""How many designs a generation has, and how many generations there are."""
+"""Number of designs of a generation, and number of generations."""
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 

@@ -17,12 +17,12 @@ SEVERITY = "severity"
 ENERGY = "largest impact energy"
 HARDEST = "hardest impact"
 EVENT = "event"
-"""What outputs of an event have in place of a criterion."""
+"""Name in place of a criterion for outputs of an event."""
 WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY, HARDEST: ENERGY}
 """Outputs of the whole driveline: the worst code, or the largest number, of the parts that can separate."""
 REGIMES = ("quiet", "single-sided", "double-sided")
 WORDS: Mapping[str, tuple[str, ...]] = {REGIME: REGIMES, SEVERITY: SEVERITIES}
-"""What the codes of a quantity stand for, from the mildest on."""
+"""Meanings of the codes of a quantity, from the mildest on."""
 OVER_ALL = " over all stable motions"
 """Ends the name of an output that is the largest value over all stable motions of a case."""
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 CHECKED = 8
 """Cases that a check simulates if it is not told how many."""
 FORECASTS = ("quiet", "undecided", "lifts off")
-"""What a screening says of a gear; codes in this order."""
+"""Forecasts of a screening for a gear; codes in this order."""
 QUIET, UNDECIDED, LIFTS = range(3)
 
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 MOST = 1_000_000
 CASES = Count(1)
-"""How many cases are allowed."""
+"""Number of cases allowed."""
 
 
 class _Refused:

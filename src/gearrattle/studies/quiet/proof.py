@@ -18,7 +18,7 @@ STATUS = ("proven", "refuted", "open")
 """Words of PROVEN, REFUTED and OPEN."""
 LOW = " low"
 HIGH = " high"
-"""What the ends of a range are called in the table of boxes, after its name."""
+"""Suffixes of the ends of a range in the table of boxes."""
 
 
 @dataclass(frozen=True)

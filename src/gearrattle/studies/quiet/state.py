@@ -32,7 +32,7 @@ from gearrattle.studies.quiet.enclosure import Frame, centre_of, enclose
 from gearrattle.studies.quiet.forms import Array, Form, Matrix, joined, zeros
 
 GAP, STAGE, SLIP, CLIP = range(4)
-"""What a bound of a state is: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
+"""Kinds of bounds of a state: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
 
 
 class Corner(NamedTuple):
