@@ -100,7 +100,7 @@ class Pilot:
 def run_pilot(
     model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
 ) -> Pilot:
-    """Run a model exactly for some cycles, with compiled code warm.
+    """Run a model exactly for some cycles, never more than planned, with compiled code warm.
 
     Raises
     ------

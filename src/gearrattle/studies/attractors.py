@@ -57,7 +57,7 @@ _MEANING = "1, 2, ...: the attractor of that number; 0: chaotic; -1: undecided; 
 
 @dataclass(frozen=True)
 class Motion:
-    """Settled motion of a group of cases.
+    """Settled motion of a group of cases; verdict and severity are the codes of the worst.
 
     Attributes
     ----------

@@ -40,6 +40,8 @@ class Design:
         of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
     cases
         how many cases come of d values and a count.
+    counted
+        whether it takes a count.
     paired
         whether the count must be a power of two.
     independent

@@ -39,7 +39,7 @@ _REMEDY = "vary inertias, drags, stiffness, damping, clearances, means, amplitud
 
 @dataclass(frozen=True)
 class Family:
-    """All drivelines of a box.
+    """All drivelines of a box, and the one in the middle.
 
     Attributes
     ----------

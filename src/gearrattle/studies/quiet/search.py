@@ -54,7 +54,7 @@ class Slice(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the box.
+    """A part of the box: PROVEN, REFUTED, or OPEN with the reason.
 
     Attributes
     ----------

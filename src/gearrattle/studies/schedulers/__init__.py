@@ -34,6 +34,10 @@ def opened(
         "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
     workers
         how many are wanted; None for as many as make sense.
+    sensible
+        how many pay on this machine.
+    shared
+        whether other processes see where the study is kept.
 
     Raises
     ------

@@ -53,7 +53,11 @@ class Scheduler(Protocol):
 
 @dataclass(frozen=True)
 class Wanted:
-    """Request of a scheduler; without a number of workers the scheduler chooses it."""
+    """Request of a scheduler; without a number of workers the scheduler chooses it.
+
+    ``sensible`` is the number of workers that pay on this machine; ``shared`` says whether other processes see where
+    the study is kept.
+    """
 
     address: Any
     workers: int | None
