@@ -1,10 +1,8 @@
-"""What to do before simulating: the first half of the 1995 paper's Fig. 1, run by the machine, which checks itself.
+"""Advice before a simulation: the first half of Fig. 1 of Padmanabhan et al. 1995, with pilot runs as a check.
 
 Every line of an ``Advice`` says what to do and on what evidence; every forecast says by which route it came, and is
 scored against a run (``forecasts``). The evidence is linear algebra where that suffices, and a short exact run, the
 *pilot*, where it does not.
-
-Takes a Model; gives an Advice.
 """
 
 from gearrattle.advice.advise import advise

@@ -1,4 +1,4 @@
-"""The procedure of the paper's Fig. 1 before the integration, on one page.
+"""Procedure of advice: the steps before the integration in Fig. 1 of Padmanabhan et al. 1995.
 
     1. lumping          which bodies move as one in the excited band                    (sec. 3)
     2. scaling          effect of the non-dimensional form on the Jacobian              (sec. 5)
@@ -10,10 +10,8 @@
     8. predictability   how long the motion is predictable point by point
     9. other motions    that exist at this load, where that costs little
 
-In the paper the user closes the loop. Here the pilot run does: a lumped model is not recommended if it moves
+In the paper the user checks each decision. Here a pilot run does: a lumped model is not recommended if it moves
 differently from the full one.
-
-Takes a Model and the settings of the planned run; gives an Advice.
 """
 
 from __future__ import annotations
@@ -108,17 +106,10 @@ def advice_on(
 
     Parameters
     ----------
-    model
-        the driveline.
-    settings
-        of the run.
-    up_to
-        end of the band for lumping.
     is_asked
         whether the user asked for it; a run looks for other motions only where that is nearly free.
-    progress
-        called with the finished share.
     """
+    # check the model and the settings of the planned run
     check_model(model)
     _refuse_unsteady(model)
     planned = settled(model, dict(settings))
@@ -132,18 +123,21 @@ def advice_on(
 
     if up_to is not None:
         band_end(model, up_to)
+    # equilibrium, pilot run and linear response about rest
     driveline = assemble(model)
     system = driveline.system
     layout = driveline.layout
     equilibrium = named_equilibrium(driveline)[1]
     pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, equilibrium)
     pilot.run.variation.follow(stage(1))
+    # reduction, contact ratios, regions visited and other motions, in the order of their cost
     lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries
     stage(3)(0.0)
     ratios = contact_ratios_line(model, pilot)
     pilot.treat_regions(stage(4))
     stage(5)(0.0)
     others, notes = others_of(planned, pilot, is_asked=is_asked, progress=stage(6))
+    # one line a step of the procedure
     lines = (
         lumping,
         scaling_line(model),

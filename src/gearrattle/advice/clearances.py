@@ -1,7 +1,4 @@
-"""Which clearances will open, and the slopes that stand for them.
-
-Takes excursions, a pilot and a model; gives lines and forecasts.
-"""
+"""Advice on clearances: those that open at this load, and the slopes that replace them in a linear model."""
 
 from __future__ import annotations
 
@@ -26,7 +23,7 @@ LISTED = 6
 
 
 def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
-    """Whether the linear response crosses any corner of a clearance; on which sides, it knows badly."""
+    """Forecasts whether the linear response crosses any corner of a clearance; on which side is not reliable."""
     return [
         Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
         for name, used in zip(layout.clearance_names, excursions.used.tolist(), strict=True)
@@ -34,12 +31,14 @@ def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
 
 
 def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
-    """Regimes in the pilot run; in addition the linear response, and what that leaves out."""
+    """Line on clearances: regimes in the pilot run, and the linear response about rest."""
+    # regimes of the pilot run
     names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
     moving = {name: str(regime) for name, regime in shown.items() if regime != "quiet"}
     quiet = [name for name in names if name not in moving]
+    # clearances that open, by name or by number
     if not moving:
         words = "No clearance opens."
     elif len(names) > LISTED:
@@ -47,9 +46,11 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
     else:
         words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
         words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
+    # evidence of the pilot run
     regimes = {name: str(regime) for name, regime in shown.items()}
     states = _kinds(regimes) if len(names) > LISTED else ", ".join(f"{n} {r}" for n, r in regimes.items())
     evidence = [f"{pilot.name}, its second half: {states}"]
+    # evidence of the linear response: exact motion, or corners that it crosses
     if excursions.inside and not notes:
         least = int(np.argmax(excursions.used))
         evidence.append(
@@ -72,12 +73,12 @@ def _corners(over: list[str]) -> str:
 
 
 def _kinds(regimes: Mapping[str, str]) -> str:
-    """How many clearances have each regime."""
+    """Number of clearances with each regime, in words."""
     return ", ".join(f"{count} {regime}" for regime, count in Counter(regimes.values()).most_common())
 
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
-    """Mean slopes of the pilot, and those of equivalent linearisation."""
+    """Line on contact ratios: mean slopes of the pilot, and those of equivalent linearisation."""
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     if not slopes:
         return Line("contact ratios", "There are none.")
@@ -95,7 +96,7 @@ def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
 
 
 def _slopes(values: Mapping[str, float]) -> str:
-    """Say slopes, of many clearances their range."""
+    """Slopes in words; of many clearances their range."""
     known = [value for value in values.values() if not math.isnan(value)]
     if len(values) > LISTED and known:
         return f"{min(known):.3g} to {max(known):.3g} over {len(values)} clearances"

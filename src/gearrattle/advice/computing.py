@@ -1,7 +1,4 @@
-"""Which algorithm and step to use, what the run will cost, and how long the motion is predictable point by point.
-
-Takes the planned model and its pilot run; gives lines of the advice.
-"""
+"""Advice on computing: algorithm and step, cost of the run, and how long the motion is predictable point by point."""
 
 from __future__ import annotations
 
@@ -21,10 +18,12 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
 
     ``quiet``: the linear response crosses no corner.
     """
+    # friction, clipped damping and alternation: exact alone supports them
     if pilot.run.trajectory.auxiliaries is not None:
         return Line(
             "algorithm", "Use exact: no other algorithm supports friction, clipped contact damping or alternation."
         )
+    # largest stable step of every algorithm in the regions visited
     visited = pilot.visited
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
@@ -32,12 +31,14 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     evidence = [
         f"{limit.algorithm}: largest stable step {measured(limit.largest_step, unit, 4)} in {where}" for limit in limits
     ]
+    # the alternative without corner crossings
     no_crossing = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with error control is suitable too, because no corner is crossed."
         if no_crossing
         else "the alternative is rkv-events, which restarts at every corner."
     )
+    # an unstable step that is planned
     planned = model.simulation.algorithm
     for limit in limits:
         if limit.algorithm == planned and limit.growth > 1.0 + 1e-9:
@@ -57,7 +58,7 @@ def _unstable(algorithm: str, step: str, growth: float, labels: dict[str, int]) 
 
 
 def cost_line(pilot: Pilot) -> Line:
-    """Function calls and computing time of the planned run with exact."""
+    """Line on cost: function calls and computing time of the planned run with exact."""
     t, cost = pilot.run.trajectory, pilot.run.cost
     calls, seconds = cost.function_calls * pilot.stretched, cost.wall_time * pilot.stretched
     crossings = pilot.of("crossings a cycle")[""]
@@ -73,7 +74,7 @@ def cost_line(pilot: Pilot) -> Line:
 
 
 def predictability_line(pilot: Pilot) -> Line:
-    """How long the motion is predictable point by point, and what to compare after that."""
+    """Line on predictability: cycles for which the motion is predictable, and what to compare after that."""
     cycles, rate = pilot.predictable_cycles, pilot.exponent
     period = pilot.run.trajectory.layout.period
     unit = " 1/s" if pilot.run.model.units == "SI" else ""

@@ -1,9 +1,8 @@
 """Forecasts, and their comparison with the run.
 
-A forecast is a number or a word about one thing, by one route, made before the run that settles it. When it counts as
-right is fixed here, once for all: regimes exactly, ratios within 0.1, counts and times within a factor of two.
-
-Takes forecasts and a Run; gives Scores.
+A forecast is a number or a word about one quantity, by one route, made before the run that it is compared with. The
+rule by which it counts as right is the same for all: regimes exactly, ratios within 0.1, counts and times within a
+factor of two.
 """
 
 from __future__ import annotations
@@ -128,7 +127,7 @@ QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Calla
     "computing time": (_wall_time, _within_factor, _TWICE),
     "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
 }
-"""What can be forecast: its value in a run by subject, when a forecast counts as right, and that rule in words."""
+"""Quantities that can be forecast: value in a run by subject, when a forecast counts as right, that rule in words."""
 
 
 def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
@@ -136,17 +135,7 @@ def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
 
     Costs of ``exact`` are not settled by a run of another algorithm.
 
-    Parameters
-    ----------
-    forecasts
-        made for the model of the run.
-    run
-        the run.
-
-    Raises
-    ------
-    ModelError
-        no cycle left after the discarded ones.
+    ModelError: no cycle left after the discarded ones.
     """
     happened: dict[str, Mapping[str, float | str]] = {}
     scores = []

@@ -1,9 +1,7 @@
-"""Which clearances the linear driveline would open: the steady response about rest, against the corners.
+"""Steady linear response about rest, compared with the corners of every clearance.
 
-While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, and no
-clearance opens in it. Where it does not, the excursion tells only roughly which corners are crossed.
-
-Takes a system and its rest; gives excursions.
+While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, in which
+no clearance opens. Where it leaves them, it tells only roughly which corners are crossed.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from gearrattle.trajectory import Array
 
 @dataclass(frozen=True)
 class Excursions:
-    """How far every clearance moves in the steady linear response about rest.
+    """Excursion of every clearance in the steady linear response about rest.
 
     Attributes
     ----------
@@ -42,7 +40,7 @@ class Excursions:
 
     @property
     def used(self) -> Array:
-        """(K,) the oscillation's reach as a share of the way to the nearer corner; 1 and more where it crosses."""
+        """(K,) the oscillation's reach over the distance to the nearer corner; 1 and more where it crosses."""
         middle = 0.5 * (self.low + self.high)
         room = np.maximum(np.minimum(self.ceiling - middle, middle - self.floor), np.finfo(float).tiny)
         with np.errstate(over="ignore"):  # at rest on a corner there is no room: infinite

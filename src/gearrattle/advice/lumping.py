@@ -1,7 +1,4 @@
-"""What to lump: bodies that move as one in the excited band, unless the pilot of the smaller model moves otherwise.
-
-Takes a Model and its pilot; gives a line.
-"""
+"""Advice on lumping: bodies that move as one in the excited band, unless the pilot run of the lumped model differs."""
 
 from __future__ import annotations
 
@@ -25,11 +22,13 @@ _COMPARED = 0.1  # difference of mean slopes that counts
 def lumping_line(
     model: Model, pilot: Pilot, up_to: float | str | None = None, progress: Callable[[float], None] | None = None
 ) -> Line:
-    """Try the lumping for a band, by default that of the torques' orders, and run_pilot the smaller model too."""
+    """Line on lumping: a reduction for the band, by default that of the torques' orders, and its pilot run."""
     layout = pilot.run.trajectory.layout
+    # drivelines that cannot be lumped
     if model.motions:
         reason = f"lumping needs every inertia free, and the motion of {model.motions[0].on} is prescribed"
         return Line(TOPIC, "Keep every body: a driveline with a prescribed motion is not lumped.", (reason,))
+    # reduce within the band
     why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
     try:
@@ -38,6 +37,7 @@ def lumping_line(
         return Line(TOPIC, "Keep every body: none can be lumped within the error allowed.", (*why, str(error)))
     if not reduction.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
+    # groups in words, and the error of the frequencies
     groups = [f"{', '.join(members)} into {kept}" for kept, members in reduction.groups.items()]
     more = f"; and {counted(len(groups) - LISTED, 'group')} more, which gr.reduce lists" if len(groups) > LISTED else ""
     merged = "; ".join(groups[:LISTED]) + more
@@ -48,6 +48,7 @@ def lumping_line(
         f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
         f"({100.0 * off.limit:g} % allowed)",
     )
+    # comparison of the lumped pilot run with the full one
     apart = _differences(reduction, pilot, progress)
     if len(apart) > LISTED:
         apart = (*apart[:LISTED], f"and {len(apart) - LISTED} more differences")
@@ -77,7 +78,7 @@ def _in_words(end: float, model: Model) -> str:
 
 
 def _differences(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
-    """How the lumped model's pilot differs; empty where it does not."""
+    """Differences between the pilot of the lumped model and that of the full one; empty where there is none."""
     t = pilot.run.trajectory
     other = run_pilot(reduction.model, pilot.planned, progress, cycles=t.cycles)
     differences = []

@@ -1,4 +1,4 @@
-"""Whether other motions exist at this load: where motions from many starts settle (``orbits.attractors``).
+"""Advice on other motions at the same load: motions from many starts, and where they settle (``orbits.attractors``).
 
 A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
 driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
@@ -8,8 +8,6 @@ size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as man
 least ``PILOTS`` times as many periods as the pilot, and says how many it left out. Where motions are irregular they
 come to ever new regions, and to build one takes as long as ``REGION`` calls: the regions that are built are bounded by
 the same number of calls.
-
-Takes a pilot run; gives a line, and a note where another motion exists.
 """
 
 from __future__ import annotations
@@ -51,14 +49,8 @@ def others_of(
 
     Parameters
     ----------
-    model
-        the driveline.
-    pilot
-        its exact run.
     is_asked
         whether the user asked for advice; a run says nothing where the question would cost too much.
-    progress
-        called with the finished share.
 
     Returns
     -------
@@ -66,6 +58,7 @@ def others_of(
         No line where the question has no sense: a driveline without clearances, or whose state cannot repeat. A note
         where another motion exists.
     """
+    # bound on the function calls of the search
     if not pilot.run.trajectory.layout.clearance_names:
         return (), ()
     most = periods_for(pilot, ADVISED if is_asked else PASSING)
@@ -78,17 +71,20 @@ def others_of(
     from gearrattle.orbits.balanced import balanced
     from gearrattle.orbits.start_states import check_repeats, state_of
 
+    # drivelines whose states cannot repeat
     model = balanced(model)
     try:
         check_repeats(model)
     except ModelError:
         return (), ()
+    # settle motions from many starts
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
         regions = calls_for(pilot, ADVISED if is_asked else PASSING) / REGION
         settled = settled_motions(model, start, progress=progress, most_periods=most, most_regions=regions)
     except ConvergenceError:
         return (), ()
+    # line and note
     words = words_of(settled)
     evidence = [_counts(settled), _REACH] if settled.starts else []
     if settled.left_out:
@@ -97,20 +93,15 @@ def others_of(
 
 
 def periods_for(pilot: Pilot, calls: float) -> float:
-    """Return how many periods the question may follow.
+    """Return the number of periods that the search for other motions may follow.
 
-    Parameters
-    ----------
-    pilot
-        whose function calls tell what a period costs.
-    calls
-        that a driveline of up to ``SMALL`` inertias may spend.
+    ``calls`` are those that a driveline of up to ``SMALL`` inertias may spend.
     """
     return calls_for(pilot, calls) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
 
 
 def calls_for(pilot: Pilot, calls: float) -> float:
-    """Return how many function calls the question may spend; arguments as of ``periods_for``."""
+    """Return the number of function calls that the search may spend; arguments as of ``periods_for``."""
     bodies = len(pilot.run.trajectory.layout.inertia_names)
     allowed = calls / max(1.0, bodies / SMALL) ** 2
     planned = pilot.run.cost.function_calls * pilot.stretched
@@ -125,12 +116,15 @@ def others_in(settled: Settled) -> list[int]:
 def words_of(settled: Settled) -> str:
     """Return which motions exist besides the one that the pilot settles in."""
     others = others_in(settled)
+    # no search from other starts
     if not settled.starts and not others:
         own = f"the pilot settles in {settled.names[settled.own]}; " if settled.own >= 0 else ""
         return f"Not looked for: {own}other starts cost more than advice may spend."
+    # other motions with the share of their basins
     basins = "; ".join(
         f"{settled.names[i]}, basin about {_percent(settled.counts[i] / settled.starts)}" for i in others
     )
+    # pilot run that has not settled
     if settled.own < 0:
         if not others:
             periods = BLOCK * BLOCKS
@@ -139,6 +133,7 @@ def words_of(settled: Settled) -> str:
                 "settle slowly or do not repeat."
             )
         return f"The pilot has not settled; from other starts the driveline settles at this load: {basins}."
+    # settled pilot run, no other motion
     if not others:
         left = f", {settled.unsettled} had not settled" if settled.unsettled else ""
         return (
@@ -150,7 +145,7 @@ def words_of(settled: Settled) -> str:
 
 
 def _counts(settled: Settled) -> str:
-    """How many starts settle in which motion, with intervals, and how many in none."""
+    """Numbers of starts that settle in each motion, with intervals, and of those that do not settle."""
     parts = []
     for i, name in enumerate(settled.names):
         low, high = settled.interval(i)
@@ -162,7 +157,7 @@ def _counts(settled: Settled) -> str:
 
 
 def _left_out(settled: Settled, most: float) -> str:
-    """How many starts were not followed, and why."""
+    """Number of starts that were not followed, and why."""
     total = settled.starts + settled.left_out
     return (
         f"{settled.left_out} of {counted(total, 'start')} left out: advice follows {most:.0f} periods here, and all "

@@ -1,10 +1,7 @@
-"""A short exact run that sounds the waters: regimes, costs a cycle, how fast perturbations grow.
+"""Pilot run: a short exact run that gives regimes, the cost of a cycle and the growth of perturbations.
 
-The exact solution of some thirty cycles costs less than most of the linear algebra about it, so what it shows is the
-first evidence on anything nonlinear. It cannot show what comes later: motions that settle slowly, other motions from
-other starts.
-
-Takes a Model; gives a Pilot.
+The exact solution of some thirty cycles costs less than most of the linear algebra of an advice, so it is the first
+evidence on everything nonlinear. It does not show motions that settle slowly, nor other motions from other starts.
 """
 
 from __future__ import annotations
@@ -27,15 +24,7 @@ CYCLES = 32
 
 @dataclass(frozen=True)
 class Pilot:
-    """A short exact run.
-
-    Attributes
-    ----------
-    run
-        its first half is discarded.
-    planned
-        cycles of the run that is planned.
-    """
+    """A short exact run, of which the first half is discarded."""
 
     run: Run
     planned: int
@@ -46,7 +35,7 @@ class Pilot:
         return f"pilot of {counted(self.run.trajectory.cycles, 'cycle')}"
 
     def of(self, quantity: str) -> dict[str, float | str]:
-        """What the pilot itself shows of a quantity that can be forecast."""
+        """Return the pilot's own value of a quantity that can be forecast, by subject."""
         return dict(QUANTITIES[quantity][0](self.run))
 
     @cached_property
@@ -66,7 +55,7 @@ class Pilot:
 
     @property
     def stretched(self) -> float:
-        """How many times longer the planned run is."""
+        """Length of the planned run over that of the pilot."""
         return self.planned / self.run.trajectory.cycles
 
     @property
@@ -111,18 +100,7 @@ class Pilot:
 def run_pilot(
     model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
 ) -> Pilot:
-    """Run a model exactly for some cycles, warm.
-
-    Parameters
-    ----------
-    model
-        with the settings of the planned run.
-    planned
-        its cycles; a pilot is never longer.
-    progress
-        called with the finished share.
-    cycles
-        of the pilot.
+    """Run a model exactly for some cycles, never more than planned, with compiled code warm.
 
     Raises
     ------

@@ -1,7 +1,4 @@
-"""What an advice is: lines with evidence, and forecasts that a run will settle.
-
-Takes text and forecasts; gives JSON types.
-"""
+"""Records of an advice: lines with their evidence, and forecasts that a run confirms or refutes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""How stiff the driveline is, and what scaling does about it.
-
-Takes a Model and its pilot; gives lines.
-"""
+"""Advice on stiffness and scaling: eigenvalue ratios over the regions visited, and the condition number."""
 
 from __future__ import annotations
 

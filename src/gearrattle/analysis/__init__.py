@@ -1,1 +1,1 @@
-"""What a model tells without a run: rest, modes, stiffness, scales, contact ratios, the static loop of an element."""
+"""Analyses of a model without a run: equilibrium, modes, stiffness, scales, contact ratios, static torque loops."""

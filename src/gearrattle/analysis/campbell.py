@@ -4,10 +4,8 @@
 
 (W. Campbell, Trans. ASME 46 (1924) 31). Natural frequencies of a torsional driveline do not depend on its speed, so a
 crossing is a quotient. They do depend on how much of the time clearances are in contact: with a grid of contact
-ratios, every state has its own frequencies. A crossing matters as far as what turns with the order excites the mode:
-the share says how far (see ``Modes.excitation``).
-
-Takes a model; gives frozen data to plots and reports.
+ratios, every state has its own frequencies. How much a crossing matters is given by the share of the energy of the
+order's source that goes into the mode (see ``Modes.excitation``).
 """
 
 from __future__ import annotations

@@ -85,9 +85,11 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
 
     From two starts if not thorough.
     """
+    # refuse what cannot be forecast
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_recorded_motions(model, "a forecast")
+    # fixed points of equivalent linearisation
     left, model = unsteady(model), steady(model)
     driveline = assemble(model)
     named_equilibrium(driveline)
@@ -97,6 +99,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
             f"equivalent linearisation found no fixed point in {prediction.searches} searches",
             remedy="simulate the model and give the run",
         )
+    # ratio of the first fixed point, and its notes
     points = [_described(names, point) for point in prediction.points]
     first = prediction.points[0]
     ratios = dict(zip(("gain", "mean_slope"), first.ratios, strict=True))[_LINEARISED[method]]
@@ -113,7 +116,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
 
 
 def _described(names: tuple[str, ...], point: FixedPoint) -> dict[str, Any]:
-    """A fixed point as ``attrs`` have it."""
+    """A fixed point as the ``attrs`` of ``contact_ratio`` describe it."""
     keys = ("gain", "mean_slope", "mean", "deviation")
     described = {**{key: _by_name(names, getattr(point, key)) for key in keys}, "starts": point.starts}
     motion = point.motion

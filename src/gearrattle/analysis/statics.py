@@ -207,10 +207,11 @@ def equilibrium(model: Model) -> Equilibrium:
 
 
 def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
-    """The same with names, and as the mathematics has it."""
+    """Return the equilibrium with names, and as ``statics`` gives it by index."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names
+    # mean loads that no last stage carries
     try:
         rest = statics.equilibrium(system)
     except statics.Runaway as runaway:
@@ -223,9 +224,11 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
             'initial = "zero"',
         )
         raise ModelError(problem) from None
+    # notes on free trains, middled gaps and what equilibrium leaves out
     notes = train_notes(system, free_names(model), rest, si=model.units == "SI")
     notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
     notes += left_out(model)
+    # results by name
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
     held = np.zeros(len(model.motions))
@@ -290,12 +293,12 @@ def modes(
 
 
 def torque_source(name: str) -> str:
-    """What a harmonic torque on this inertia is called among the sources."""
+    """Name of a harmonic torque on this inertia among the sources."""
     return f"torque on {name}"
 
 
 def motion_source(name: str) -> str:
-    """What a prescribed motion of this inertia is called among the sources."""
+    """Name of a prescribed motion of this inertia among the sources."""
     return f"motion of {name}"
 
 
@@ -337,6 +340,7 @@ def slopes(
     """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
     names, system = driveline.layout.element_names, driveline.system
     contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
+    # names that no element has, ratios outside 0 to 1
     problems = [
         Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")
         for kind, named in (("contact_ratio", contact_ratio), ("region", region))
@@ -348,6 +352,7 @@ def slopes(
         for name, ratio in contact_ratio.items()
         if not 0 <= ratio <= 1
     ]
+    # slope and damping of the piece chosen, reduced by the contact ratio
     stiffness, damping = np.empty(len(names)), np.empty(len(names))
     for k, (name, law) in enumerate(zip(names, system.laws, strict=True)):
         first, last = law.first_label, law.first_label + law.pieces - 1

@@ -1,4 +1,4 @@
-"""Numerical stiffness of a model: eigenvalues, R_lambda, conditioning, and what every fixed step makes of them."""
+"""Numerical stiffness of a model: eigenvalues, R_lambda, condition numbers, and the growth factors of fixed steps."""
 
 from __future__ import annotations
 
@@ -144,23 +144,7 @@ def r_lambda_over(
 ) -> Array:
     """(len(ratios),) R_lambda against the contact ratio of one element, as in the paper's Fig. 6.
 
-    Parameters
-    ----------
-    model
-        the driveline.
-    element
-        whose ratio is varied.
-    ratios
-        its values, 0 to 1.
-    contact_ratio
-        those of other elements.
-    with_damping
-        as of ``stiffness``.
-
-    Raises
-    ------
-    ModelError
-        as ``stiffness``.
+    ModelError: as ``stiffness``.
     """
     driveline, fixed = assemble(model), dict(contact_ratio or {})
     states = [slopes(driveline, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
@@ -169,17 +153,7 @@ def r_lambda_over(
 
 @dataclass(frozen=True)
 class RegionStiffness:
-    """One region.
-
-    Attributes
-    ----------
-    labels
-        its label for every clearance.
-    eigenvalues
-        of motion in it.
-    share
-        of the time a run spends in it, 0 to 1; NaN where no run is behind it.
-    """
+    """A region with its eigenvalues, and the share of time that a run spends in it; NaN where no run is behind it."""
 
     labels: dict[str, int]
     eigenvalues: Eigenvalues
@@ -188,11 +162,6 @@ class RegionStiffness:
 
 def regions(model: Model) -> tuple[list[RegionStiffness], str]:
     """Eigenvalues of the regions that differ in a slope or damping, on the drive side where both sides are alike.
-
-    Parameters
-    ----------
-    model
-        the driveline.
 
     Returns
     -------
@@ -228,22 +197,14 @@ def _region(
 
 @dataclass(frozen=True)
 class Visited:
-    """Regions in which a motion stays.
-
-    Attributes
-    ----------
-    regions
-        those whose eigenvalues are known, longest dwell first.
-    count
-        how many are visited.
-    """
+    """Regions in which a motion stays: those with known eigenvalues, longest dwell first, and the number of all."""
 
     regions: tuple[RegionStiffness, ...]
     count: int
 
     @property
     def words(self) -> str:
-        """Which regions these are."""
+        """The regions in words."""
         known = len(self.regions)
         if known == self.count:
             return f"{counted(known, 'region')} visited"

@@ -1,14 +1,12 @@
-"""Trains of a driveline, in words: what the mean torques leave over on each, and bodies that nothing connects.
+"""Notes on the trains of a driveline: the unbalanced mean torque on each, and bodies that no element holds.
 
-A free train turns as one: its bodies by phi_i q, with phi = 1 at the body named. There the means leave over
-Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. With a_i = phi_i q'' that is
+A free train turns as one: its bodies by phi_i q, with phi = 1 at the body named. The mean torques leave there the
+resultant Q = sum_i phi_i T_i, and the train accelerates by q'' = Q / sum_i J_i phi_i^2. With a_i = phi_i q'' that is
 
     Q = sum_i J_i a_i^2 / q'',
 
 so the accelerations of the equilibrium tell it. A train that turns in more than one way, such as a planetary set
 without a fixed body, has no such single torque.
-
-Takes an equilibrium; gives notes.
 """
 
 from __future__ import annotations
@@ -26,18 +24,9 @@ _MOST_NAMED = 3
 
 
 def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium, *, si: bool) -> list[str]:
-    """Say which trains accelerate and for want of which torque, and which bodies no element holds.
+    """Return notes on trains that accelerate, with the unbalanced torque, and on bodies that no element holds.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    names
-        of its bodies.
-    rest
-        its equilibrium.
-    si
-        whether its numbers are in SI; otherwise they have no units.
+    ``si`` says whether the numbers are in SI; otherwise they have no units.
     """
     notes = []
     said = list(_accelerated(system, names, rest.acceleration, si=si))
@@ -54,7 +43,7 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
 
 
 def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
-    """Say what balances a train that turns in one way, if one accelerates."""
+    """Advice that balances a train that turns in one way, if one accelerates."""
     is_simple = any(train.freedoms == 1 and rest.acceleration[train.bodies].any() for train in trains(system))
     return ' A torque on a train balances it with mean = "balance".' if is_simple else ""
 
@@ -62,7 +51,7 @@ def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
 def _accelerated(
     system: PiecewiseSystem, names: Sequence[str], acceleration: NDArray[np.float64], *, si: bool
 ) -> Iterator[str]:
-    """Yield for every train that accelerates the torque left over at its first body, and how fast that is."""
+    """Yield for every accelerating train the torque left over at its first body, and its acceleration."""
     torque, rate = (" N m", " rad/s^2") if si else ("", "")
     for train in trains(system):
         moving = train.bodies[acceleration[train.bodies] != 0.0]

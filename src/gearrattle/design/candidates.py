@@ -4,8 +4,6 @@ Without a list of the user's these are, each from 0.7 to 1.3 times what the mode
 together, the backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the
 moment of inertia of every body that is no loose gear. A ramp of a torque may take up to four times as long, where the
 next one leaves room for that.
-
-Takes a Model and a mapping; gives Candidates.
 """
 
 from __future__ import annotations
@@ -32,15 +30,7 @@ _COST = Plain("non-negative")
 
 @dataclass(frozen=True)
 class Candidate:
-    """One change that may be made.
-
-    Attributes
-    ----------
-    variable
-        what is changed, and how far.
-    cost
-        of the whole way from the model's own value to an end.
-    """
+    """One change that may be made, and the cost of the whole way from the model's own value to an end."""
 
     variable: Variable
     cost: float
@@ -55,12 +45,10 @@ class Candidate:
 
 
 def candidates_of(model: Model, requested: Mapping[str, object] | None) -> tuple[Candidate, ...]:
-    """Read candidates.
+    """Read the candidates of a search for remedies.
 
     Parameters
     ----------
-    model
-        what they change.
     requested
         by path or pattern a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with them) and ``cost``;
         None for the default list.
@@ -109,7 +97,7 @@ def _factors(bounds: tuple[float, float]) -> dict[str, Any]:
 
 
 def _default(model: Model) -> tuple[Candidate, ...]:
-    """Return what may be changed of any driveline, where the model has it."""
+    """Return the default candidates: everything on the list of the module that the model has."""
     layout = assemble(model).layout
     loose = {layout.inertia_names[gear.loose] for gear in loose_gears(layout)}
     together = ["inertia.*.drag_torque", "mesh.*.backlash"]

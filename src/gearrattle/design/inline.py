@@ -1,4 +1,4 @@
-"""An executor that works at once, in the thread of its caller: for searches that run beside each other already."""
+"""Executor that computes at once, in the thread of its caller: for searches that run in parallel already."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 
 class Inline(Executor):
-    """Carries out what is submitted at once."""
+    """Executor that runs what is submitted at once."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return what is done already."""
+        """Return a future that is done already."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))

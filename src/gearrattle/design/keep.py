@@ -1,8 +1,6 @@
-"""Motions that are remembered in a folder, so that work that was stopped goes on: a file a motion.
+"""Folder that keeps the motions computed, one file each, so that a search that was stopped goes on.
 
 A motion is named by everything that decides it: the model, the start, the outputs, the version of the package.
-
-Takes what is asked for; gives Motions.
 """
 
 from __future__ import annotations
@@ -22,14 +20,14 @@ from gearrattle.writing import put
 
 
 class Keep:
-    """Remembers motions in a folder."""
+    """Folder of motions that are known."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._folder = Path(folder)
         self._folder.mkdir(parents=True, exist_ok=True)
 
     def motion(self, asked: Asked, counter: Counter | None = None) -> Motion:
-        """Return a motion: the one that is remembered, else it is simulated and remembered."""
+        """Return a motion from the folder, else simulate and keep it."""
         file = self._folder / f"{_name(asked)}.npz"
         known = _read(file, asked)
         if known is not None:
@@ -42,7 +40,7 @@ class Keep:
 
 
 def kept_or_moved(asked: Asked, keep: Keep | None, counter: Counter | None = None) -> Motion:
-    """Return a motion, from what is remembered if anything is."""
+    """Return a motion from the folder if there is one, else simulate it."""
     return moved_on(asked, counter) if keep is None else keep.motion(asked, counter)
 
 

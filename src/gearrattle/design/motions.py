@@ -1,14 +1,12 @@
-"""The motions of one variant of a driveline that a decision looks at: from rest, from the motion before, and pushed.
+"""Motions of one variant of a driveline from three starts: at rest, at the end of the motion before, and pushed.
 
-Motions coexist: where a driveline is quiet from rest it may still rattle after a tip-in. So a variant is simulated from
-three starts, all by the model's own settings:
+Motions may coexist: a driveline that is quiet from rest may rattle after a tip-in. So a variant is simulated from three
+starts, all by the model's own settings:
 
 - *rest*: the start of the model file,
 - *before*: the end of the motion of the neighbouring variant, on the side of the model's own value,
 - *pushed*: the model's own start with all clearances set going, each at a speed that takes it across its gap in a
   sixteenth of a period, neighbours in opposite directions.
-
-Takes Models; gives Motions.
 """
 
 from __future__ import annotations
@@ -40,17 +38,7 @@ State = Mapping[str, Sequence[float]]
 
 @dataclass(frozen=True)
 class Motion:
-    """One motion.
-
-    Attributes
-    ----------
-    start
-        one of ``STARTS``.
-    values
-        its outputs by name.
-    end
-        the state in which it ends, as ``simulation.initial`` takes it.
-    """
+    """Motion of one variant from one start; ``end`` is its last state, as ``simulation.initial`` takes it."""
 
     start: str
     values: Mapping[str, NDArray[Any]]
@@ -59,18 +47,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class Asked:
-    """A motion that is asked for.
+    """Request of a motion.
 
     Attributes
     ----------
-    model
-        the variant.
-    start
-        one of ``STARTS``.
     initial
         the state in which it begins; None for that of the model, or, pushed, for its pushed one.
-    outputs
-        that are kept.
     samples
         a cycle; None for those of the model.
     """
@@ -119,7 +101,7 @@ def starts_of(model: Model) -> tuple[str, ...]:
 
 
 def pushed(model: Model) -> State:
-    """Return the pushed start of a model: its own one, and speeds that take every gap across in a short time.
+    """Return the pushed start of a model: its own angles, and speeds that take every gap across in a short time.
 
     Of all velocities with these rates it is the one that changes the model's own by the least kinetic energy.
     """
@@ -142,7 +124,7 @@ def pushed(model: Model) -> State:
 
 
 def _gap(corners: NDArray[np.float64]) -> float:
-    """The width of the piece around zero."""
+    """Width of the piece around zero."""
     above = corners[corners > 0.0]
     below = corners[corners < 0.0]
     return float(above.min() - below.max()) if above.size and below.size else 0.0

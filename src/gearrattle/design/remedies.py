@@ -1,11 +1,9 @@
-"""``remedies``: which single change, and which pair of changes, makes a driveline quiet, at which cost.
+"""``remedies``: the single changes, and the pairs of changes, that make a driveline quiet, by cost.
 
 Every candidate is searched as a threshold is, with exact runs: its range is scanned, and where the target holds, the
 change from the model's own value is made as small as it may be. A value counts only if the target holds at the model's
-speed and at its neighbours, from rest, from the motion of the value before, and after a push. Of changes that do not
-reach the target alone the best ones are made in pairs, both on the way to their best ends together.
-
-Takes a Model, candidates and a target; gives Remedies.
+speed and at its neighbours, from rest, from the motion of the value before, and after a push. The best of the changes
+that do not reach the target alone are tried in pairs: both values go together towards their best ends.
 """
 
 from __future__ import annotations
@@ -272,7 +270,7 @@ class _Study:
         search.run(Inline(), Tried(search.variable.own or 0.0, own.target, [*own.motions]))
 
     def _transmit(self, search: Search | None) -> None:
-        """Simulate with samples what came of a search, or the model itself: how much of the motion each body gets."""
+        """Simulate with samples a search's best variant, or the model itself: transmissibilities of all bodies."""
         model = self.model
         best = None if search is None else _best(search)
         if search is not None and best is not None:
@@ -282,7 +280,7 @@ class _Study:
         self._levels[id(search)] = motion.values[TRANSMISSIBILITY]
 
     def _pairs(self, answers: Sequence[tuple[Search, Candidate]], target: Target) -> list[tuple[Search, Candidate]]:
-        """Pairs of the changes that go some of the way, each to its best end."""
+        """Pairs of the changes that come nearer to the target, each to its best end."""
         helpful = []
         for search, option in answers:
             if _reached(search) is None and search.is_begun:
@@ -299,7 +297,7 @@ class _Study:
         return pairs
 
     def _remedy(self, search: Search, option: Candidate, own: Tried) -> Remedy:
-        """What came of one search: the smallest change with the target, else the best value."""
+        """Remedy from one search: the smallest change with the target, else the best value."""
         variable = option.variable
         best = _best(search)
         word, energy, part = _worst(best.motions, search.target)
@@ -309,7 +307,7 @@ class _Study:
         return Remedy(words, changes, option.cost_of(best.value), best.holds, word, energy, part, effects)
 
     def _side_effects(self, own: Tried, best: Tried) -> tuple[str, ...]:
-        """Which parts hit harder than before, and which springs now change stage."""
+        """Parts that hit harder than before, and springs that now change stage."""
         target = own.target
         before = own.motions[0].values
         after = next((motion.values for motion in best.motions if motion.start == REST), best.motions[0].values)
@@ -329,7 +327,7 @@ class _Study:
         return tuple(effects)
 
     def _transmission(self, search: Search) -> tuple[str, ...]:
-        """Which body gets more of the driver's acceleration than before: the one with the largest rise."""
+        """The transmissibility that rises most over the model's own, in words; nothing for a small rise."""
         old = self._levels.get(id(None))
         new = self._levels.get(id(search))
         if old is None or new is None:
@@ -391,7 +389,7 @@ def _change_words(model: Model, variable: Variable, value: float) -> str:
 
 
 def _from_to(model: Model, one: Range, before: float, after: float) -> str:
-    """What goes from which value to which: of a factor on one value alone, the values."""
+    """Names with the value before and after; of a factor on one value alone, the values."""
     targets = one.varied.targets(model)
     own = next(iter(targets.values()))
     path = next(iter(targets))
@@ -407,7 +405,7 @@ def _from_to(model: Model, one: Range, before: float, after: float) -> str:
 
 
 def _ranked(answers: Sequence[Remedy]) -> list[Remedy]:
-    """Those that reach the target by cost, then the others by the hardest impact."""
+    """Remedies that reach the target by cost, then the others by the hardest impact."""
     return sorted(
         answers, key=lambda remedy: (not remedy.holds, remedy.cost if remedy.holds else remedy.hardest_impact)
     )

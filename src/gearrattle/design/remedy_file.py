@@ -1,13 +1,11 @@
-"""Remedy files: TOML that says which changes may be made, and what they shall reach.
+"""Remedy files: TOML with the changes that may be made, and the target that they shall reach.
 
-    target = "quiet"
-    speeds = ["760 rpm", "800 rpm"]
+target = "quiet"
+speeds = ["760 rpm", "800 rpm"]
 
-    [candidates]
-    "inertia.*.drag_torque" = { factor = { from = 1, to = 4 }, cost = 2.0 }
-    "mesh.m1.backlash" = { from = "0.08 mm", to = "0.14 mm" }
-
-Takes a path; gives arguments of ``remedies``.
+[candidates]
+"inertia.*.drag_torque" = { factor = { from = 1, to = 4 }, cost = 2.0 }
+"mesh.m1.backlash" = { from = "0.08 mm", to = "0.14 mm" }
 """
 
 from __future__ import annotations
@@ -26,10 +24,7 @@ _KEYS = ("candidates", "target", "speeds")
 def read_remedies(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a remedy file.
 
-    Raises
-    ------
-    ModelError
-        it is no TOML, or has other keys; what its values are is checked where they are used.
+    ModelError: it is no TOML, or has other keys; what its values are is checked where they are used.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "remedy file"), name, "remedy file")

@@ -1,10 +1,7 @@
-"""The search for the change at which a target begins to hold: a scan of the range, then halving.
+"""Search for the change at which a target begins to hold: a scan of the range, then halving.
 
-Every value has its own runs, and those of different values do not wait for each other: they run in threads, as the
-engine leaves the interpreter lock. Only the motions that begin where a neighbour's ended follow one another, from the
-model's own value outward.
-
-Takes a Model, a Variable and a Target; gives the values at which the answer changes.
+Runs of different values are independent and run in threads, as the engine releases the interpreter lock. Only the
+motions that begin where a neighbour's ended are computed one after the other, from the model's own value outward.
 """
 
 from __future__ import annotations
@@ -30,19 +27,7 @@ _NONE: Mapping[str, Any] = {}
 
 @dataclass
 class Tried:
-    """One value, and the motions that were simulated there.
-
-    Attributes
-    ----------
-    value
-        of the variable.
-    target
-        what shall hold.
-    motions
-        of the driveline with it.
-    failure
-        why it could not be simulated; empty where it could.
-    """
+    """One value, and the motions that were simulated there."""
 
     value: float
     target: Target
@@ -73,20 +58,16 @@ class Tried:
 
 @dataclass(frozen=True)
 class Work:
-    """How a search is carried out.
+    """Settings of a search.
 
     Attributes
     ----------
-    count
-        values of the scan.
     width
         of a bracket, as a share of the value.
     conditions
         further changes of the model under each of which the target shall hold, too, such as other speeds.
     is_lean
         whether a value is left at the first motion of which the target does not hold.
-    keep
-        of motions that are known already; None for none.
     starts
         from which every value is simulated; an event has its own start alone.
     """
@@ -100,17 +81,7 @@ class Work:
 
 
 class Search:
-    """All that is tried of one variable.
-
-    Attributes
-    ----------
-    tried
-        values in ascending order.
-    notes
-        why values could not be simulated.
-    is_stopped
-        whether it ended before its end.
-    """
+    """Search along one variable: the values tried, and the changes of the answer between them."""
 
     def __init__(self, model: Model, variable: Variable, target: Target, work: Work, report: Report) -> None:
         self.model = model
@@ -128,7 +99,7 @@ class Search:
         return any(variant.motions and variant.value != self.variable.own for variant in self.tried)
 
     def run(self, pool: Executor, own: Tried | None = None) -> list[tuple[Tried, Tried]]:
-        """Scan the range, halve the nearest changes on either side of the model's own value; every change.
+        """Scan the range, halve the nearest changes on either side of the model's own value; return every change.
 
         ``Cancelled`` ends the search with what is known, if anything is. ``own`` is the model's own value, if that was
         tried before.
@@ -236,7 +207,7 @@ class Search:
 
 
 def finish(futures: list[Future[Any]]) -> None:
-    """Wait for all; what one raised is raised when all have ended."""
+    """Wait for all futures; raise what one raised when all have ended."""
     errors = [future.exception() for future in futures]
     for error in errors:
         if error is not None:
@@ -244,7 +215,7 @@ def finish(futures: list[Future[Any]]) -> None:
 
 
 class Report:
-    """The share of the work that is done, told by many threads: motions that are done of those expected.
+    """Share of the work that is done, reported by many threads: motions done of those expected.
 
     More motions are expected when as many as were are done, so the share never falls and never reaches one early.
     """
@@ -258,13 +229,7 @@ class Report:
         self._stopped = False
 
     def add(self, part: float) -> None:
-        """Count a part of a motion.
-
-        Raises
-        ------
-        Cancelled
-            the work shall stop.
-        """
+        """Count a part of a motion; Cancelled where the work shall stop."""
         with self._lock:
             self._done += part
             self._share = max(self._share, self._done / (self._done + max(self._expected - self._done, 1.0)))

@@ -1,9 +1,7 @@
-"""What a driveline shall be: quiet, or with an output of a study below or above a value.
+"""Target of a design: a quiet driveline, or an output of a study below or above a value.
 
 ``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
 the value, ``"m5: largest impact energy < 0.1 mJ"`` where that of one part is; a plain number is in SI.
-
-Takes a text and a Model; gives a Target.
 """
 
 from __future__ import annotations
@@ -34,20 +32,14 @@ Values = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Target:
-    """What shall hold of a motion.
+    """Condition that the motions of a variant shall fulfil.
 
     Attributes
     ----------
-    words
-        what it is, as a sentence says it.
-    outputs
-        what is kept of every motion.
     output, subject
         what is compared; the subject is empty for the worst of all.
     limit
         that it is compared with [SI].
-    above
-        whether it shall lie above the limit.
     """
 
     words: str
@@ -63,7 +55,7 @@ class Target:
 
     @property
     def severity(self) -> Output:
-        """The output that says how bad every part is."""
+        """The output that gives the severity of every part."""
         return self.output_named(SEVERITY)
 
     def number(self, values: Values) -> float:
@@ -100,13 +92,7 @@ class Target:
 
 
 def target_of(model: Model, until: object) -> Target:
-    """Read what a driveline shall be.
-
-    Raises
-    ------
-    ModelError
-        it is neither "quiet" nor a comparison of an output with a number.
-    """
+    """Read a target; ModelError for what is neither "quiet" nor a comparison of an output with a number."""
     if until == QUIET:
         outputs = _outputs(model, [SEVERITY])
         severity = outputs[0]
@@ -131,15 +117,7 @@ def target_of(model: Model, until: object) -> Target:
 
 
 def half_of(target: Target, values: Values) -> Target:
-    """Return the target that the hardest impact has half the energy that it has in a motion.
-
-    Parameters
-    ----------
-    target
-        any, with the outputs.
-    values
-        of the motion.
-    """
+    """Return the target that the hardest impact has at most half the energy that it has in a motion."""
     energy = target.output_named(ENERGY)
     whole = Target("", target.outputs, energy, "", 0.0, above=False).number(values)
     return Target("half as hard", target.outputs, energy, "", 0.5 * whole, above=False)

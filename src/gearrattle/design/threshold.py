@@ -4,8 +4,6 @@ The range is scanned first, for more drag or less backlash need not mean less ra
 rest, from the motion of its neighbour, and, where both are quiet, from a push (``motions``). Then the change between
 two neighbours of different answers is halved with exact runs until it is known well enough. A value is *quiet* only if
 every motion that was tried there is.
-
-Takes a Model, a path and a range; gives a Threshold.
 """
 
 from __future__ import annotations
@@ -177,7 +175,7 @@ def _proven(search: Search, failing: float, holding: float) -> tuple[float, floa
 
 
 def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
-    """Make the answer of what was tried."""
+    """Make the answer from the search."""
     variable = search.variable
     notes = [*search.notes, *([STOPPED] if search.is_stopped else [])]
     own = variable.own if variable.own is not None else variable.low
@@ -196,11 +194,12 @@ def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
 
 
 def _dataset(search: Search) -> xr.Dataset:
-    """Every motion that was tried."""
+    """Dataset of every motion that was tried."""
     import xarray as xr
 
     tried = search.tried
     target = search.target
+    # arrays over the values and starts tried
     outputs = {output.name: output for output in target.outputs}
     shape = (len(tried), len(STARTS))
     holds = np.full(shape, -1, np.int8)
@@ -209,6 +208,7 @@ def _dataset(search: Search) -> xr.Dataset:
     for name, output in outputs.items():
         size = (len(output.subjects),) if output.dimension else ()
         variables[name] = np.full((*shape, *size), output.nothing, output.dtype)
+    # fill in the motions
     for i, variant in enumerate(tried):
         for motion in variant.motions:
             j = STARTS.index(motion.start)
@@ -216,12 +216,14 @@ def _dataset(search: Search) -> xr.Dataset:
             number[i, j] = target.number(motion.values)
             for name in outputs:
                 variables[name][i, j] = motion.values[name]
+    # answer and compared number
     dims = ("value", "start")
     data: dict[str, Any] = {"holds": (dims, holds), "compared": (dims, number)}
     coordinates: dict[str, Any] = {
         "value": ("value", [variant.value for variant in tried], {"units": search.variable.unit or "1"}),
         "start": list(STARTS),
     }
+    # outputs with units, or with words of their codes
     for name, output in outputs.items():
         along = (*dims, *((output.dimension,) if output.dimension else ()))
         attributes: dict[str, Any] = {"units": next((unit for unit in output.unit if unit), "1")}

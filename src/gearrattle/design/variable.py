@@ -1,8 +1,6 @@
-"""What a decision changes: one value of a model, a factor on several, or several values that go to their ends together.
+"""Variable of a design: one value of a model, a factor on several, or several values that go to their ends together.
 
 A range is divided on a logarithmic scale where its ends are positive and far apart, else on a linear one.
-
-Takes a Model, paths and ranges; gives a Variable.
 """
 
 from __future__ import annotations
@@ -35,8 +33,6 @@ class Variable:
         ends of its range: SI, factors, or, of several values, the share of their way to their ends.
     own
         its value in the model itself; None where there is none within the range.
-    words
-        what it is called.
     unit
         of its numbers in SI; empty for a plain number.
     ends
@@ -52,7 +48,7 @@ class Variable:
     ends: tuple[tuple[Range, float, float], ...]
 
     def changes(self, value: float) -> dict[str, Any]:
-        """Return what sets it, as ``Model.with_`` takes it."""
+        """Return the changes that set a value, as ``Model.with_`` takes them."""
         if len(self.ends) == 1:
             return {self.path: self.change(value)}
         return {one.path: one.varied.change(own + value * (end - own)) for one, own, end in self.ends}
@@ -95,10 +91,6 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
     Parameters
     ----------
-    model
-        whose value it is.
-    path
-        of it, or a pattern.
     ends
         two values as a model file writes them, or two factors; or a mapping as of a variable of ``optimize``.
 
@@ -124,15 +116,7 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
 
 def together(model: Model, moves: Sequence[tuple[Range, float]]) -> Variable:
-    """Return the way of several values from the model's own to an end of each.
-
-    Parameters
-    ----------
-    model
-        whose values they are.
-    moves
-        range and end of every value.
-    """
+    """Return the variable that takes several values together from the model's own to an end of each."""
     ends = tuple((one, float(one.varied.own(model)), end) for one, end in moves)
     words = " and ".join(one.varied.label(model).words for one, _ in moves)
     return Variable("+".join(one.path for one, _ in moves), 0.0, 1.0, 0.0, f"{words}, share of the way", "", ends)

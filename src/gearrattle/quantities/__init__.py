@@ -8,8 +8,6 @@ is of the steady part.
 ``add`` extends the sums over a motion by its next chunk, each sum once for all quantities that read it; a whole run is
 one chunk. ``verdict_of`` gives the verdict on sums, ``rows_of`` the rows of metrics of their inputs, which are made of
 a motion, of sums over its chunks, or of a recording.
-
-Takes a Trajectory, chunks of one, or a Recording; gives a Verdict and rows to runs, studies, the pipeline and reports.
 """
 
 from __future__ import annotations
@@ -154,8 +152,6 @@ def add(
         the next one, of whole cycles; a whole motion is one chunk.
     before
         sums over the chunks before it, of the same quantities; None at the first.
-    quantities
-        which; their ``sums`` are added.
     engine_orders
         orders of the torques, ascending, which metrics ask for.
 
@@ -223,8 +219,6 @@ def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleIm
 
     Parameters
     ----------
-    trajectory
-        the motion, of whole cycles.
     units
         "SI", or "dimensionless" for a model without units: then every unit reads "1".
     negligible
@@ -252,10 +246,6 @@ def rows_of(
 
     Parameters
     ----------
-    inputs
-        what there is to measure.
-    metrics
-        which.
     quantities
         which of theirs; None for all.
     units

@@ -1,4 +1,4 @@
-"""The chunks of a long motion, added up one after the other; none of them is kept."""
+"""Sums over the chunks of a long motion, added one after the other; no chunk is kept."""
 
 from __future__ import annotations
 
@@ -22,10 +22,6 @@ def add_chunks(
 
     Parameters
     ----------
-    chunks
-        in order.
-    quantities
-        whose sums are added.
     purpose
         what is to be done with the sums, in words ("judged").
     orders

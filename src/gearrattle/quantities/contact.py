@@ -11,9 +11,6 @@ samples of a deflection, which are blind to what happens between two of them, an
 An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
 gear that hammers one flank with an occasional hit of the other is distinguished from one that crosses its backlash
 every time, which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
-
-Takes sums over crossings; gives the contact share and one row a region for every clearance. Takes inputs; gives five
-rows a gap.
 """
 
 from __future__ import annotations
@@ -89,6 +86,7 @@ class ContactSides(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return shares and rates of every clearance with a true gap."""
+        # gaps with a deflection
         layout = inputs.known_layout
         deflections = inputs.of("deflection")
         rows = list[Row]()
@@ -97,15 +95,18 @@ class ContactSides(Quantity[Inputs]):
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
+            # shares and sides from the log of crossings, else from samples
             sides = inputs.sides(k) if inputs.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
             shares = sides.shares
             single = sides.single
             double = sides.double
             inner = centre(layout, k)
+            # share of time beyond the centre, on the drive and on the coast side
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))
             note = f"{name}: sides of contact from samples of the deflection" if not inputs.has_log else ""
             error = 0.0 if inputs.has_log else math.nan
+            # one row a share, one a kind of impact
             rows += [
                 self.row(name, "drive-side share", drive, "1", note, error),
                 self.row(name, "coast-side share", coast, "1", note, error),
@@ -133,16 +134,6 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
 
 
 def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
-    """(I,) whether the contact before each impact was on the drive side.
-
-    Parameters
-    ----------
-    drive
-        (I,) whether each impact is.
-    begun
-        region before the first one.
-    inner
-        regions of the centre.
-    """
+    """(I,) whether the contact before each impact was on the drive side; ``drive`` (I,) whether the impact is."""
     first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
     return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -1,4 +1,4 @@
-"""``criteria``: a run in, a verdict out."""
+"""``criteria``: the verdict of all criteria on a run, or on the chunks of a long motion."""
 
 from __future__ import annotations
 
@@ -66,13 +66,7 @@ def criteria(
 
 
 def check_negligible(negligible: object) -> None:
-    """Refuse thresholds that are no table; their values are judged with a model.
-
-    Raises
-    ------
-    ModelError
-        they are none.
-    """
+    """Raise ModelError for thresholds that are no table; their values are judged with a model."""
     if negligible is not None:
         check_arguments(negligible=(AnyTable(), negligible))
 

@@ -8,8 +8,6 @@ with m the reduced inertia of the two bodies along the deflection. At both ends 
 energy, so E is the energy lost in the contact, apart from the work of other elements during it. (The impact energy
 m v^2 / 2 of the criterion "impacts" is the energy at the start of a contact.) From the energy audit: the work of the
 element's own damping and friction. It is an exact quadrature of their power on dense output, but covers the whole run.
-
-Takes inputs; gives values for every clearance with a true gap, and for every element with a corner.
 """
 
 from __future__ import annotations

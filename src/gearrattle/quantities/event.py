@@ -1,9 +1,7 @@
-"""What a transient does: when it hits first and hardest, how long it goes on, and the peak torques.
+"""Figures of a transient: its first and its hardest impact, its duration, and the peak torques.
 
-Averages over cycles say nothing of an event, such as a tip-in. What counts is the first impact, the hardest one, the
-number of impacts until the driveline is at rest again, and the largest torque of every element.
-
-Takes a Trajectory; gives an Event to the verdict.
+Averages over cycles say nothing of an event, such as a tip-in. It is described by the first impact, the hardest one,
+the number of impacts until the driveline is at rest again, and the largest torque of every element.
 """
 
 from __future__ import annotations
@@ -37,8 +35,6 @@ class HardestImpact:
 
     Attributes
     ----------
-    part
-        mesh or coupling.
     time
         [s].
     approach_speed
@@ -58,7 +54,7 @@ class HardestImpact:
 
 @dataclass(frozen=True)
 class Event:
-    """What happens in a motion that does not repeat, over the cycles that are judged.
+    """Figures of a motion that does not repeat, over the cycles that are judged.
 
     Attributes
     ----------
@@ -75,8 +71,6 @@ class Event:
         None: not before that.
     peak_torque
         by element.
-    is_si
-        whether these numbers have units; else all are plain.
     """
 
     first_impact: float | None
@@ -96,7 +90,7 @@ class Event:
 
     @property
     def sentence(self) -> str:
-        """What happens, in a sentence or two."""
+        """The event in a sentence or two."""
         second, joule, torque = ("s", "J", "N m") if self.is_si else ("", "", "")
         words = "No gap is closed."
         if self.hardest is not None:
@@ -115,17 +109,7 @@ class Event:
 
 
 def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
-    """Return what happens in the judged part of a motion.
-
-    Parameters
-    ----------
-    trajectory
-        the motion.
-    negligible
-        which impacts do not count.
-    is_si
-        whether the model has units.
-    """
+    """Return the figures of the judged part of a motion."""
     layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
     counted_times = impacts.time[~are_touches(impacts, layout)]
@@ -188,7 +172,7 @@ def _exact_peaks(trajectory: Trajectory) -> dict[str, float]:
 
 
 def _settled(trajectory: Trajectory) -> float | None:
-    """Return when the last torque comes to stay within its band; None within the last cycle."""
+    """Return when the last torque enters its band for good; None if only within the last cycle."""
     judged = steady(trajectory)
     time = judged.closed(trajectory.time)
     torque = judged.closed(trajectory.element_torque)

@@ -1,10 +1,8 @@
-"""Metrics of an event: impacts and what they lose, peak and rms torques and accelerations while it lasts.
+"""Metrics of an event: impacts and their energy loss, peak and rms torques and accelerations while it lasts.
 
 Most metrics are averages over cycles, which mean nothing for a tip-in: their value depends on how long the run goes on
 after it. An event is measured from its start, the first ramp (else the start of the judged part), until every torque
 has settled (``quantities.event``), or to the end of the run where it has not.
-
-Takes Inputs of a simulated motion, or of a recording; gives rows.
 """
 
 from __future__ import annotations
@@ -32,13 +30,7 @@ _WORDS = {"torque": "torque", "acceleration": "angular acceleration"}
 
 @dataclass(frozen=True)
 class EventMetric(Quantity[Inputs]):
-    """What happens in an event, in numbers.
-
-    Attributes
-    ----------
-    begin
-        when it begins [s]; None: with the judged part.
-    """
+    """Figures of an event in numbers, from its begin [s]; None: from that of the judged part."""
 
     begin: float | None = None
     of_events: bool = True
@@ -73,7 +65,7 @@ class EventMetric(Quantity[Inputs]):
         return rows
 
     def _of_the_whole(self, event: Event, length: float, interval: float) -> list[Row]:
-        """Return instants, and how many impacts there are."""
+        """Return the instants of impacts, and their number."""
         none = "no gap is closed"
         hardest = event.hardest
         where = none if hardest is None else f"the hardest impact is of {hardest.part}"
@@ -90,7 +82,7 @@ class EventMetric(Quantity[Inputs]):
         ]
 
     def _of_gaps(self, inputs: Inputs) -> list[Row]:
-        """Return how hard every gap is hit, and what its impacts lose."""
+        """Return how hard every gap is hit, and the energy that its impacts lose."""
         layout = inputs.known_layout
         rows = []
         for k, name in enumerate(layout.clearance_names):

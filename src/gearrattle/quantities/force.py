@@ -1,4 +1,4 @@
-"""Statistics of mesh forces: how far they scatter, how they peak.
+"""Statistics of mesh forces: standard deviation, crest factor, kurtosis, and the force exceeded 5 % of the time.
 
 Over the window, with means by the trapezoidal rule,
 
@@ -7,8 +7,6 @@ Over the window, with means by the trapezoidal rule,
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
 raises it. The force is that on the line of action.
-
-Takes inputs; gives four values a force.
 """
 
 from __future__ import annotations
@@ -49,6 +47,7 @@ class ForceStatistics(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the statistics of every force of a mesh; without a model, of every force in N."""
         rows: list[Row] = []
+        # forces of meshes in newtons
         for name in inputs.of("force"):
             if not _is_mesh(inputs, name):
                 continue
@@ -57,12 +56,14 @@ class ForceStatistics(Quantity[Inputs]):
                 note = f"{name}: its unit is {unit!r}, and forces of meshes are in N: give a model"
                 rows.append(self.row(name, "force standard deviation", math.nan, "N", note))
                 continue
+            # rms, spread, crest factor and kurtosis
             summary = inputs.summary("force", name)
             level, spread = summary.rms, summary.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
             crest = summary.peak / level if level > 0.0 else math.nan
             peaked = sampled(name, summary, summary.peak) if level > 0.0 else f"{name}: no force"
             kurtosis = math.nan if still else summary.fourth / spread**4
+            # errors of sampling
             level_error, crest_error, kurtosis_error = (
                 inputs.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
             )
@@ -72,6 +73,7 @@ class ForceStatistics(Quantity[Inputs]):
                 self.row(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
                 self.row(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
             ]
+            # force exceeded 5 % of the time
             if inputs.wants(EXCEEDED):
                 exceeded, exceeded_error, why = _exceeded(inputs, name)
                 rows.append(self.row(name, EXCEEDED, exceeded, "N", why, exceeded_error))

@@ -1,4 +1,4 @@
-"""Impacts of every clearance: how often, how fast, how hard.
+"""Impacts of every clearance: rate, approach speed, momentum and energy.
 
 An impact is a crossing outward into contact, counted if it begins in the steady part [discard T, end]. With v the
 deflection rate at the crossing, v' that at the end of the contact, and m_eff the reduced inertia of the element
@@ -10,8 +10,6 @@ the last being the integral over the contact of the force above the quasi-static
 which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
 it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
 motion cuts short has v' = 0 and the contact impulse up to then, and is noted.
-
-Takes sums over crossings; gives rates for every clearance, the rest for those that are hit.
 """
 
 from __future__ import annotations
@@ -40,7 +38,7 @@ _HARDNESS = {
     "exchanged momentum": ("exchanged", "m_eff (|delta'| at the start + |delta'| at the end of the contact)"),
     "contact impulse": ("impulse", "|integral of the force over the contact|"),
 }
-"""How hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
+"""Measures of how hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,9 @@
-"""What metrics read: the inputs, whatever they come from.
+"""Inputs of metrics, the same for simulated motions and for recordings.
 
 A metric does not ask where a motion came from. Its inputs are uniform samples by quantity and subject over one window,
 the reference speed and the orders of the engine where they are known, the driveline's layout where a model is at
 hand, and the motion itself, with its exact log of crossings, where it was simulated. Where an input is missing that a
 metric ``needs``, its row has no value and says why; nothing is guessed.
-
-Takes arrays; gives them, and what many metrics derive from them, to metrics.
 """
 
 from __future__ import annotations
@@ -40,12 +38,10 @@ _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What metrics read.
+    """Inputs of metrics.
 
     Attributes
     ----------
-    source
-        where it comes from, in words.
     time
         (N + 1,) uniform sample times over the window, both bounds included [s].
     signals
@@ -59,12 +55,8 @@ class Inputs:
         common period of the excitation [s]; None without a speed.
     engine_orders
         ascending orders of the engine's torque; empty where unknown.
-    layout
-        the driveline's layout; None without a model.
     motion
         the simulated motion with its log of crossings; None for a measurement.
-    notes
-        what the user must know.
     units
         of a recording's signals, by quantity and subject; empty where the layout says them.
     wanted
@@ -115,16 +107,16 @@ class Inputs:
 
     @cached_property
     def crossings(self) -> Sums:
-        """What the crossings in the window add up to, to metrics that need the log."""
+        """Sums over the crossings in the window, for metrics that need the log."""
         assert self.motion is not None
         return sums_of(self.motion) if self.known_crossings is None else self.known_crossings
 
     def contacts(self, clearance: int) -> Contacts:
-        """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""
+        """Return the sums over the contacts of a clearance in the window, for metrics that need the log."""
         return contacts_of(self.crossings, self.known_layout, clearance, float(self.time[-1]))
 
     def sides(self, clearance: int) -> Sides:
-        """Return where a clearance spends its time and how its impacts change flanks, to metrics that need the log."""
+        """Return shares of time and kinds of impacts of a clearance by side, for metrics that need the log."""
         return sides_of(self.crossings, self.known_layout, clearance, self.duration)
 
     @property
@@ -190,7 +182,7 @@ class Inputs:
 
     @cached_property
     def thinned(self) -> tuple[Inputs, ...]:
-        """What every second and every fourth sample give, to estimate errors of sampling; none of chunks."""
+        """Summaries of every second and every fourth sample, to estimate errors of sampling; none of chunks."""
         return tuple(
             replace(self, time=self.time[::step], signals={k: np.asarray(x)[::step] for k, x in self.signals.items()})
             for step in (2, 4)
@@ -198,15 +190,7 @@ class Inputs:
         )
 
     def summary_error(self, quantity: str, subject: str, level: Callable[[Summary], float]) -> float:
-        """Return by how much a level of a signal may be off for its samples, by ``thinned`` ones; 0 where it is exact.
-
-        Parameters
-        ----------
-        quantity, subject
-            of the signal.
-        level
-            takes a summary.
-        """
+        """Return the error of a level of a signal that its samples leave, by ``thinned`` ones; 0 where it is exact."""
         if self.is_exact(quantity, subject):
             return 0.0
         signal = self.signals[quantity, subject]
@@ -301,7 +285,7 @@ def closed(samples: Array) -> Array:
 
 
 def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
-    """Return quantity and subject of what metrics ask of an exact motion, as far as it is known between samples.
+    """Return quantity and subject of the signals that metrics ask of an exact motion, where known between samples.
 
     All velocities, forces of meshes, accelerations of loose gears and their drivers.
     """
@@ -316,14 +300,9 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 
 
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
-    """Return summaries between samples of what metrics ask of a quantity, by subject; empty where nothing is known.
+    """Return exact summaries of a quantity for metrics, by subject; empty where nothing is known between samples.
 
-    Parameters
-    ----------
-    motion
-        of whole cycles.
-    quantity
-        "velocity", whose mean and moments are NaN, "acceleration" or "force".
+    The quantity is "velocity", whose mean and moments are NaN, "acceleration" or "force".
     """
     signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
     if motion.exact is None or not signals:
@@ -372,17 +351,7 @@ _NEEDS: dict[str, tuple[Any, str]] = {
 
 
 def sampled(name: str, summary: Summary, peak: float) -> str:
-    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %.
-
-    Parameters
-    ----------
-    name
-        of the subject.
-    summary
-        of the signal.
-    peak
-        what was taken of it.
-    """
+    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %."""
     if not summary.miss > FINE * abs(peak):
         return ""
     return f"{name}: a peak of samples, which may lie about {100.0 * summary.miss / abs(peak):.2g} % higher"
@@ -394,16 +363,9 @@ def order_word(order: float) -> str:
 
 
 def about(name: str, contacts: Contacts, duration: float) -> str:
-    """Say what a sum over contacts of one clearance leaves out; empty for short ones that all ended.
+    """Say what a sum over contacts of one clearance leaves out; empty where all are short and have ended.
 
-    Parameters
-    ----------
-    name
-        of the clearance.
-    contacts
-        its contacts in the window.
-    duration
-        length of the window [s].
+    ``duration`` is the length of the window [s].
     """
     remarks = ["the motion ends within a contact, which counts as not rebounding"] * contacts.cut
     share = contacts.time / duration

@@ -7,8 +7,6 @@ Two bodies of the reduced inertia m along the deflection meet at the rate v and 
 p is the momentum that an impact exchanges, the integral over the contact of the force above the quasi-static load
 (``gearrattle.signals.impacts``); the criterion "impacts" has its mean and largest value. A contact that the end of the
 motion cuts short has e = 0, and no restitution. The intensity is the mean force of the impacts.
-
-Takes inputs; gives values for every gap.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from gearrattle.signals import is_gap, reduced_inertia
 
 @dataclass(frozen=True)
 class ImpactIntensity(Quantity[Inputs]):
-    """What the exchanged momenta m (1 + e) |v| add up to in time, and how much impacts rebound."""
+    """Mean intensity of impacts, the rate of their exchanged momenta m (1 + e) |v|, and their restitution."""
 
     name: str = "impact_intensity"
     title: str = "Intensity of impacts"

@@ -1,11 +1,9 @@
-"""Speed irregularity, and what every engine order makes of it.
+"""Speed irregularity of every body, and the peak to peak of its speed at every engine order.
 
     irregularity = (n_max - n_min) / n_mean,        peak to peak of an order: 2 |V(o)|  [rad/s]
 
 of every body; the gearbox input is one of them. The mean speed is that of a channel that holds it, else the reference
 speed times the ratio of the gears between. The peak to peak of an order is twice its amplitude, by least squares.
-
-Takes inputs; gives values for every body whose velocity, and every shaft whose speed they hold.
 """
 
 from __future__ import annotations
@@ -38,6 +36,7 @@ class SpeedIrregularity(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return irregularity, speed range, and the range of every engine order."""
         rows: list[Row] = []
+        # swing of the speed over its mean
         for quantity, name, average in _speeds(inputs):
             signal = inputs.signals[quantity, name]
             summary = inputs.summary(quantity, name)
@@ -48,6 +47,7 @@ class SpeedIrregularity(Quantity[Inputs]):
             error = 2.0 * summary.miss / average if known and average else math.nan
             rows.append(self.row(name, "irregularity", relative, "1", note, error))
             rows.append(self.row(name, "peak-to-peak speed", width, "rad/s", missed, 2.0 * summary.miss))
+            # amplitude of the speed at every engine order
             if not inputs.lacks("engine orders"):
                 known_at = inputs.velocities_at(name)
                 velocities = inputs.amplitudes(signal, 1) if known_at is None else known_at

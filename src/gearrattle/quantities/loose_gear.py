@@ -1,4 +1,4 @@
-"""The loose-gear test: can the drag torque hold an unloaded gear against its flank?
+"""Loose-gear test: the torque that an unloaded gear needs to follow its driver, over its drag torque.
 
 To follow its driver through the mesh rigidly, a loose gear of inertia J needs the torque J (R_d/R_l) |theta_d''|; the
 only torque that presses it to the flank is its drag T_d. The ratio
@@ -12,8 +12,6 @@ rattle, the driver's acceleration contains their impacts, and far less drag than
 
 A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body. Along a
 sweep on which the drag torque changes, the ratio is the largest of all instants, each with its own drag torque.
-
-Takes peaks of the accelerations; gives three rows a loose gear.
 """
 
 from __future__ import annotations
@@ -53,6 +51,7 @@ class LooseGear(Quantity[Sums]):
         state, layout = sums.states["peaks"], sums.steady.layout
         peak = state["peak"]
         rows = []
+        # torque ratio of the driver's peak acceleration
         for gear in loose_gears(layout):
             mesh, loose, driver, _ = gear
             beyond = float(state["miss"][driver]) / float(peak[driver]) if peak[driver] > 0.0 else 0.0
@@ -62,6 +61,7 @@ class LooseGear(Quantity[Sums]):
             else:
                 ratio = torque_ratio(layout, gear, float(peak[driver]))
                 ratio_beyond = beyond
+            # margin, and notes on peaks that samples may miss
             margin = decibels(ratio)
             element = layout.element_names[mesh]
             loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
@@ -70,6 +70,7 @@ class LooseGear(Quantity[Sums]):
             if changes_drag(layout, gear):
                 ratio_note = _short(element, "the ratio between two of them, as the drag torque changes,", ratio_beyond)
             by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
+            # peak acceleration, torque ratio and margin
             rows += [
                 self.row(
                     element,

@@ -1,9 +1,7 @@
-"""How a loose gear moves: rms and peak of its acceleration, in full band and above the engine's orders.
+"""Acceleration of every loose gear: rms and peak, in full band and above the engine's orders.
 
-The mean is taken out. Above the engine's orders: what is left of the window's discrete Fourier transform when all
-lines up to the highest order of the engine's torque are gone. Impacts live there; the torque cannot reach it directly.
-
-Takes inputs; gives four values a loose gear.
+The mean is taken out. Above the engine's orders: the window's discrete Fourier transform without the lines up to the
+highest order of the engine's torque. Impacts act in this band; the torque does not excite it directly.
 """
 
 from __future__ import annotations

@@ -102,11 +102,13 @@ def metrics(
     """
     import pandas as pd
 
+    # metrics that are asked for
     if kind is not None:
         check_arguments(kind=(Choice(KINDS), kind))
     event = event_metric_of(source) if _is_event(source, kind) else None
     chosen = _chosen(names, base_level, kappa, event)
     units = "SI"
+    # inputs of a run, of chunks or of a recording
     if isinstance(source, str | os.PathLike) or not isinstance(source, Iterable | Run | Recording):
         check_run(source, (Recording,))
     if not isinstance(source, Recording):
@@ -120,6 +122,7 @@ def metrics(
     else:
         inputs = _inputs_of_recording(source, model, speed, orders)
         units = units if model is None else model.units
+    # measure, one row a value
     rows = _measured(inputs, chosen, units, is_event=event is not None)
     table = pd.DataFrame([row.table_row("metric") for row in rows])
     notes = [*inputs.notes, *([_left_out()] if event is not None and names is None else [])]
@@ -128,20 +131,14 @@ def metrics(
 
 
 def metrics_of_run(run: Run) -> tuple[Row, ...]:
-    """Return every metric of a run; of an event those that mean something of it."""
+    """Return every metric of a run; of an event the metrics that apply to one."""
     event = event_metric_of(run) if _is_event(run, None) else None
     chosen = _chosen(None, None, None, event)
     return tuple(_measured(inputs_of(run), chosen, run.model.units, is_event=event is not None))
 
 
 def _is_event(source: object, kind: str | None) -> bool:
-    """Whether a source is measured as an event.
-
-    Raises
-    ------
-    ModelError
-        chunks of a long motion are to be.
-    """
+    """Return whether a source is measured as an event; ModelError for chunks of a long motion that are to be."""
     if isinstance(source, Run):
         return is_driven_over_time(source.model) if kind is None else kind == TRANSIENT
     if kind == TRANSIENT and not isinstance(source, Recording):
@@ -170,30 +167,21 @@ def _measured(inputs: Inputs, chosen: Sequence[Quantity[Inputs]], units: str, *,
 
 
 def _left_out() -> str:
-    """Say which metrics an event is not measured by."""
+    """Say which metrics do not apply to an event."""
     names = listed([metric.name for metric in METRICS if not metric.of_events], "and")
     return f'an event is not measured by averages over cycles ({names}); kind = "steady" gives them'
 
 
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
-    """Return what metrics read of a run.
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
-    """
+    """Return the inputs of metrics of a run. ModelError if no cycle remains after the discarded ones."""
     model, trajectory = run.model, run.trajectory
     return inputs_of_motion(trajectory, orders_of(model, orders))
 
 
 def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Inputs, str]:
-    """Return what metrics read of the chunks of one motion, and the units of its model.
+    """Return the inputs of metrics of the chunks of one motion, and the units of its model.
 
-    Raises
-    ------
-    ModelError
-        chunks that do not follow each other, or none of which a cycle is not discarded.
+    ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums, engine, model = add_chunks(chunks, METRICS, "measured", orders)
     return inputs_of_chunks(sums, engine), model.units
@@ -215,7 +203,7 @@ def _inputs_of_recording(
 def _chosen(
     names: Sequence[str] | None, base_level: float | None, kappa: float | None, event: EventMetric | None
 ) -> list[Quantity[Inputs]]:
-    """Return the metrics of these names, the rattle level with its calibration; all of an event that suit it."""
+    """Return the metrics of these names, the rattle level with its calibration; of an event those that apply."""
     if kappa is not None and not 0.0 < kappa < float("inf"):
         raise ModelError(Problem("kappa", f"{kappa}", "must be positive [1/N]", "leave it out without a calibration"))
     known: dict[str, Quantity[Inputs]] = {metric.name: metric for metric in METRICS}

@@ -1,8 +1,6 @@
 """The parts of the verdict: every mesh and clearance, judged by regime and severity in the steady part.
 
 The whole is the worst of the parts. The rule is stated in words (``rule_of``) wherever the verdict is shown.
-
-Takes the rows of the criteria and the sums over crossings; gives Parts to the verdict.
 """
 
 from __future__ import annotations
@@ -125,17 +123,7 @@ Key = tuple[str, str, str]
 
 
 def measure_parts(rows: Sequence[Row], scope: Scope, impacts: State) -> list[Part]:
-    """Return the part of every mesh and clearance, in element order.
-
-    Parameters
-    ----------
-    rows
-        those of all criteria.
-    scope
-        what they are of.
-    impacts
-        sums over the crossings (``signals.crossing_sums``).
-    """
+    """Return the part of every mesh and clearance, in element order."""
     values = {(item.name, item.quantity, item.subject): item.value for item in rows}
     margins: dict[str, float] = {}
     for item in rows:
@@ -246,15 +234,7 @@ def headline_of(parts: Sequence[Part]) -> Headline:
 
 
 def rule_of(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
-    """Return the rule of the verdict in words, with its thresholds.
-
-    Parameters
-    ----------
-    limits
-        which impacts are negligible.
-    is_si
-        whether the model has units.
-    """
+    """Return the rule of the verdict in words, with its thresholds."""
     words = limits_words(limits, is_si=is_si)
     assumed = f" ({ASSUMED})" if limits.is_assumed else ""
     return f"{RULE} {words[:1].upper()}{words[1:]}{assumed}."

@@ -2,8 +2,6 @@
 
 pp(theta_i'') = max - min over the last eight cycles (Padmanabhan et al. 1995, sec. 8, over samples); of an exact motion
 between its samples too, both limits at every crossing included. A value of samples carries an estimate of its error.
-
-Takes levels of the last cycles; gives one row an inertia.
 """
 
 from __future__ import annotations

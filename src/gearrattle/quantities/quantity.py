@@ -1,4 +1,4 @@
-"""What a quantity is, the sums it reads, and the rows it gives.
+"""Quantity: the base of criteria and metrics, the sums that it reads, and the rows that it gives.
 
 A quantity measures one thing and gives *rows*: one number (or word) each, about one inertia, mesh or coupling, with
 its unit and source. It says its formula, what it needs, and how its values over consecutive chunks become those of the
@@ -8,8 +8,6 @@ table of ``__init__``, and its test; the laws over the table hold for each.
 
 A sum over a motion is a *state*: named arrays that ``add`` extends by the next chunk and whose size does not grow with
 the number of chunks. Quantities that name the same sum share it.
-
-Takes sums or inputs; gives rows.
 """
 
 from __future__ import annotations
@@ -86,18 +84,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Scope:
-    """What sums are over.
+    """Driveline and steady part that sums are over.
 
-    Attributes
-    ----------
-    layout
-        the driveline's layout.
-    window
-        the steady part of all chunks together; sample indices as if they were one.
-    samples_per_cycle
-        output grid.
-    algorithm
-        what made the motion.
+    The window is that of all chunks together, with sample indices as if they were one.
     """
 
     layout: Layout
@@ -108,14 +97,9 @@ class Scope:
 
 @dataclass(frozen=True)
 class Sums:
-    """What is kept of the chunks of a motion so far, however many there were.
+    """Sums over the chunks of a motion so far; their size does not grow with the number of chunks.
 
-    Attributes
-    ----------
-    scope
-        what it is over; None while every cycle was discarded.
-    states
-        by the name of the sum (``Quantity.sums``).
+    The scope is None while every cycle was discarded.
     """
 
     scope: Scope | None
@@ -139,17 +123,7 @@ class Sums:
 
     @classmethod
     def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Sums | None:
-        """Return what was packed; None for nothing.
-
-        Parameters
-        ----------
-        arrays
-            from ``packed``, or empty.
-        layout
-            layout of the driveline.
-        algorithm
-            what made the motion.
-        """
+        """Return the sums that were packed, from arrays of ``packed``; None for empty ones."""
         if not arrays:
             return None
         states: dict[str, dict[str, NDArray[Any]]] = {}
@@ -276,10 +250,7 @@ class CrossingQuantity(Quantity[Sums]):
 def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
     """Return the scope of a chunk's steady part and of all chunks before it.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
     end = (trajectory.first_cycle + trajectory.cycles) * per_cycle

@@ -5,8 +5,6 @@
 L_0 is the level of the gearbox that does not rattle, I the mean intensity of the impacts of its meshes [N] (see
 ``intensity``), kappa [1/N] the factor of gearbox and room. Both constants must be measured; no model gives them.
 Uncalibrated (L_0 = 0 dB, kappa = 1/N) only differences of a gearbox from itself mean anything.
-
-Takes inputs; gives one value a mesh with backlash, and one for all of them.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ time, or float free), crossings of drive-side corners only or of coast-side ones
 "double-sided" (Padmanabhan et al. 1995, sec. 6 and Fig. 3: no impact, single- and double-sided impact). Of a gap only
 the corners of its centre count, where it separates: a gap that is not quiet rattles. Of a spring with stiffness in all
 its stages every corner counts: it changes stage, which is no rattle.
-
-Takes sums over crossings; gives one row an element.
 """
 
 from __future__ import annotations

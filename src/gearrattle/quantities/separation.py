@@ -1,4 +1,4 @@
-"""The separation ratio: may the drag torque hold a loose gear against its flank?
+"""Separation ratio: the torque that a loose gear needs to follow its driver, over its drag torque, order by order too.
 
 To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only its drag T presses it to the flank:
 
@@ -7,9 +7,7 @@ To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only i
 Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose gear's own would measure the impacts.
 A drag torque that is a table over the speed follows it: every instant of a sweep, and every sample of a recorded speed,
 has its own, and the ratio is the largest of all instants. In harmonic form the ratio is of one order's amplitude,
-(o Omega)^2 times that of the angle: which order does it.
-
-Takes inputs; gives values for every loose gear, by its mesh.
+(o Omega)^2 times that of the angle: it shows which order lifts the gear off.
 """
 
 from __future__ import annotations

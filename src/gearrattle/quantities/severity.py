@@ -1,12 +1,10 @@
 """Severity of every mesh and clearance: quiet, touches or rattles.
 
-The regime says where corners are crossed, however softly. Severity says whether that matters: a gap that separates
+The regime says where corners are crossed, however softly. Severity says how hard the impacts are: a gap that separates
 *rattles* if one of its impacts is as large as every threshold that applies to it (``Layout.negligible``), and *touches*
 if none is. The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for
 all. A gap that separates and is not hit again has a largest impact of 0. What does not separate is quiet; so is a
 staged spring that changes stage.
-
-Takes sums over crossings; gives one row an element.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ _QUIET, _TOUCHES, _RATTLES = range(3)
 
 @dataclass(frozen=True)
 class ImpactSeverity(CrossingQuantity):
-    """Whether impacts matter."""
+    """Severity of impacts against the thresholds."""
 
     name: str = "severity"
     title: str = "Severity"

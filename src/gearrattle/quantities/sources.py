@@ -1,11 +1,9 @@
-"""Make the inputs of metrics, of a simulated motion, of its chunks, or of a recording.
+"""Inputs of metrics made from a simulated motion, from its chunks, or from a recording.
 
 Of a simulated motion the steady part [discard T, end] is taken. Of a recording with a known speed its last whole
 periods are taken; without a known speed, all of it. Both bounds are included: for a motion that repeats itself they
 are the same phase. A motion in chunks is described by its sums (``signals.chunks``,
 ``signals.crossing_sums``); no chunk is kept.
-
-Takes a Trajectory, sums over chunks of one, or a Recording; gives Inputs.
 """
 
 from __future__ import annotations
@@ -41,10 +39,7 @@ def recording_of(trajectory: Trajectory) -> Recording:
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
     meshes, torques of all elements. The log of crossings is not in it.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, layout = steady(trajectory), trajectory.layout
     channels = [
@@ -66,12 +61,10 @@ def recording_of(trajectory: Trajectory) -> Recording:
 
 
 def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
-    """Return what metrics read of a simulated motion.
+    """Return the inputs of metrics of a simulated motion.
 
     Parameters
     ----------
-    trajectory
-        of whole cycles.
     engine_orders
         orders of the torques, ascending.
 
@@ -96,13 +89,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class ChunkInputs(Inputs):
-    """What metrics read of a motion that came in chunks.
-
-    Attributes
-    ----------
-    sums
-        over the crossings and the signals of all chunks.
-    """
+    """Inputs of metrics of a motion in chunks."""
 
     sums: Sums | None = None
 
@@ -118,7 +105,7 @@ class ChunkInputs(Inputs):
 
     @cached_property
     def crossings(self) -> CrossingSums:
-        """What the crossings in the window add up to."""
+        """Sums over the crossings in the window."""
         crossings: CrossingSums = self._states["crossings"]
         return crossings
 
@@ -156,8 +143,6 @@ def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders
 
     Parameters
     ----------
-    trajectory
-        the next chunk, of whole cycles.
     before
         None at the first.
     engine_orders
@@ -182,14 +167,9 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
 
 
 def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
-    """Return what metrics read of a motion in chunks.
+    """Return the inputs of metrics of a motion in chunks.
 
-    Parameters
-    ----------
-    sums
-        over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
-    engine_orders
-        as in ``inputs_of_motion``.
+    The sums are over chunks of which some cycle is not discarded, "crossings" and "signals" among them.
     """
     state: SignalSums = sums.states["signals"]
     assert state.moments is not None
@@ -209,7 +189,7 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class CrossingInputs(Inputs):
-    """What metrics that need no samples read of a simulated motion: what its crossings add up to."""
+    """Inputs of metrics that need no samples: the sums over the crossings of a simulated motion."""
 
     @property
     def has_log(self) -> bool:
@@ -218,22 +198,15 @@ class CrossingInputs(Inputs):
 
     @cached_property
     def crossings(self) -> CrossingSums:
-        """What the crossings in the window add up to."""
+        """Sums over the crossings in the window."""
         assert self.known_crossings is not None
         return self.known_crossings
 
 
 def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[float, float]) -> Inputs:
-    """Return what metrics that need no samples read of a simulated motion; its deflections are known, and empty.
+    """Return the inputs of metrics that need no samples; its deflections are known, and empty.
 
-    Parameters
-    ----------
-    crossings
-        what the crossings of its steady part add up to.
-    layout
-        the driveline's layout.
-    span
-        the steady part, its first and its last sample [s].
+    ``span`` is the steady part, its first and its last sample [s].
     """
     return CrossingInputs(
         source="exact",
@@ -262,35 +235,32 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
 def inputs_of_recording(
     recording: Recording, layout: Layout | None, omega: float | None, engine_orders: Sequence[float] | Array
 ) -> Inputs:
-    """Return what metrics read of a recording.
+    """Return the inputs of metrics of a recording.
 
     Parameters
     ----------
-    recording
-        uniform samples.
-    layout
-        the driveline's layout; None without a model.
     omega
         reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
-    engine_orders
-        orders of the engine's torque; may be empty.
 
     Raises
     ------
     ModelError
         samples that are not uniform, not finite, or fewer than three.
     """
+    # uniform, finite samples
     time, interval, noted = _uniform(recording)
     ill = [c.name for c in recording.channels if not np.all(np.isfinite(c.values))]
     if ill:
         rule = "must be finite at every sample"
         raise ModelError(Problem(recording.source, ", ".join(ill), rule, "cut the gaps out, or fill them"))
+    # reference speed: given, or the mean of its channel
     speed = recording.find("speed")
     speeds = None
     if omega is None and speed is not None:
         omega = float(np.mean(speed.values))
         speeds = speed.values
     orders = np.unique(np.asarray(engine_orders, dtype=np.float64))
+    # window: the last whole periods
     kept = time.size
     words = "the whole recording"
     notes = (*recording.notes, *noted)
@@ -298,6 +268,7 @@ def inputs_of_recording(
     if period is not None:
         kept, words, remarks = _whole_periods(time, interval, period)
         notes = (*notes, *remarks)
+    # signals by quantity and subject
     signals: dict[tuple[str, str], Array] = {}
     units: dict[tuple[str, str], str] = {}
     for channel in recording.channels:
@@ -323,10 +294,7 @@ def inputs_of_recording(
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     """Return uniform times, their interval, and a note where the recorded ones are rounded.
 
-    Raises
-    ------
-    ModelError
-        fewer than three samples, or times that stray from a line by more than rounding.
+    ModelError: fewer than three samples, or times that stray from a line by more than rounding.
     """
     time = recording.time
     if time.size < 3:
@@ -351,7 +319,7 @@ def _period(layout: Layout | None, omega: float, orders: Array) -> float:
 
 
 def _whole_periods(time: Array, interval: float, period: float) -> tuple[int, str, tuple[str, ...]]:
-    """How many samples the last whole periods take, both bounds included; in words, and what is to be noted."""
+    """Number of samples of the last whole periods, both bounds included; the same in words; notes."""
     span = float(time[-1] - time[0])
     cycles = int(np.floor(span / period + _WHOLE))
     if cycles < 1:

@@ -4,8 +4,6 @@ Power spectral density by Welch's method over whole cycles; amplitudes at the ex
 whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
 (the rule is stated in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
 and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one frequency.
-
-Takes sums over Trajectories; gives rows for every inertia, and the densities themselves to the verdict.
 """
 
 from __future__ import annotations
@@ -72,15 +70,18 @@ class AccelerationSpectrum(Quantity[Sums]):
         """Return density, order amplitudes, super- and sub-harmonics for every inertia."""
         scope, state = sums.steady, sums.states["spectra"]
         layout = scope.layout
+        # amplitudes at the excited orders, by least squares
         amplitudes = np.full((layout.orders.size, len(layout.inertia_names)), np.nan)
         if layout.ramp is None:
             shown = _shown(layout, scope.samples_per_cycle)
             amplitudes[shown] = np.abs(amplitudes_from(state["gram"], state["moments"]))
+        # power spectral density by Welch's method
         try:
             density, too_short = density_of(state, scope), ""
         except ModelError as error:
             density, too_short = None, f"no power spectral density: {error}"
         rows: list[Row] = []
+        # rows of every inertia: density, orders, lines that nothing excites
         for i, inertia in enumerate(layout.inertia_names):
             if density is None:
                 rows.append(self.row(inertia, FLUCTUATION, float("nan"), note=too_short))
@@ -112,6 +113,7 @@ class AccelerationSpectrum(Quantity[Sums]):
         ]
 
     def _unexcited(self, scope: Scope, inertia: str, signal: Array) -> list[Row]:
+        # cycles of the signal, and the rule by which a line counts
         layout, per_cycle = scope.layout, scope.samples_per_cycle
         if layout.orders.size == 0:
             return []
@@ -126,14 +128,17 @@ class AccelerationSpectrum(Quantity[Sums]):
         rows: list[Row] = []
         amplitudes: dict[int, Array] = {}
         kinds = (("super-harmonic", super_harmonics, 1), ("sub-harmonic", sub_harmonics, 2))
+        # super-harmonics, then sub-harmonics, which need more cycles
         for kind, search, divisor in kinds:
             need = FEWEST_PERIODS * divisor
+            # sweeps have no orders
             if layout.ramp is not None:
                 words = f"{kind}s present"
                 rows.append(self.row(inertia, words, math.nan, unit="1", formula=rule, note=_NO_SPEED))
                 continue
             note = "" if cycles >= need else f"{kind}s not sought: fewer than {need} steady cycles"
             remark = note or (of and f"super- and sub-harmonics are sought{of}")
+            # number of lines, and the strongest of them
             lines = search(signal, per_cycle, fundamental, layout.orders, amplitudes)
             count = float("nan") if note else float(len(lines))
             rows.append(self.row(inertia, f"{kind}s present", count, unit="1", formula=rule, note=remark))
@@ -198,10 +203,7 @@ def _segments(signal: Array, per_cycle: int, period: float, before: State | None
 def density_of(state: State, scope: Scope) -> Spectrum:
     """Return the power spectral density of all accelerations over the steady part, density (f, n).
 
-    Raises
-    ------
-    ModelError
-        if the steady part holds fewer than four samples.
+    ModelError if the steady part holds fewer than four samples.
     """
     period = scope.layout.period
     per_cycle = scope.samples_per_cycle

@@ -1,19 +1,17 @@
-"""Transmissibility: how much of the driven inertia's acceleration reaches each inertia.
+"""Transmissibility: acceleration of each inertia over that of the driven one.
 
 TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
 r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
 taken as they are, mean included. Of an exact motion extremes and means are taken between its samples. Of a sampled
 motion they come from the samples, the rms by the trapezoidal rule over whole periods, with an estimate of the error.
 
-Transmissibility by order: what of an order's motion at the reference body reaches each other one.
+Transmissibility by order: the amplitude of each body over that of the reference body at one order,
 
-    T_i(o) = |Theta_i(o)| / |Theta_r(o)|
+    T_i(o) = |Theta_i(o)| / |Theta_r(o)|,
 
-the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so any of them
-serves. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
-from the reference. An order at which the reference moves by less than 1e-9 of its strongest has no transmissibility.
-
-Takes levels of the last cycles; gives two rows an inertia. Takes inputs; gives one row a body and order.
+the same for angles, velocities and accelerations. Only orders of the engine count: what a transmission error excites
+elsewhere is not transmitted from the reference. An order at which the reference moves by less than 1e-9 of its
+strongest has no transmissibility.
 """
 
 from __future__ import annotations
@@ -85,6 +83,7 @@ class OrderTransmissibility(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the transmissibility of every body but the reference, order by order."""
+        # velocity amplitudes of the reference
         movers = inputs.movers()
         layout = inputs.layout
         reference = movers[0] if layout is None else layout.inertia_names[layout.reference]
@@ -95,6 +94,7 @@ class OrderTransmissibility(Quantity[Inputs]):
                     reference, "transmissibility", math.nan, "1", f"nothing is known of {reference}, the reference"
                 )
             ]
+        # quotient of amplitudes at every engine order
         strongest = float(np.nanmax(np.abs(base), initial=0.0))
         rows: list[Row] = []
         for name in movers:

@@ -1,7 +1,4 @@
-"""The verdict on one motion: its parts, worst first, every value of every criterion, and a sentence.
-
-Takes what the criteria measured; gives a Verdict to reports and users.
-"""
+"""The verdict on one motion: its parts, worst first, every value of every criterion, and a sentence."""
 
 from __future__ import annotations
 

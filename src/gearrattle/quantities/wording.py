@@ -1,10 +1,8 @@
-"""The verdict in one human sentence: what rattles, where, and how badly.
+"""Sentence of the verdict: the parts that rattle or touch, their regimes, and how hard they hit.
 
 A gap that separates *rattles*, or *touches* if all its impacts are negligible; a staged spring that crosses its
 corners, or a gap that crosses outer ones alone, changes *stage*. Neither is called rattle. Only the worst parts are
 spelt out; the others are named.
-
-Takes parts, worst first; gives a sentence to the verdict.
 """
 
 from __future__ import annotations
@@ -18,15 +16,7 @@ SPELT_OUT = 3
 
 
 def sentence(parts: Sequence[Part], cycles: int) -> str:
-    """Return the verdict's sentence.
-
-    Parameters
-    ----------
-    parts
-        every mesh and clearance, worst first.
-    cycles
-        number of cycles judged.
-    """
+    """Return the verdict's sentence."""
     span = f"over the {cycles} cycles judged" if cycles != 1 else "over the one cycle judged"
     if not parts:
         return "There is no mesh and no clearance: nothing can rattle."

@@ -1,10 +1,8 @@
-"""Studies: one driveline, many variants; maps and tolerances; what is done survives being killed.
+"""Studies of many variants of one driveline: maps and tolerances. A study that was stopped goes on from what it kept.
 
-``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
-of them, ``schedulers`` deal chunks out, ``store`` keeps them, ``prepared`` carries a study out. ``kinds`` is a shelf:
-what a study file may ask for. What is made of the Dataset: ``boundary``, ``probability`` and ``sensitivity``.
-
-Takes a Model; gives an xarray Dataset.
+``study`` is the call. ``plan`` lists the cases, ``outputs`` what is kept of each; ``cases`` computes a chunk of them,
+``schedulers`` distribute the chunks, ``store`` keeps the results, ``prepared`` carries a study out. ``kinds`` holds the
+kinds of studies that a study file may ask for. ``boundary``, ``probability`` and ``sensitivity`` evaluate the Dataset.
 """
 
 from gearrattle.studies.attraction import basins

@@ -1,11 +1,9 @@
-"""``basins``: which settled motion every initial state leads to, and how likely the quiet one is.
+"""``basins``: the settled motion that every initial state leads to, and the share of states that lead to a quiet one.
 
 Initial states lie on a grid, or are drawn from a box; each is simulated by the settings of the model and its motion
-seen once a period (``sections``). What repeats is told apart by its points, and each of these motions is found to
-rounding by shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, killing and going
-on are those of every study.
-
-Takes a Model and ranges of initial values; gives an xarray Dataset.
+seen once a period (``sections``). Periodic motions are distinguished by these points, and each is found to rounding by
+shooting (``attractors``). A case is one initial state, so that chunks, workers, clusters, stopping and resuming are
+those of every study.
 """
 
 from __future__ import annotations
@@ -52,15 +50,7 @@ DEFAULT = ("verdict severity", "verdict", "severity", "regime")
 
 @dataclass(frozen=True)
 class Initials(Plan):
-    """The cases of a basin study: the model from one initial state after the other.
-
-    Attributes
-    ----------
-    said
-        what else decides what is computed.
-    starts
-        from values to states.
-    """
+    """The cases of a basin study: the model from one initial state after the other."""
 
     kind: ClassVar[str] = "basins"
     said: dict[str, Any] = field(default_factory=dict)
@@ -80,18 +70,12 @@ class Initials(Plan):
 
 @dataclass(frozen=True)
 class Basins(Prepared):
-    """A basin study about to begin.
-
-    Attributes
-    ----------
-    same
-        distance below which two orbits are one.
-    """
+    """Prepared basin study; orbits nearer than ``same`` are one."""
 
     same: float = SAME
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Tell attractors apart, and keep that as well."""
+        """Find the attractors, and store them as well."""
         store.add(attractors_of(store.dataset(), self.same, self._settled))
         return store.dataset()
 
@@ -124,7 +108,8 @@ def prepare(
     fixed: Mapping[str, object] | None = None,
     most: int = MOST,
 ) -> Basins:
-    """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
+    """Check all arguments of a basin study, and run one case. Arguments, errors as ``basins``."""
+    # check the arguments
     refuse_unsteady(model, "a map of basins")
     _check(
         {
@@ -136,12 +121,15 @@ def prepare(
             "same": (NEARNESS, same),
         }
     )
+    # settings, section and coordinates of the initial states
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
+    # grid or samples of initial values
     starts = starts_of(base, tuple(over))
     axes, points = _points(over, base, samples, method, seed)
+    # points of the section that are kept
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     last = min(kept, MOST_PERIOD)
     said = {
@@ -153,17 +141,20 @@ def prepare(
         "scale": [chosen.scale[name] for name in chosen.names],
         "largest_period": last,
     }
+    # cases, at most as many as allowed
     plan = Initials(base, axes, points, 1, said, starts)
     if plan.count > most:
         rule = f"{plan.count} initial states, more than the {most} allowed"
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
     if list(outputs):
         check_names(outputs, [base])
+    # one case tells the outputs
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
     of_itself = own_units(base)
     sections = Sections(kept_outputs.chosen, None, (), chosen, units, last, float(tolerance), last, own_units=of_itself)
+    # chunks by the time of a case
     seconds = seconds_alone(plan, sections.of, run, seconds)
     plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
     return Basins(plan, sections, seconds, same=float(same))
@@ -265,7 +256,7 @@ def basins(
 
 
 def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:
-    """Refuse what is wrong by itself."""
+    """Refuse arguments that are wrong by themselves."""
     problems = argument_problems(arguments)
     if not problems:
         samples, tolerance, same = (arguments[name][1] for name in ("samples", "tolerance", "same"))

@@ -1,10 +1,10 @@
-"""Attractors of a basin study: which settled motion every initial state leads to, and what each motion is.
+"""Attractors of a basin study: the settled motions, and the one that every initial state leads to.
 
-Periodic motions are distinguished by their orbits (``signals.strobe``): if these are nearer than ``same``, it is one
-motion. Of each the motion that repeats is found by shooting from where one of its cases ends: its
-period, verdict and multipliers are those of that motion, not of the cases, which only come near to it. Groups that
-shooting leads to one motion are one attractor. Where it leads to none that is stable and near, period and verdict are
-those of the cases, and the attractor is not ``verified``.
+Periodic motions are distinguished by their orbits (``signals.strobe``): orbits nearer than ``same`` are one motion. The
+exact periodic motion of each group is found by shooting from the end of one of its cases: period, verdict and
+multipliers are those of that motion, not of the cases, which only come near to it. Groups from which shooting leads to
+the same motion are one attractor. Where it leads to none that is stable and near, period and verdict are those of the
+cases, and the attractor is not ``verified``.
 
 Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points cannot
 distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so
@@ -13,8 +13,6 @@ reported as one attractor.
 
 The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
 points Wilson's interval is given with it (``signals.shares``); a grid is no sample and has none.
-
-Takes the Dataset of the cases; gives what is made of it.
 """
 
 from __future__ import annotations
@@ -59,14 +57,10 @@ _MEANING = "1, 2, ...: the attractor of that number; 0: chaotic; -1: undecided; 
 
 @dataclass(frozen=True)
 class Motion:
-    """What a group of cases has settled in.
+    """Settled motion of a group of cases; verdict and severity are the codes of the worst.
 
     Attributes
     ----------
-    verdict
-        code of the worst regime.
-    severity
-        code of the worst severity.
     cycles
         periods after which it repeats.
     multiplier
@@ -89,7 +83,7 @@ class Motion:
 def attractors_of(
     data: xr.Dataset, same: float, settled: Callable[[tuple[int, ...], int], Attractor | None] = lambda _at, _n: None
 ) -> xr.Dataset:
-    """Tell attractors apart.
+    """Find the attractors among the settled motions.
 
     Parameters
     ----------
@@ -113,24 +107,29 @@ def attractors_of(
     """
     import xarray as xr
 
+    # groups of near orbits, and their motions
     grid, orbits = data["outcome"], _orbits(data)
     groups = grouped(orbits, same)
     standing = [orbit for i in groups.first if (orbit := orbits[i]) is not None]
     motions = _motions(data, groups, settled)
+    # attractors by falling number of cases
     sizes = Counter[int]()
     for g, motion in enumerate(motions):
         sizes[motion.number] += int(np.count_nonzero(groups.label == g))
     ordered = sorted(sizes, key=lambda number: -sizes[number])
     attractor = [ordered.index(motion.number) + 1 for motion in motions]
+    # basin of every case: attractor, chaos, undecided, no result
     basin = np.array([*attractor, UNSETTLED], dtype=np.int64)[groups.label]
     basin[data["motion"].values.ravel() == CHAOTIC] = CHAOS
     basin[grid.values.ravel() != DONE] = NOTHING
+    # shares with Wilson's interval for samples
     among, cases = int(np.count_nonzero(grid == DONE)), np.array([sizes[n] for n in ordered], dtype=np.int64)
     low, high = wilson(cases, np.full(len(cases), among)) if SAMPLE in grid.dims else (cases * np.nan, cases * np.nan)
     shares = {"cases": cases, "share": cases / max(among, 1), "low": low, "high": high}
     columns = {name: (ATTRACTOR, values, {"units": "1"}) for name, values in shares.items()}
     columns |= _described(data, [motions[attractor.index(n)] for n in range(1, len(cases) + 1)])
     described = {"units": "1", "meaning": _MEANING}
+    # Dataset with the distances within and between attractors
     dataset = xr.Dataset(
         {"basin": (grid.dims, basin.reshape(grid.shape).astype(np.int16), described), **columns},
         {ATTRACTOR: np.arange(1, len(cases) + 1)},
@@ -145,21 +144,25 @@ def attractors_of(
 def _motions(
     data: xr.Dataset, groups: Groups, settled: Callable[[tuple[int, ...], int], Attractor | None]
 ) -> list[Motion]:
-    """What every group has settled in."""
+    """Settled motion of every group."""
+    # verdict and period of every case
     verdicts, severities = (data[name].values.ravel().astype(np.int64) for name in (VERDICT, VERDICT_SEVERITY))
     shape = data["outcome"].shape
     period = np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
     known: list[tuple[Attractor, int]] = []
     families = dict[tuple[int, int, int], int]()
     motions = []
+    # periodic motion of each group, by shooting
     for g, i in enumerate(groups.first):
         at, cycles = tuple(int(k) for k in np.unravel_index(i, shape)), int(period[i])
         attractor = settled(at, cycles)
         if attractor is None:
+            # without one: verdict of most cases of the group
             mine = groups.label == g
             verdict, severity = (int(np.bincount(codes[mine]).argmax()) for codes in (verdicts, severities))
             motions.append(Motion(verdict, severity, cycles, float("nan"), False, g))
             continue
+        # families by verdict and period, isolated motions by their orbit
         orbit = attractor.orbit
         verdict = REGIMES.index(orbit.verdict.verdict)
         severity = SEVERITIES.index(orbit.verdict.severity)
@@ -168,13 +171,14 @@ def _motions(
         else:
             number = next((n for other, n in known if other.is_near(orbit.motion.start, EXACT)), g)
             known.append((attractor, number))
+        # largest Floquet multiplier
         multiplier = float(np.abs(multipliers_of(orbit.motion.gradient)[0]))
         motions.append(Motion(verdict, severity, orbit.cycles, multiplier, is_family, number))
     return motions
 
 
 def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[str, Any, dict[str, Any]]]:
-    """What is told of every attractor besides its share."""
+    """Variables of every attractor besides its share."""
     flags, severity_flags = (
         {key: data[name].attrs[key] for key in ("flag_values", "flag_meanings")} for name in (VERDICT, VERDICT_SEVERITY)
     )
@@ -193,7 +197,7 @@ def _described(data: xr.Dataset, motions: Sequence[Motion]) -> dict[str, tuple[s
 
 
 def _headline(motion: Motion) -> str:
-    """What a motion is in one word: its regime if it rattles, else its severity."""
+    """A motion in one word: its regime if it rattles, else its severity."""
     severity = SEVERITIES[motion.severity]
     return REGIMES[motion.verdict] if severity == "rattles" else severity
 
@@ -225,18 +229,10 @@ def attractors_that_rattle(data: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def quiet_share(data: xr.Dataset) -> dict[str, float]:
-    """Return how likely an attractor is that does not rattle.
+    """Return the share of initial states that lead to an attractor without rattle.
 
-    Parameters
-    ----------
-    data
-        what ``basins`` returned.
-
-    Returns
-    -------
-    dict[str, float]
-        ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``: the
-        share of cases that are undecided, which may yet become quiet.
+    By name: ``cases`` of ``among``; ``share``; Wilson's 95 % interval ``low`` to ``high``, NaN for a grid; ``open``:
+    the share of cases that are undecided, which may yet become quiet.
     """
     quiet = 1 + np.flatnonzero(~attractors_that_rattle(data))
     basin = data["basin"].values

@@ -1,17 +1,15 @@
-"""Axes of a study: what is varied, by paths of the model file, as plain numbers in SI.
+"""Axes of a study: the values that are varied, by paths of the model file, as plain numbers in SI.
 
 An axis takes one path through its values, or several paths together, value by value. Values stand as a list, or as a
 range: from, to, count, spacing "linear" or "log". Each is read as the model file reads it, units and all; what the
 model refuses an axis refuses, before anything runs.
 
 A path may be a pattern, ``inertia.*.drag_torque``, and values may be factors of what the model says, a list or a range
-under the key ``factor``. An axis keeps both: what was asked for, which names its coordinate, and plain values by plain
+under the key ``factor``. An axis keeps both: the request, which names its coordinate, and plain values by plain
 paths, which is all that cases are made of.
 
 Values may be an array of NumPy, a Series of pandas or a DataArray of xarray; the attribute ``units`` of the latter two
 counts.
-
-Takes mappings; gives frozen axes.
 """
 
 from __future__ import annotations
@@ -65,7 +63,7 @@ _TAKEN = frozenset(
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis.
+    """Axis of a study: one path, or several that vary together.
 
     Attributes
     ----------
@@ -75,8 +73,6 @@ class Axis:
         by plain path, equally many: what the model is given; numbers are SI.
     asked
         by path as it was asked for, such as a pattern, equally many: values in SI, or factors; None: ``values``.
-    by_factor
-        which of these are factors.
     """
 
     name: str
@@ -89,7 +85,7 @@ class Axis:
 
     @property
     def coordinates(self) -> Mapping[str, tuple[Any, ...]]:
-        """What its paths are called in a Dataset, with their values or factors."""
+        """Names of its paths in a Dataset, with their values or factors."""
         return self.values if self.asked is None else self.asked
 
     @property
@@ -100,7 +96,7 @@ class Axis:
         return first if not others or by_one_factor else tuple(range(len(self)))
 
     def at(self, index: int) -> dict[str, Any]:
-        """Return what it changes at one of its values."""
+        """Return the changes of the model at one of its values."""
         return {path: values[index] for path, values in self.values.items()}
 
     def requested(self) -> dict[str, list[Any]]:
@@ -118,8 +114,6 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     ----------
     requested
         by path a list of values or a range; by another name a mapping from paths to such lists.
-    model
-        what they vary.
 
     Raises
     ------
@@ -128,11 +122,13 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """
     problems: list[Problem] = []
     axes = []
+    # one path, or several that vary together under a name
     for name, values in checked(AnyTable(), requested, "axes").items():
         several = isinstance(values, Mapping) and not set(values) & {*_RANGE, FACTOR}
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[Varied, tuple[Any, ...]] = {}
+        # read values and factors of every path
         for path, entry in by_path.items():
             try:
                 inner, by_factor = without_factor(path, entry)
@@ -140,6 +136,7 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
                 read[varied] = values_of(path, inner, partial(varied.read, model=model))
             except ModelError as error:
                 problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+        # equally many values
         lengths = {len(entries) for entries in read.values()}
         if len(lengths) > 1:
             rule = "paths that vary together must have equally many values"
@@ -164,13 +161,7 @@ def _wrong_name(name: object) -> list[Problem]:
 
 
 def _axis(name: str, read: Mapping[Varied, tuple[Any, ...]], model: Model) -> Axis:
-    """Make an axis of values that were read.
-
-    Raises
-    ------
-    ModelError
-        two of its paths mean the same value.
-    """
+    """Make an axis of values that were read; ModelError where two of its paths mean the same value."""
     by_path = [varied.spread(values, model) for varied, values in read.items()]
     check_once([path for spread in by_path for path in spread])
     values = {path: column for spread in by_path for path, column in spread.items()}
@@ -180,25 +171,16 @@ def _axis(name: str, read: Mapping[Varied, tuple[Any, ...]], model: Model) -> Ax
 
 
 def check_once(paths: Sequence[str]) -> None:
-    """Refuse values that are varied twice.
-
-    Raises
-    ------
-    ModelError
-        such values, all of them.
-    """
+    """Refuse values that are varied twice with a ModelError that names all of them."""
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
 
 
 def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
-    """Return what stands in ``{ factor = ... }``, or the numbers of factors in a list or a range; and whether it does.
+    """Return the content of ``{ factor = ... }``, or the numbers of factors in a list or range; and whether it is one.
 
-    Raises
-    ------
-    ModelError
-        factors among other values, or keys beside ``factor``.
+    ModelError: factors among other values, or keys beside ``factor``.
     """
     if isinstance(entry, Mapping) and FACTOR in entry and "distribution" not in entry:
         if len(entry) > 1:
@@ -225,8 +207,6 @@ def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, .
 
     Parameters
     ----------
-    path
-        what they are of, for messages.
     entry
         a list, or a mapping with from, to, count, spacing.
     read

@@ -1,12 +1,9 @@
-"""The cases of a chunk in one compiled loop, where they can be: see ``solvers.many`` for the loop.
+"""Cases of one structure computed together in the compiled loop over variants (``solvers.many``).
 
 A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variants``), marched and judged
 without a model, a system or a trajectory of their own, to the same bits as one at a time. Metrics and outputs that need
-samples are taken of each case as it comes out of the loop (``studies.followed``). What the loop cannot do is left to
-the general way, case by case: figures of a whole run or a function of the user's, other algorithms, cases of another
-structure, cases that fail.
-
-Takes a Plan, Outputs and a chunk; gives values and which cases have them.
+samples are taken of each case as it comes out of the loop (``studies.followed``). The rest is computed case by case:
+figures of a whole run or a function of the user's, other algorithms, cases of another structure, cases that fail.
 """
 
 from __future__ import annotations
@@ -44,12 +41,12 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
-    """Whether compiled code alone gives these outputs: what comes from the crossings, of cases that can follow."""
+    """Whether compiled code alone gives these outputs: all come from crossings, and the cases can follow."""
     return all(is_of_crossings(output) for output in outputs.chosen) and can_follow(outputs, plan)
 
 
 def can_follow(outputs: Outputs, plan: Plan) -> bool:
-    """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
+    """Whether the loop gives these outputs of such cases: of a plain grid, whose paths define a case completely."""
     are_known = all(is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
@@ -64,12 +61,10 @@ def is_of_crossings(output: Output) -> bool:
 def batched(
     plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None
 ) -> tuple[Values, NDArray[np.bool_]]:
-    """Compute what can be computed together.
+    """Compute the cases of a chunk that can be computed together.
 
     Parameters
     ----------
-    plan, outputs, chunk
-        as in ``cases.compute``.
     progress
         called now and then with the share of the chunk's cases that are done; what it raises ends the work.
 
@@ -78,6 +73,7 @@ def batched(
     tuple[Values, NDArray[np.bool_]]
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
     """
+    # arrays of the outputs, still without results
     count = plan.cases_in(chunk)
     if not can_follow(outputs, plan):
         return {}, np.zeros(count, dtype=np.bool_)
@@ -86,6 +82,7 @@ def batched(
     for output in outputs.all:
         shape = (count, len(output.subjects)) if output.dimension else (count,)
         values[output.name] = np.full(shape, output.nothing, output.dtype)
+    # cases that wait, and outputs that need samples
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
     of_each = [output for output in outputs.chosen if not is_of_crossings(output)]
 
@@ -93,6 +90,7 @@ def batched(
         if progress is not None:
             progress((done.sum() + share * waiting.size) / count)
 
+    # one structure after the other
     for _ in range(_STRUCTURES):
         if waiting.size < FEWEST:
             break
@@ -100,8 +98,10 @@ def batched(
         if model is None or not assemble(model).system.is_plain:
             waiting = waiting[1:]
             continue
+        # assemble the cases of this structure
         alike = _Alike.of(model, {path: column[waiting] for path, column in varied.items()}, waiting.size)
         chosen = waiting[alike.good]
+        # march and judge them in one compiled loop
         if chosen.size and alike.pattern.can_march():
             if of_each:
                 tallies, judged = _follow(values, Followed(of_each, model), alike, (varied, chosen), report_share)
@@ -125,20 +125,7 @@ def _pattern(model: Model, changes: Mapping[str, Any]) -> Model | None:
 class _Alike:
     """Cases of one structure, assembled.
 
-    Attributes
-    ----------
-    model, layout
-        of one of them.
-    pattern
-        what the loop needs to know of it.
-    numbers
-        coefficients of those that are good.
-    start
-        their angles and velocities.
-    window
-        steady part and period of each.
-    good
-        of the cases asked for, which these are.
+    ``good`` marks the cases asked for that could be assembled; ``numbers`` are their coefficients.
     """
 
     model: Model
@@ -205,7 +192,7 @@ def _follow(
     of: tuple[Mapping[str, NDArray[Any]], NDArray[Any]],
     progress: Callable[[float], None],
 ) -> tuple[Tallies, NDArray[np.bool_]]:
-    """March and judge cases, and write what is told of each by itself; ``of``: what varies, and the cases' places."""
+    """March and judge cases, and write the values of each; ``of``: varied values, and the cases' places."""
     varied, chosen = of
     judged = np.zeros(chosen.size, dtype=np.bool_)
     out = room_for(chosen.size, alike.pattern.judged)
@@ -235,6 +222,7 @@ def _keep(
     values: Values, outputs: Outputs, alike: _Alike, tallies: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
 ) -> None:
     """Write the values of the cases that are judged."""
+    # tallies and reduced inertias of the cases judged
     chosen, judged = places
     tally = picked(tallies, judged)
     at = chosen[judged]
@@ -244,19 +232,24 @@ def _keep(
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
+    # values of outputs, criterion by criterion
     for output in filter(is_of_crossings, outputs.chosen):
+        # counts of the loop
         if output.name in _COUNTED:
             counted = tally.crossings / alike.cycles if output.name == _COUNTED[0] else tally.calls
             values[output.name][at] = counted[:, 0]
             continue
+        # quantities over crossings, computed once a criterion
         if output.criterion not in by_criterion:
             criterion = CROSSING_CRITERIA[output.criterion]
             by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
+        # worst gap
         if output.name in WORST:
             of_gaps = [value for (part, what), value in measures.items() if what == output.quantity and part in gaps]
             values[output.name][at] = np.max(np.nan_to_num(of_gaps), axis=0, initial=0)
             continue
+        # values by subject
         values[output.name][at] = output.before
         for i, subject in enumerate(output.subjects):
             if (subject, output.quantity) in measures:

@@ -1,9 +1,7 @@
-"""Where the regime changes over the grid of a study: midpoints between neighbouring values with different codes.
+"""Regime boundary over the grid of a study: midpoints between neighbouring values with different codes.
 
 The true boundary lies somewhere between the two neighbours, and both are given. Between values of a logarithmic range
 the midpoint is the geometric mean, elsewhere the arithmetic one.
-
-Takes the Dataset of a study; gives a table of crossings as a Dataset.
 """
 
 from __future__ import annotations
@@ -56,11 +54,13 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     """
     import xarray as xr
 
+    # codes, and coordinates held
     codes = output_in(data, output if output is not None else chosen_codes(data) or SEVERITY, codes=True)
     words = np.array(words_of(codes))
     dims = [str(name) for name in codes.dims]
     held = _held(data, codes)
     columns: dict[str, list[NDArray[Any]]] = {}
+    # changes of code from one value of an axis to the next
     for axis in axes_in(data):
         values = np.asarray(data[axis].values)
         if values.dtype.kind not in "iuf" or len(values) < 2:
@@ -69,6 +69,7 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
         before, after = (np.moveaxis(codes.values, k, 0)[part] for part in (slice(None, -1), slice(1, None)))
         edges = np.argwhere((before != after) & (before >= 0) & (after >= 0))
         places = np.insert(edges[:, 1:], k, edges[:, 0], axis=1)
+        # values on either side, midpoints along the axis
         rows = {"along": np.full(len(edges), axis), "below": values[edges[:, 0]], "above": values[edges[:, 0] + 1]}
         rows |= {"from": words[before[tuple(edges.T)]], "to": words[after[tuple(edges.T)]]}
         for name, (dim, column) in held.items():
@@ -76,6 +77,7 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
             rows[name] = midpoints(column)[at] if dim == axis and column.dtype.kind in "iuf" else column[at]
         for name, column in rows.items():
             columns.setdefault(name, []).append(column)
+    # table of crossings
     joined = {name: (CROSSING, np.concatenate(parts)) for name, parts in columns.items()}
     subject = subject_of(data, str(codes.name))
     changes = xr.Dataset(joined, attrs={KIND: "regime boundary", "output": str(codes.name), "subject": subject})

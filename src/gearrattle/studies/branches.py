@@ -1,7 +1,4 @@
-"""What a bifurcation diagram shows: where two motions coexist, and along which values the motion keeps its kind.
-
-Takes the Dataset of ``bifurcation``; gives codes and stretches.
-"""
+"""Evaluation of a bifurcation diagram: values at which two motions coexist, and stretches of one kind of motion."""
 
 from __future__ import annotations
 
@@ -39,13 +36,7 @@ def swept_values(data: xr.Dataset) -> Array:
 
 
 def orbit_at(data: xr.Dataset) -> Array:
-    """Return (n, q) the orbit of one case that is n-periodic, in the units of the section.
-
-    Parameters
-    ----------
-    data
-        of one case alone.
-    """
+    """Return (n, q) the orbit of one n-periodic case, in the units of the section."""
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
     n = int(data["period"])
@@ -55,18 +46,9 @@ def orbit_at(data: xr.Dataset) -> Array:
 def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
     """Tell at which values both directions end in different motions; None for one direction alone.
 
-    Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic
-    and one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged: -1.
-
-    Parameters
-    ----------
-    data
-        of both directions.
-
-    Returns
-    -------
-    xr.DataArray | None
-        Codes over all but "direction": 0 one, 1 two, -1 undecided.
+    Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic and
+    one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged. The codes over
+    all but "direction" are 0 one, 1 two, -1 undecided.
     """
     import xarray as xr
 
@@ -94,16 +76,12 @@ class Stretch:
 
     Attributes
     ----------
-    low, high
-        the first and the last of them.
     motion
         "periodic", "chaotic", "undecided"; or what became of the case.
     period
         number of T; 0 without one.
     verdict
         the worst regime of any part if the driveline rattles, else its severity; empty if none was kept.
-    count
-        how many values.
     """
 
     low: float
@@ -132,13 +110,7 @@ def _values_in_words(data: xr.Dataset, name: str) -> str:
 
 
 def stretches(data: xr.Dataset) -> list[Stretch]:
-    """Return the stretches of one sweep, by ascending value.
-
-    Parameters
-    ----------
-    data
-        of one sweep alone.
-    """
+    """Return the stretches of one sweep, by ascending value."""
     values = swept_values(data)
     motions = words_of(data["motion"])
     verdicts = headlines_in(data)

@@ -1,9 +1,7 @@
-"""One chunk of a study, computed: every case simulated by the settings of its model, its outputs kept.
+"""Computation of one chunk of a study: every case is simulated by the settings of its model, and its outputs kept.
 
-Cases that can be are computed together (``studies.batch``), the others one by one.
-A case that fails leaves nothing in its outputs, and says why; the others go on.
-
-Takes a Plan and Outputs; gives a Computed.
+Cases that allow it are computed together (``studies.batch``), the others one by one. A case that fails has no values;
+its message says why, and the others go on.
 """
 
 from __future__ import annotations
@@ -24,12 +22,12 @@ from gearrattle.studies.plan import Plan
 
 MISSING, DONE, NO_MODEL, NOT_CONVERGED, FAILED, WORKER_LOST = range(6)
 OUTCOMES = ("missing", "done", "no such model", "did not converge", "failed", "worker lost")
-"""What became of a case."""
+"""Outcomes of a case."""
 
 
 @dataclass(frozen=True)
 class Computed:
-    """A chunk's results.
+    """Results of a chunk.
 
     Attributes
     ----------
@@ -49,28 +47,22 @@ class Computed:
 def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None) -> Computed:
     """Compute every case of a chunk.
 
-    Parameters
-    ----------
-    plan
-        the study's cases.
-    outputs
-        what is kept of them.
-    chunk
-        its number.
-    progress
-        called now and then, and after every case computed alone, with the finished share; what it raises ends
-        the work.
+    ``progress`` is called now and then, and after every case computed alone, with the finished share; what it raises
+    ends the work.
     """
+    # cases computed together
     computed = empty(plan, outputs, chunk)
     values, done = batched(plan, outputs, chunk, progress)
     for name, kept in values.items():
         computed.values[name][...] = kept.reshape(computed.values[name].shape)
     computed.outcome.flat[np.flatnonzero(done)] = DONE
     box = plan.box(chunk)
+    # the others one by one
     for i, (at, changes) in enumerate(plan.cases(chunk) if not done.all() else ()):
         if done[i]:
             continue
         try:
+            # results known before, else a simulation
             of_case = outputs.known.get(tuple(i + part.start for i, part in zip(at, box, strict=True)))
             if of_case is None:
                 model = plan.model.with_(changes) if changes else plan.model

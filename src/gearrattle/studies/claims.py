@@ -1,10 +1,8 @@
-"""Whether a storage location may take a study, and the right to write there: one program at a time.
+"""Claim of a storage location by a study: whether it may be kept there, and the lock that one program at a time holds.
 
-Asked before anything is computed, and again when the study begins there. A folder is locked while a study is under way;
-an address cannot be. There ``study.json`` is put by one program alone, and two that resume the same study compute the
-same.
-
-Takes a Storage; raises.
+The location is checked before anything is computed, and again when the study begins there. A folder is locked while a
+study is under way; an address cannot be. There ``study.json`` is written by one program alone, and two programs that
+resume the same study compute the same.
 """
 
 from __future__ import annotations
@@ -26,14 +24,12 @@ ABOUT = "study.json"
 
 
 def check_storage(storage: Storage, *, resume: bool) -> None:
-    """Refuse a storage location that holds anything but what is resumed.
+    """Refuse a storage location that holds anything but the study to be resumed.
 
     Parameters
     ----------
     storage
         a folder or what lies behind an address; it need not exist.
-    resume
-        whether it may hold a study already.
 
     Raises
     ------
@@ -56,7 +52,7 @@ def check_storage(storage: Storage, *, resume: bool) -> None:
 
 
 def holds_one(storage: Storage) -> ModelError:
-    """Return what to say of a storage location that holds a study already."""
+    """Return the error for a storage location that holds a study already."""
     return ModelError(Problem(storage.address, "", "holds a study already", "resume it, or give another folder"))
 
 
@@ -64,7 +60,7 @@ class Claim:
     """The right to write a study into a storage location."""
 
     def __init__(self, storage: Storage, *, resume: bool) -> None:
-        """Take it, and see to what killed programs have left there.
+        """Take the claim, and remove what killed programs have left there.
 
         Raises
         ------
@@ -91,19 +87,13 @@ class Claim:
             raise
 
     def check(self) -> None:
-        """Refuse to go on where a later study of this program writes into the storage location.
-
-        Raises
-        ------
-        ModelError
-            it does.
-        """
+        """Raise ModelError where a later study of this program writes into the storage location."""
         if self._lock is not None and not self._lock.held:
             rule = "is written by another study of this program, which was begun later"
             raise ModelError(Problem(self._storage.address, "", rule, "go on with that one"))
 
     def release(self) -> None:
-        """Let others write into the storage location, without what killed workers have left there."""
+        """Release the claim, and remove what killed workers have left there."""
         if self._lock is not None and self._lock.held and self._storage.local is not None:
             with suppress(OSError):  # of what is left; the results are there
                 self._clear(self._storage.local)
@@ -119,13 +109,7 @@ class Claim:
 
 
 def about_in(storage: Storage) -> dict[str, Any]:
-    """Return what ``study.json`` says.
-
-    Raises
-    ------
-    ModelError
-        it is damaged.
-    """
+    """Return what ``study.json`` says; ModelError where it is damaged."""
     try:
         about = json.loads(storage.read(ABOUT))
         if isinstance(about, dict) and isinstance(about["owner"], dict):
@@ -143,10 +127,7 @@ def about_in(storage: Storage) -> dict[str, Any]:
 def check_owner(storage: Storage, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
     """Return what ``study.json`` says, if it is of this study.
 
-    Raises
-    ------
-    ModelError
-        it is of another, damaged, or of a format (``formats``) that is not that of this kind.
+    ModelError: it is of another, damaged, or of a format (``formats``) that is not that of this kind.
     """
     about = about_in(storage)
     check_format(about["owner"].get("format", ""), f"{storage.address}/{ABOUT}", kind)

@@ -1,7 +1,4 @@
-"""How a call carries a study of any kind out: what a study is, where it is kept, who computes.
-
-Takes what prepares a study, and the options that all calls share; gives its Dataset.
-"""
+"""Execution of a study of any kind by a call: the options for storage and computing that all calls share."""
 
 from __future__ import annotations
 
@@ -23,17 +20,17 @@ if TYPE_CHECKING:
 
 
 class Study(Protocol):
-    """A study about to begin."""
+    """Protocol of a prepared study."""
 
     def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what it will cost on as many workers as are asked for, or pay."""
+        """Return the cost on as many workers as are asked for, or as pay."""
 
     @property
     def scheduler(self) -> str:
         """Return the scheduler to use on this machine where none is asked for."""
 
     def sensible(self) -> int:
-        """Return how many workers pay on this machine."""
+        """Return the number of workers that pay on this machine."""
 
     def kept(self, folder: Address) -> str:
         """Return in words how much of it a folder holds; empty if it holds none."""
@@ -87,7 +84,7 @@ def conduct(
 
 
 def _warn_of_failures(done: Done) -> None:
-    """Warn that cases failed: an answer goes on without them."""
+    """Warn that cases failed: the results have none for these."""
     if not done.messages:
         return
     at, first = next(iter(done.messages.items()))
@@ -97,7 +94,7 @@ def _warn_of_failures(done: Done) -> None:
 
 @contextmanager
 def _storage_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Storage]:
-    """Give the storage location that was asked for, or one that does not outlive the study.
+    """Give the storage location that was asked for, or a temporary one.
 
     Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``storage_of`` and
     ``check_storage``.

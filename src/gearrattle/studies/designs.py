@@ -1,4 +1,4 @@
-"""Designs: which points of the unit cube a study of scattering values computes, by the name of a method.
+"""Designs of experiments: the points of the unit cube at which a study of scattering values is computed, by method.
 
     latin-hypercube, sobol, random    points independent of each other, for probabilities and rank correlations
     saltelli                          two such samples A and B, and A with one column of B at a time: n (d + 2) points
@@ -9,8 +9,6 @@ From Saltelli's points follow Sobol' indices of first and total order, from the 
 (A. Saltelli, Making best use of model evaluations to compute sensitivity indices, Computer Physics Communications 145,
 2002, pp. 280-297); SALib makes them, from a scrambled sequence of Sobol', block by block: A, AB_1 to AB_d (BA_1 to
 BA_d), B.
-
-Takes numbers of values and points; gives shares of the distributions, and what stands where among the points.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ ONE_AT_A_TIME = "one-at-a-time"
 
 @dataclass(frozen=True)
 class Design:
-    """One way to choose points.
+    """Method that chooses points.
 
     Attributes
     ----------
@@ -58,7 +56,7 @@ class Design:
 
 
 def block(method: str, d: int) -> int:
-    """How many cases a base point of Saltelli's has among d values; 0 for other methods."""
+    """Number of cases that a base point of Saltelli's has among d values; 0 for other methods."""
     return {SALTELLI: d + 2, PAIRS: 2 * d + 2}.get(method, 0)
 
 
@@ -127,7 +125,7 @@ DESIGNS: Mapping[str, Design] = {
 
 
 SAMPLES = Count()
-"""How many points are drawn."""
+"""Number of points drawn."""
 METHODS = tuple(name for name, design in DESIGNS.items() if design.counted and not design.paired)
 """Those whose points are independent of each other."""
 METHOD = Choice(METHODS)
@@ -136,10 +134,7 @@ METHOD = Choice(METHODS)
 def design_of(method: str, samples: int, varied: int) -> Design:
     """Return a design that suits a number of samples and of values that scatter.
 
-    Raises
-    ------
-    ModelError
-        there is no such method, or the number does not suit; all that is wrong.
+    ModelError: there is no such method, or the number does not suit; all that is wrong.
     """
     problems = argument_problems({"samples": (SAMPLES, samples)})
     whole = not problems

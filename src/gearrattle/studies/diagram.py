@@ -1,15 +1,13 @@
 """``bifurcation``: the settled motion against one value of the model, swept up and down, by brute force.
 
 A driven motion seen once a period (``sections``) is n points if it is n-periodic, and a cloud if it is chaotic; drawn
-over a parameter these points are the bifurcation diagram. Where motions coexist the one found depends on where it
-began, so every value begins with the state, angles and velocities, in which the one before it ended: going up and going
-down then follow different branches, and where they differ there are two motions at least (a jump with hysteresis).
+over a parameter these points are the bifurcation diagram. Where motions coexist the one found depends on its start. So
+every value begins with the state, angles and velocities, in which the one before it ended: upward and downward sweeps
+then follow different branches, and where they differ there are two motions at least (a jump with hysteresis).
 
-A sweep is sequential: it is one chunk, keeps how far it has come every second, and goes on from there to the same bits.
-Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run beside
-each other.
-
-Takes a Model, a path and values; gives an xarray Dataset.
+A sweep is sequential: it is one chunk, stores its progress every second, and resumes from there to the same bits.
+Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run in
+parallel.
 """
 
 from __future__ import annotations
@@ -64,13 +62,7 @@ _KEEP_EVERY = 1.0  # seconds
 
 @dataclass(frozen=True)
 class Sweeps(Plan):
-    """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value.
-
-    Attributes
-    ----------
-    said
-        what else decides what is computed.
-    """
+    """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value."""
 
     kind: ClassVar[str] = "bifurcation"
     said: dict[str, Any] = field(default_factory=dict)
@@ -98,10 +90,10 @@ class Sweeps(Plan):
 
 @dataclass(frozen=True)
 class Diagram(Prepared):
-    """A bifurcation diagram about to begin."""
+    """Prepared bifurcation diagram."""
 
     def _counted(self) -> str:
-        """How many sweeps and values there are, in words."""
+        """Numbers of sweeps and values, in words."""
         sweeps = self.plan.chunks
         return f"{counted(sweeps, 'sweep')} of {counted(self.plan.shape[-1], 'value')}"
 
@@ -110,7 +102,7 @@ class Diagram(Prepared):
         return min(super().sensible(), self.plan.chunks)
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Tell where both directions end in different motions, and keep that as well."""
+        """Find where both directions end in different motions, and store that as well."""
         swept = hysteresis(store.dataset())
         if swept is not None:
             store.add(swept.to_dataset(name="motions"))
@@ -132,10 +124,12 @@ def prepare(
     outputs: Sequence[str] = DEFAULT,
     fixed: Mapping[str, object] | None = None,
 ) -> Diagram:
-    """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    """Check all arguments of a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    # check the arguments
     refuse_unsteady(model, "a bifurcation diagram")
     if problems := argument_problems({"direction": (DIRECTIONS, direction), "tolerance": (NEARNESS, tolerance)}):
         raise ModelError(problems)
+    # settings, section and axes
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
@@ -143,6 +137,7 @@ def prepare(
     others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
     check_once([value for axis in (*others, *swept) for value in axis.values])
     _check_order(swept[0])
+    # points of the section that are kept
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     points = min(kept, MOST_POINTS)
     said = {
@@ -155,10 +150,12 @@ def prepare(
         "largest_period": MOST_PERIOD,
         "direction": direction,
     }
+    # sweeps: directions, further axes, swept value
     ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
     structures = structures_of(plan)
     check_names(outputs, structures)
+    # one case of every structure tells outputs and number of states
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
     states = max(states_of(one) for one in structures)
@@ -282,7 +279,7 @@ def _check_order(axis: Axis) -> None:
 
 @dataclass
 class _Reached:
-    """How far a sweep has come: results so far, values done, and the state the last one ended in."""
+    """Progress of a sweep: results so far, values done, and the state in which the last one ended."""
 
     computed: Computed
     count: int = 0
@@ -300,7 +297,7 @@ class _Reached:
         file.write_bytes(stream.getvalue())
 
     def read(self, file: File) -> None:
-        """Take over what was kept; what is missing or damaged is not."""
+        """Read the progress that was kept; nothing where it is missing or damaged."""
         try:
             with np.load(io.BytesIO(file.read_bytes())) as archive:
                 kept = {name: archive[name] for name in archive.files}
@@ -318,12 +315,15 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
     """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
     plan, outputs = store.plan, store.outputs
     assert isinstance(plan, Sweeps)
+    # cases in the direction of the sweep
     cases = list(plan.cases(chunk))
     if not plan.rises(chunk):
         cases.reverse()
+    # go on from where a stopped sweep had come
     reached = _Reached(empty(plan, outputs, chunk))
     reached.read(store.part(chunk))
     kept = time.monotonic()
+    # simulate each value from the end of the one before
     for at, changes in cases[reached.count :]:
         computed = reached.computed
         try:
@@ -339,6 +339,7 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
             computed.outcome[at] = code_of(error)
             computed.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         reached.count += 1
+        # keep how far the sweep has come
         if time.monotonic() - kept > _KEEP_EVERY:
             reached.keep(store.part(chunk))
             kept = time.monotonic()

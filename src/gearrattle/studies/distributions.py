@@ -1,4 +1,4 @@
-"""What is uncertain: distributions of model values, and space-filling samples of them.
+"""Distributions of uncertain model values, and space-filling samples of them.
 
     normal       mean, deviation; cut at three deviations unless ``cut`` says otherwise
     uniform      from, to
@@ -9,8 +9,6 @@
 value, or one factor.
 
 Points of the unit cube (``designs``), scrambled by the seed, are carried over by the inverse distribution functions.
-
-Takes mappings; gives frozen distributions and samples.
 """
 
 from __future__ import annotations
@@ -43,14 +41,10 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Distribution:
-    """How one model value scatters.
+    """Distribution of one model value.
 
     Attributes
     ----------
-    path
-        of the value.
-    kind
-        a key of ``KINDS``.
     parameters
         by name, SI; ``factor`` and ``cut`` are plain.
     by_factor
@@ -90,8 +84,6 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
     ----------
     tables
         by path or pattern a mapping with ``distribution`` and its parameters, or ``{"factor": ...}`` about it.
-    model
-        whose values they are; both ends of every range must be values it takes.
 
     Raises
     ------
@@ -111,12 +103,14 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
 
 
 def _distribution(path: str, entry: Any, model: Model) -> Distribution:
+    # kind of distribution
     table, by_factor = without_factor(path, entry)
     varied = Varied(path, by_factor)
     kind = table.get("distribution") if isinstance(table, Mapping) else table
     if not isinstance(table, Mapping) or not isinstance(kind, str) or kind not in KINDS:
         rule = f"distribution must be one of {', '.join(KINDS)}"
         raise ModelError(Problem("distribution", shown(kind), rule, did_you_mean(str(kind), tuple(KINDS))))
+    # parameters of this kind
     allowed = (*KINDS[kind], *(("cut",) if kind in ("normal", "log-normal") else ()), "distribution")
     problems = [
         Problem(key, "", f"is no parameter of {kind}; it has {', '.join(KINDS[kind])}", did_you_mean(key, allowed))
@@ -128,12 +122,14 @@ def _distribution(path: str, entry: Any, model: Model) -> Distribution:
     ]
     if problems:
         raise ModelError(problems)
+    # read parameters, with the default cut
     p = {key: table[key] if key == "factor" else _read(varied, key, table[key], model) for key in KINDS[kind]}
     if kind in ("normal", "log-normal"):
         p["cut"] = table.get("cut", CUT)
     numbers = {key: checked(Plain(), value, key) for key, value in p.items()}
     _check(kind, numbers)
     distribution = Distribution(path, kind, numbers, by_factor)
+    # both ends of the range are values of the model
     for end in distribution.quantile(np.array([0.0, 1.0])).tolist():
         varied.read(end, model)
     return distribution
@@ -163,18 +159,7 @@ def sampled(
 ) -> Array:
     """Return (cases, d) points, a column a distribution; the same for the same arguments everywhere.
 
-    Parameters
-    ----------
-    distributions
-        of the d values.
-    count
-        of points, as ``method`` counts them.
-    method
-        a name in ``designs.DESIGNS``.
-    seed
-        of the points.
-    base
-        (d,) the model's own values, for methods that go out from them.
+    ``base`` (d,) are the model's own values, for methods that go out from them.
     """
     shares = DESIGNS[method].shares(len(distributions), count, seed)
     columns = [distribution.quantile(column) for distribution, column in zip(distributions, shares.T, strict=True)]

@@ -2,8 +2,6 @@
 
 All motions have the first four, steady ones with their start-up too; the last is a number of the model alone. "hardest
 impact" is not among them: it comes from the crossings, as an output of the whole driveline (``output.WORST``).
-
-Takes a Run; gives arrays by name.
 """
 
 from __future__ import annotations
@@ -27,15 +25,7 @@ NAMES = frozenset({FIRST, COUNT, PEAK, SETTLE, RAMP_TIME})
 
 
 def known_event_outputs(model: Model, layout: Layout) -> dict[str, Output]:
-    """Return the outputs of an event that a driveline has, by name.
-
-    Parameters
-    ----------
-    model
-        says units, and whether there are ramps.
-    layout
-        names its elements.
-    """
+    """Return the outputs of an event that a driveline has, by name."""
     is_si = model.units == "SI"
     second, torque = ("s", "N m") if is_si else ("1", "1")
     elements = layout.element_names
@@ -51,15 +41,7 @@ def known_event_outputs(model: Model, layout: Layout) -> dict[str, Output]:
 
 
 def values_of_event(outputs: Sequence[Output], run: Run) -> dict[str, NDArray[np.float64]]:
-    """Return outputs of an event, (subjects,) or ().
-
-    Parameters
-    ----------
-    outputs
-        those of the criterion ``output.EVENT``.
-    run
-        of which they are.
-    """
+    """Return outputs of an event, (subjects,) or ()."""
     spans = _ramp_spans(run.model)
     if all(output.name == RAMP_TIME for output in outputs):
         return {output.name: np.array(_length_of(spans)) for output in outputs}

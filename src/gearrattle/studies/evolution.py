@@ -1,11 +1,10 @@
-"""The optimiser behind ask and tell: NSGA-II, which keeps a front of designs none of which is better in everything.
+"""NSGA-II by ask and tell: a genetic algorithm that keeps a front of designs of which none is better in everything.
 
 K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE
 Transactions on Evolutionary Computation 6, 2002, pp. 182-197; constraints by its rule that a feasible design beats any
 other, and of two others the one that misses by less. By pymoo (J. Blank, K. Deb, pymoo: multi-objective optimization in
-Python, IEEE Access 8, 2020, pp. 89497-89509). All randomness comes from the seed: told the same, it asks the same.
-
-Takes points of the unit cube and what they are worth; gives points.
+Python, IEEE Access 8, 2020, pp. 89497-89509). All randomness comes from the seed: the same answers lead to the same
+questions.
 """
 
 from __future__ import annotations
@@ -22,17 +21,14 @@ _NEVER = 10**9
 
 
 class Evolution:
-    """A search under way.
+    """Search by NSGA-II, one generation after the other.
 
     Args of the constructor:
         first: (population, d) points of the first generation, 0 to 1.
         objectives: how many, all to be small.
         seed: of everything drawn.
 
-    Raises
-    ------
-    NotInstalled
-        pymoo is not here.
+    NotInstalled: pymoo is not here.
     """
 
     def __init__(self, first: Array, objectives: int, seed: int) -> None:
@@ -53,7 +49,7 @@ class Evolution:
         return np.clip(np.asarray(self._asked.get("X"), dtype=np.float64), 0.0, 1.0)
 
     def tell(self, values: Array, violation: Array) -> None:
-        """Say what the points asked for are worth.
+        """Take the objectives and violations of the points that were asked for.
 
         Parameters
         ----------

@@ -1,13 +1,11 @@
-"""Study files: TOML that says what a study computes. Nothing in one is run: a function is named on the command line.
+"""Study files: a study as TOML. No code in a file is run: a function is named on the command line.
 
     schema = 1
     name = "backlash and load"
     model = "case3.toml"                     # beside this file
     kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
 
-What else may stand in a file its kind says.
-
-Takes a path; gives the kind and what to prepare it with.
+The other keys are those of its kind.
 """
 
 from __future__ import annotations
@@ -35,18 +33,14 @@ _DEFAULT = "grid"
 
 @dataclass(frozen=True)
 class StudyFile:
-    """What a study file says.
+    """Content of a study file.
 
     Attributes
     ----------
     name
         of the study; without one in the file, the file's.
-    spec
-        what stands in it.
     arguments
         of ``spec.prepare``, model included.
-    positions
-        where its keys stand.
     """
 
     name: str
@@ -55,13 +49,7 @@ class StudyFile:
     positions: Positions = field(default_factory=Positions)
 
     def changed(self, changes: Mapping[str, Any]) -> StudyFile:
-        """Return the study of a model with values changed, over what the file says is fixed.
-
-        Raises
-        ------
-        ModelError
-            what ``Model.with_`` refuses.
-        """
+        """Return the study of a model with values changed; ModelError for what ``Model.with_`` refuses."""
         if not changes:
             return self
         model = self.arguments["model"]
@@ -72,13 +60,7 @@ class StudyFile:
         return replace(self, arguments={**self.arguments, "model": base.with_(changes), "fixed": {}})
 
     def prepare(self, **options: Any) -> Study:
-        """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``.
-
-        Parameters
-        ----------
-        options
-            of the command line.
-        """
+        """Prepare the study; refusals name file and line. Errors as of ``spec.prepare``."""
         try:
             return self.spec.prepare(**self.arguments, **options)
         except ModelError as error:
@@ -92,11 +74,6 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     ----------
     path
         a TOML file, UTF-8, at most 1 MB.
-
-    Returns
-    -------
-    StudyFile
-        What it says, and the arguments to prepare the study with.
 
     Raises
     ------
@@ -120,7 +97,7 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
 
 
 def placed(problem: Problem, positions: Positions) -> Problem:
-    """Say file and line of the key most of whose parts a problem's place names; the file where it names none."""
+    """Return a problem with file and line of the key that most of its place names; the file where it names none."""
     named = [key for key in positions.lines if _is_named(key[-1], problem.place)]
     if problem.place.startswith(positions.name):
         return problem
@@ -145,10 +122,7 @@ def _is_named(key: int | str, where: str) -> bool:
 def _model_file(path: str, where: str) -> str:
     """Return the path of a study's model, which may lie in any folder but must be a TOML file.
 
-    Raises
-    ------
-    ModelError
-        another ending, also behind a symbolic link.
+    ModelError: another ending, also behind a symbolic link.
     """
     if Path(path).suffix.lower() != ".toml" or Path(path).resolve().suffix.lower() != ".toml":
         raise ModelError(Problem(where, shown(path), "a study's model is a file that ends in .toml"))

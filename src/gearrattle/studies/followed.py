@@ -1,11 +1,8 @@
-"""Outputs of metrics and of samples, of cases that are followed together: each is judged as the loop hands it over.
+"""Outputs that need metrics or samples, of cases computed together: each case is judged when the loop has finished it.
 
-The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight that levels
-of accelerations are taken over, the steady part, or none, where the crossings tell all. What crossings before these
-cycles tell is in its tallies. So nothing of the cycles before is sampled, and the case is judged as the last chunk of a
-long motion.
-
-Takes outputs, cases that the loop follows; gives values.
+The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight over which
+levels of accelerations are taken, the steady part, or none, where crossings suffice. Crossings before these cycles are
+in its tallies. So no cycle before them is sampled, and the case is judged as the last chunk of a long motion.
 """
 
 from __future__ import annotations
@@ -44,15 +41,7 @@ def is_followed(output: Output) -> bool:
 
 @dataclass(frozen=True)
 class Followed:
-    """What is kept of each case, and what is made of it.
-
-    Attributes
-    ----------
-    outputs
-        what is wanted of each.
-    model
-        one of the cases, with its settings.
-    """
+    """Evaluation of each case that the loop has followed."""
 
     outputs: Sequence[Output]
     model: Model
@@ -75,21 +64,11 @@ class Followed:
 
     @cached_property
     def _of_log(self) -> list[Output]:
-        """The others."""
+        """The outputs that need no samples."""
         return [output for output in self.outputs if output.criterion in _OF_LOG_NAMES]
 
     def values(self, model: Model, variant: int, batch: Batch) -> dict[str, NDArray[Any]] | None:
-        """Return every output of the case that the loop has just followed; None where it must be simulated alone.
-
-        Parameters
-        ----------
-        model
-            of this case.
-        variant
-            its number in the loop.
-        batch
-            the loop.
-        """
+        """Return every output of the case that the loop has just followed; None where it must be simulated alone."""
         driveline = assemble(model)
         layout, values = driveline.layout, dict[str, NDArray[Any]]()
         mass = reduced_inertias(layout, layout.clearance.tolist())
@@ -108,7 +87,7 @@ class Followed:
 
     @property
     def _grid(self) -> Grid:
-        """Of the cycles that are kept."""
+        """Sample grid of the cycles that are kept."""
         per_cycle, cycles = self.kept
         return Grid(per_cycle, cycles, int(self.model.simulation.cycles or 0) - cycles, 0)
 

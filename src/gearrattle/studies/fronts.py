@@ -1,12 +1,10 @@
-"""What comes out of an optimisation: the front of designs that none beats, how it grew, and files of its members.
+"""Result of an optimisation: the front of designs that none beats, its growth, and model files of its members.
 
 A design is feasible if it violates no constraint. On the front stands a feasible design that no other feasible one
 beats: nowhere worse, somewhere better. How much the front covers is its hypervolume, here as a share of the box between
 the best value of every objective (``ideal``) and the worst on the front and a tenth more (``reference``). Every member
 of the front is computed again by itself, exactly, its energy audited: it is certified if that gives the same values
 within a part in a million, within all limits, and no energy is unaccounted for.
-
-Takes the generations' Datasets; gives one Dataset, and model files.
 """
 
 from __future__ import annotations
@@ -57,11 +55,11 @@ VARIABLES = (
     "objective",
     "generation",
 )
-"""What the Dataset of an optimisation has besides outputs and variables."""
+"""Names in the Dataset of an optimisation besides outputs and design variables."""
 
 
 def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:
-    """Return what designs are worth: (n, objectives), all to be small, and (n,) the sum of their violations."""
+    """Return objectives of designs, (n, objectives), all to be small, and (n,) the sum of their violations."""
     objectives, constraints = goals
     columns = [SENSES[objective.sense] * objective.quantity.values(data, models) for objective in objectives]
     violation = np.zeros(data["outcome"].size)
@@ -77,24 +75,14 @@ def finished(
     of: tuple[Model, Outputs],
     settings: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return all designs in one Dataset, with the front and how it grew.
+    """Return all designs in one Dataset, with the front and its growth.
 
-    Parameters
-    ----------
-    parts
-        by generation.
-    goals
-        objectives and constraints.
-    ranges
-        of the variables.
-    of
-        the model with everything that is fixed, and the outputs that were kept.
-    settings
-        seed and population.
+    ``of`` is the model with everything that is fixed, and the outputs that were kept.
     """
     import xarray as xr
 
     model, outputs = of
+    # all designs of all generations
     joined = xr.concat(parts, SAMPLE, coords="minimal", compat="override", join="override").rename({SAMPLE: DESIGN})
     paths = [variable.path for variable in ranges]
     born = np.repeat(np.arange(len(parts)), [part.sizes[SAMPLE] for part in parts])
@@ -103,15 +91,19 @@ def finished(
     def designed(i: int) -> Model:
         return model.with_(_changes(ranges, at[i].tolist()))
 
+    # objectives, violations and front
     values, violation = valued(joined, goals, designed)
     feasible = (violation == 0.0) & np.isfinite(values).all(axis=1)
     on = _front(values, feasible)
+    # growth of the front: best values and hypervolume
     grown, best, (ideal, reference) = _growth(values, feasible, on, born)
     signs = np.array([SENSES[goal.sense] for goal in goals[0]])
+    # exact runs of the front, energy audited
     exact, certified = _certified(
         np.flatnonzero(on), designed, goals, lambda run: _alone(parts[0], outputs, run), values
     )
     chosen = _nearest(values, on, ideal, reference)
+    # Dataset along designs and generations
     data = joined.assign(
         value=((DESIGN, "objective"), values * signs),
         violation=(DESIGN, violation),
@@ -127,6 +119,7 @@ def finished(
             **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
         }
     )
+    # ranges, goals and reference point
     attributes = {
         KIND: "study",
         "kind": "optimization",
@@ -192,7 +185,7 @@ def _certified(
     like: Callable[[Run], xr.Dataset],
     values: Array,
 ) -> tuple[Array, NDArray[np.int8]]:
-    """Values of the front by runs of their own, and whether they stand; -1 where nothing was asked."""
+    """Values of the front by runs of their own, and whether they agree; -1 where nothing was asked."""
     exact, stands = np.full(values.shape, np.nan), np.full(len(values), -1, dtype=np.int8)
     for i in members.tolist():
         stands[i] = 0
@@ -211,7 +204,7 @@ def _certified(
 
 
 def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
-    """What one run gives, as a Dataset like that of a generation, of one design."""
+    """Outputs of one run, as a Dataset like that of a generation, of one design."""
     dataset = like.isel({SAMPLE: [0]}).copy(deep=True)
     for name, value in outputs.of(run).items():
         dataset[name].values[0] = value
@@ -219,12 +212,12 @@ def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
 
 
 def _changes(ranges: tuple[Range, ...], values: Sequence[float]) -> dict[str, Any]:
-    """Return a design as the model takes it."""
+    """Return the changes of the model that make a design."""
     return {variable.path: variable.varied.change(value) for variable, value in zip(ranges, values, strict=True)}
 
 
 def written(data: xr.Dataset, model: Model, ranges: tuple[Range, ...], storage: Storage) -> None:
-    """Replace what an optimisation has come to, all or nothing on a folder.
+    """Write the result of an optimisation in place of the one before; on a folder all or nothing.
 
     All designs go to results.zarr, as ``open_study`` reads it, the best to best.toml, and the front, by its first
     objective, to front/001.toml and so on.
@@ -254,7 +247,7 @@ def written(data: xr.Dataset, model: Model, ranges: tuple[Range, ...], storage: 
 
 
 def _sent(storage: Storage, members: int, folder: Path) -> None:
-    """Send the files of a folder to an address: there is nothing to open until all of them are there."""
+    """Send the files of a folder to an address; the result can be opened only when all of them are there."""
     storage.remove(f"{RESULTS}/zarr.json")
     for name in storage.names("front"):  # of an earlier, larger front
         if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > members:
@@ -270,7 +263,7 @@ def in_order(data: xr.Dataset) -> list[int]:
 
 
 def certificate_of(data: xr.Dataset) -> str:
-    """What came out, in a line."""
+    """The certificate of the front, in a line."""
     count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
     feasible = int((data["violation"] == 0.0).sum())
     if not front:

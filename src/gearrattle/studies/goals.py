@@ -1,10 +1,8 @@
-"""Goals of an optimisation: which outputs shall be small or large, and within which limits others must stay.
+"""Goals of an optimisation: objectives, outputs to be small or large, and constraints, limits of others.
 
 An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impact
 energy". A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both.
 The violation by a design is given in units of the limit, so that violations of different quantities can be added up.
-
-Takes mappings; gives frozen goals, and their values over designs.
 """
 
 from __future__ import annotations
@@ -39,8 +37,6 @@ class Quantity:
 
     Attributes
     ----------
-    label
-        by which the user names it.
     output, subject
         where it stands in the Dataset; the subject is empty for an output without.
     of
@@ -68,7 +64,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Objective:
-    """What shall be small (``sense`` "min") or large ("max")."""
+    """Quantity to be small (``sense`` "min") or large ("max")."""
 
     quantity: Quantity
     sense: str
@@ -76,7 +72,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class Constraint:
-    """What must stay below or above a limit; None for no limit."""
+    """Quantity to stay below or above a limit; None for no limit."""
 
     quantity: Quantity
     below: float | None
@@ -103,8 +99,6 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
     ----------
     requested
         by label "min" or "max".
-    outputs
-        there are.
 
     Raises
     ------
@@ -132,10 +126,6 @@ def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model)
     ----------
     requested
         by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
-    outputs
-        there are.
-    model
-        to try such functions on.
 
     Raises
     ------
@@ -196,18 +186,9 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
 
 
 def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
-    """Return what a label names.
+    """Return the quantity that a label names.
 
-    Parameters
-    ----------
-    location
-        where it stands.
-    label
-        the user's.
-    outputs
-        there are.
-    small
-        whether small values are wanted: then a design must not lose for want of what it shall have least of.
+    Where small values are wanted, a design must not lose because its motion lacks the quantity.
     """
     known = labels_of(outputs)
     if label not in known:

@@ -1,6 +1,6 @@
 """Sobol' indices of first, second and total order, from the samples of a Saltelli design, with bootstrap intervals.
 
-    first order    S_i  = Var E[y | x_i] / Var y                what x_i does alone
+    first order    S_i  = Var E[y | x_i] / Var y                the effect of x_i alone
     total order    ST_i = E Var[y | all but x_i] / Var y        with all its interactions
     second order   S_ij = Var E[y | x_i, x_j] / Var y - S_i - S_j
 
@@ -8,8 +8,6 @@ I. M. Sobol', Mathematics and Computers in Simulation 55, 2001, pp. 271-280; est
 Variance based sensitivity analysis of model output, Computer Physics Communications 181, 2010, pp. 259-270 (table 2,
 lines b and f), by SALib. Base points are drawn again a thousand times for the intervals, +- z deviations. A base point
 one of whose cases failed is left out whole.
-
-Takes plain arrays; gives Indices.
 """
 
 from __future__ import annotations
@@ -64,12 +62,8 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
     ----------
     y
         (cases,) the output, in the order of the design; NaN where a case failed.
-    d
-        values that scatter.
     method
         "saltelli" or "saltelli-pairs".
-    level
-        of confidence of the intervals.
 
     Raises
     ------
@@ -95,12 +89,9 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
 
 
 def _analyzed(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
-    """What SALib says of some samples: the same for the same samples, so that a page asks but once.
+    """Sobol' indices of some samples by SALib, cached, as a page asks for them more than once.
 
-    Raises
-    ------
-    NotInstalled
-        SALib is not here.
+    NotInstalled: SALib is not here.
     """
     key = sha256(y.tobytes()).digest(), d, pairs, level
     if key not in _RECENT:

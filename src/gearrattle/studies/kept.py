@@ -1,13 +1,11 @@
-"""What is kept of a study: how far it has come, and its results.
+"""Stored studies: their progress and their results.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
     done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
 
-The markers say what counts. Results without a marker, or other than their checksums say, are shown as missing: a power
-cut may have taken some of them.
-
-Takes a Storage; gives an xarray Dataset.
+Only chunks with a marker count. Results without a marker, or with other checksums than it holds, are shown as missing:
+a power cut may have destroyed some of them.
 """
 
 from __future__ import annotations
@@ -148,10 +146,7 @@ def open_study(folder: Address) -> xr.Dataset:
 def check_regular_files(storage: Storage) -> None:
     """Refuse a study whose results are not regular files within its folder: Zarr opens whatever is there.
 
-    Raises
-    ------
-    Refused
-        a pipe, a device, a socket, or a link to something outside.
+    Refused: a pipe, a device, a socket, or a link to something outside.
     """
     home = storage.local
     for root, folders, names in os.walk(home / RESULTS) if home is not None else ():
@@ -163,27 +158,32 @@ def check_regular_files(storage: Storage) -> None:
 
 
 def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
-    """Return the results in a storage location; ``limited``: refuse more than is read of a file."""
+    """Return the results in a storage location; ``limited``: refuse more than the limit for reading."""
     import xarray as xr
     import zarr
 
+    # size, before anything is read
     if limited:  # before xarray reads coordinates
         group = zarr.open_group(storage.zarr(RESULTS), mode="r")
         within_limit(sum(array.nbytes for _, array in group.arrays()))
+    # arrays, and the format they are in
     with xr.open_zarr(storage.zarr(RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
     if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
         check_format(name, storage.address, "study", "optimization")
+    # the study that study.json names
     about = about_in(storage) if storage.exists(ABOUT) else {}
     if about.get("owner", {}).get(OF) != loaded.attrs.pop(OF, about.get("owner", {}).get(OF)):
         rule = f"{RESULTS} holds another study than {ABOUT} says"
         raise ModelError(Problem(storage.address, "", rule, "put the results of this study back"))
     if "order" not in loaded.attrs:
         raise ModelError(Problem(storage.address, "", "holds a study that was stopped before it computed", "resume it"))
+    # chunks without a marker are missing
     grid = loaded[OUTCOME].shape
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     if "chunks" in about:
         _hide_unfinished(loaded, zarr.open_group(storage.zarr(RESULTS), mode="r"), storage, grid, box)
+    # names and order of variables
     loaded.attrs.setdefault(KIND, "study")  # earlier versions did not name it
     loaded.attrs.setdefault("failures", failures_of(messages_in(storage, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
@@ -195,7 +195,7 @@ def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
 def _hide_unfinished(
     loaded: xr.Dataset, group: Any, storage: Storage, grid: tuple[int, ...], box: tuple[int, ...]
 ) -> None:
-    """Take the results of chunks out that have no marker, or are not what it says."""
+    """Remove the results of chunks without a marker, or with other checksums than it holds."""
     along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
     names = [str(name) for name, variable in loaded.data_vars.items() if variable.shape[: len(grid)] == grid]
     arrays = dict(group.arrays())  # once: each look-up in the group reads its metadata again

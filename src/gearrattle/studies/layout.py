@@ -1,8 +1,6 @@
-"""What stands where in a study's Dataset: which dimensions are axes, what scatters, which outputs are codes.
+"""Layout of a study's Dataset: its axes, the values that scatter, and the outputs that are codes.
 
 The grid is the dimensions of ``outcome``; an output may have one more, its subjects (parts, inertias).
-
-Takes the Dataset of a study; gives names and refusals.
 """
 
 from __future__ import annotations
@@ -40,7 +38,7 @@ def scattered(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def sampling_of(data: xr.Dataset) -> str:
-    """By which method the samples were chosen; empty if it is not stated."""
+    """Name of the method that chose the samples; empty if it is not stated."""
     return str(data.attrs.get("sampling", ""))
 
 
@@ -59,7 +57,7 @@ def independent(data: xr.Dataset) -> xr.Dataset:
 
 
 def base_case(data: xr.Dataset) -> xr.Dataset:
-    """Return what a study of one value at a time found for the model itself; other studies as they are."""
+    """Return the case of the model itself in a study of one value at a time; other studies as they are."""
     if SAMPLE not in data.dims or sampling_of(data) != ONE_AT_A_TIME:
         return data
     return data.isel({SAMPLE: 0}).drop_vars(scattered(data)).assign_attrs(sampling="")
@@ -76,7 +74,7 @@ def outputs_in(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def words_of(values: xr.DataArray) -> tuple[str, ...]:
-    """What the codes of an output stand for; empty for numbers."""
+    """Meanings of the codes of an output; empty for numbers."""
     return tuple(str(values.attrs.get("flag_meanings", "")).split())
 
 
@@ -113,10 +111,7 @@ def numbers_of(values: xr.DataArray) -> xr.DataArray:
 def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataArray:
     """Return an output, for the subjects it applies to.
 
-    Raises
-    ------
-    ModelError
-        this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
+    ModelError: this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
     """
     if OUTCOME not in data:
         raise ModelError(Problem("data", "", "is no study's Dataset: it has no outcome", "give what study returns"))
@@ -129,7 +124,7 @@ def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataA
 
 
 def lacking_in(data: xr.Dataset) -> dict[tuple[str, str], int]:
-    """In how many of the computed cases a subject's motion lacks what an output is of, by subject and lack.
+    """Number of computed cases whose motion lacks the quantity of an output, by subject and lack.
 
     A case without impacts has 0 for the largest impact energy, and NaN for the mean: both count as "no impact".
     """
@@ -158,7 +153,7 @@ def chosen_codes(data: xr.Dataset) -> str:
 
 
 def headlines_in(data: xr.Dataset) -> NDArray[np.str_]:
-    """Return what the driveline does in every case in one word: its regime if it rattles, else its severity.
+    """Return the state of the driveline in every case in one word: its regime if it rattles, else its severity.
 
     Empty words where there is no value, or where no verdict was kept; the regime where no severity was.
     """
@@ -178,6 +173,6 @@ def _words_in(codes: xr.DataArray) -> NDArray[np.str_]:
 
 
 def rattling_from(codes: xr.DataArray) -> int:
-    """Return from which code on a part rattles: of a severity "rattles", of a regime all but "quiet"."""
+    """Return the smallest code of a part that rattles: of a severity "rattles", of a regime all but "quiet"."""
     words = words_of(codes)
     return words.index(RATTLES) if RATTLES in words else 1

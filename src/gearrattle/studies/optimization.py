@@ -1,10 +1,8 @@
 """``optimize``: values of a driveline found within ranges, so that outputs are small or large and others keep limits.
 
 Designs are computed a generation at a time, each generation a study of its own in ``generations/``, by any scheduler.
-After an interruption the optimiser is told the results that are kept, and asks for the same designs again: its own
-state is never stored. In the end all designs stand in one Dataset, with the front (``fronts``).
-
-Takes a Model, ranges, objectives and constraints; gives an xarray Dataset.
+After an interruption the optimiser gets the results that are kept, and asks for the same designs again: its own state
+is never stored. In the end all designs are in one Dataset, with the front (``fronts``).
 """
 
 from __future__ import annotations
@@ -52,29 +50,19 @@ Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
 DESIGNS, TIMES = Count(4, MOST), Count(1, MOST)
-"""How many designs a generation has, and how many generations there are."""
+"""Number of designs of a generation, and number of generations."""
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 
 
 @dataclass(frozen=True)
 class Optimization:
-    """An optimisation about to begin.
+    """Prepared optimisation.
 
     Attributes
     ----------
-    model
-        everything that is fixed in it.
-    ranges
-        of the values that may change.
-    goals
-        objectives and constraints.
-    outputs
-        the outputs that are kept of every design.
     size
         designs of a generation, and generations.
-    seed
-        of all random numbers.
     seconds
         time that one design takes, computed with the others of its generation [s].
     alone
@@ -91,7 +79,7 @@ class Optimization:
     alone: float = 0.0
 
     def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what all designs will cost, and the runs that certify the front."""
+        """Return the cost of all designs, and of the runs that certify the front."""
         population, generations = self.size
         busy = min(workers or pays(scheduler, self.sensible()), self._generation_chunks())
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
@@ -109,18 +97,18 @@ class Optimization:
         return -(-self.size[0] // fit_size(self.seconds, self.size[0]))
 
     def _generation_seconds(self, workers: int) -> float:
-        """What a generation takes [s]."""
+        """Time of a generation [s]."""
         chunks = self._generation_chunks()
         return rounds(chunks, workers) * self.size[0] / chunks * self.seconds
 
     @property
     def _certifying(self) -> float:
-        """What certifying the front takes [s], if half a generation stands on it: a run each, audited."""
+        """Time to certify the front [s], if half a generation stands on it: a run each, audited."""
         return 0.5 * self.size[0] * self.alone
 
     @property
     def scheduler(self) -> str:
-        """Return the one to use on this machine: threads where designs are computed together, else processes."""
+        """Return the scheduler on this machine: threads where designs are computed together, else processes."""
         if unreachable(self.outputs.function):
             return "threads"
         return "threads" if can_batch(self.outputs, Plan(self.model, (), None, 1)) else "local"
@@ -173,12 +161,14 @@ class Optimization:
         self, storage: Storage, compute: Scheduler, progress: Progress | None, workers: int
     ) -> tuple[list[xr.Dataset], dict[tuple[int, ...], str], int]:
         """Every generation's results, why designs failed, and how many chunks were damaged."""
+        # first designs
         population, generations = self.size
         search = Evolution(first_points(self.ranges, self.model, population, self.seed), len(self.goals[0]), self.seed)
         begun = time.perf_counter()
         parts: list[xr.Dataset] = []
         messages: dict[tuple[int, ...], str] = {}
         damaged = count = 0
+        # ask for the designs of a generation
         for g in range(generations):
             shares = search.ask()
             if not len(shares):
@@ -188,12 +178,14 @@ class Optimization:
             )
             if g == 0:
                 points[0] = own_values(self.ranges, self.model, points[0])
+            # compute them as a study of their own
             plan = Plan(self.model, (), _designs(self.ranges, points, self.model), fit_size(self.seconds, population))
             store = Store.open(_generation(storage, g), plan, self.outputs, resume=True)
             shifted = None if progress is None else _Shifted(progress, g, generations, time.perf_counter() - begun)
             pace = (workers, self._generation_seconds(1) / store.plan.chunks)
             damaged += len(carry_out(store, compute, progress=shifted, pace=pace))
             data = store.dataset()
+            # tell objectives and violations
             search.tell(*self._worth(data, plan))
             messages |= {(count + i,): text for (i,), text in store.messages().items()}
             count += len(points)
@@ -201,7 +193,7 @@ class Optimization:
         return parts, messages, damaged
 
     def _worth(self, data: xr.Dataset, plan: Plan) -> tuple[Array, Array]:
-        """What a generation is worth to the optimiser; what has no value is worst, and misses by a lot."""
+        """Objectives and violations of a generation; designs without a value are worst, with a large violation."""
         values, violation = valued(data, self.goals, lambda i: plan.model.with_(plan.changes((i,))))
         lost = ~np.isfinite(values).all(axis=1) | ~np.isfinite(violation)
         there = values[~lost]
@@ -209,7 +201,7 @@ class Optimization:
         return values, np.where(lost, _LOST, violation)
 
     def _begin(self, storage: Storage) -> None:
-        """Begin in a storage location, or see that what it holds is this optimisation."""
+        """Begin in a storage location, or check that it holds this optimisation."""
         owner = self._owner()
         if storage.exists(ABOUT):
             check_owner(storage, owner, "optimization")
@@ -254,14 +246,17 @@ def prepare(
     fixed: Mapping[str, object] | None = None,
     function: Function | None = None,
 ) -> Optimization:
-    """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
+    """Check all arguments of an optimisation, and run the model. Arguments, errors as ``optimize``."""
+    # check sizes and tables
     _check_sizes(population, generations, seed)
     limits = constraints or {}
     for name, table in (("objectives", objectives), ("constraints", limits)):
         checked(AnyTable(), table, name)
+    # ranges of the variables
     base = settled(model.with_(fixed) if fixed else model, {})
     ranges = ranges_of(variables, base)
     first_points(ranges, base, 2, seed)
+    # names of outputs, checked at the corners of the ranges
     labels = [
         *objectives,
         *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
@@ -272,13 +267,16 @@ def prepare(
     structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
         _check_labels(outputs, labels, structures)
+    # one run tells the outputs
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
     kept_outputs = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
+    # names of arrays, and the time of a design
     lowest = np.array([[variable.low for variable in ranges]])
     check_array_names(Plan(base, (), _designs(ranges, lowest, base), 1), kept_outputs, VARIABLES)
     seconds = _design_seconds(base, ranges, kept_outputs, (run, population, seed))
+    # goals, and a trial of the optimiser
     goals = objectives_of(objectives, kept_outputs), constraints_of(limits, kept_outputs, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
     return Optimization(base, ranges, goals, kept_outputs, (population, generations), seed, seconds, alone)
@@ -390,7 +388,7 @@ def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequenc
 
 
 def _run_twice(model: Model) -> tuple[Run, float]:
-    """A run of the model, and what one takes warm and audited [s]."""
+    """A run of the model, and the time of a warm and audited one [s]."""
     run = simulate(model, algorithm="exact", audit=True) if model.simulation.algorithm == "exact" else simulate(model)
     begun = time.perf_counter()
     simulate(model, algorithm="exact", audit=True)
@@ -398,7 +396,7 @@ def _run_twice(model: Model) -> tuple[Run, float]:
 
 
 def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, of: tuple[Run, int, int]) -> float:
-    """What a design takes [s], from some of the first generation; ``of``: a run, the population, the seed."""
+    """Time of a design [s], from some of the first generation; ``of``: a run, the population, the seed."""
     run, population, seed = of
     shares = first_points(ranges, model, population, seed)
     points = np.column_stack([variable.at(share) for variable, share in zip(ranges, shares.T, strict=True)])
@@ -444,8 +442,6 @@ class _Shifted:
 
     Attributes
     ----------
-    progress
-        of the whole.
     number, of
         of the generation, from 0, and how many there are.
     taken
@@ -462,7 +458,7 @@ class _Shifted:
         self.progress((self.number + share) / self.of)
 
     def expect(self, seconds: float) -> None:
-        """Tell what remains: of this generation, and of as long ones after it."""
+        """Report the remaining time: of this generation, and of as long ones after it."""
         expect = getattr(self.progress, "expect", None)
         if expect is not None:
             per_case = self.taken / self.number if self.number else seconds
@@ -470,7 +466,7 @@ class _Shifted:
 
 
 def _summary(data: xr.Dataset) -> dict[str, Any]:
-    """The same for machines."""
+    """Summary for machines."""
     best = int(data.attrs["best"])
     front = np.flatnonzero(data["front"].values == 1)
     summary: dict[str, Any] = {"designs": int(data.sizes["design"]), "front": front.tolist(), "best": best}

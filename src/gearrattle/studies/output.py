@@ -1,7 +1,4 @@
-"""One output of a study: its name, what it is about, its units, and what stands where there is no value.
-
-Takes plain values; gives an Output.
-"""
+"""Output of a study: its name, its subjects with their units, and the entries where there is no value."""
 
 from __future__ import annotations
 
@@ -20,12 +17,12 @@ SEVERITY = "severity"
 ENERGY = "largest impact energy"
 HARDEST = "hardest impact"
 EVENT = "event"
-"""What outputs of an event have in place of a criterion."""
+"""Name in place of a criterion for outputs of an event."""
 WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY, HARDEST: ENERGY}
 """Outputs of the whole driveline: the worst code, or the largest number, of the parts that can separate."""
 REGIMES = ("quiet", "single-sided", "double-sided")
 WORDS: Mapping[str, tuple[str, ...]] = {REGIME: REGIMES, SEVERITY: SEVERITIES}
-"""What the codes of a quantity stand for, from the mildest on."""
+"""Meanings of the codes of a quantity, from the mildest on."""
 OVER_ALL = " over all stable motions"
 """Ends the name of an output that is the largest value over all stable motions of a case."""
 
@@ -40,12 +37,8 @@ class Output:
 
     Attributes
     ----------
-    name
-        its variable's.
     dimension
         "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
-    subjects
-        the coordinate along it.
     unit
         by subject it applies to, for they may differ; SI.
     words
@@ -101,7 +94,7 @@ class Output:
 
     @property
     def nothing(self) -> float:
-        """What stands where there is no value."""
+        """Entry where there is no value."""
         return -1 if self.words else float("nan")
 
     @property
@@ -111,7 +104,7 @@ class Output:
 
     @property
     def before(self) -> NDArray[Any]:
-        """What a case that ran has before its values are known, (subjects,), () without subjects."""
+        """Entries of a case that ran before its values are known, (subjects,), () without subjects."""
         absent = self.nothing if np.isnan(self.absent) else self.absent
         if not self.dimension:
             return np.array(absent, dtype=self.dtype)

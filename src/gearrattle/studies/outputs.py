@@ -1,11 +1,9 @@
-"""Outputs of a study: what is kept of every case.
+"""Outputs of a study: the values kept of every case.
 
 Every quantity of every criterion and metric is one, by its name in their entries ("impacts per cycle", "TR rms",
 "separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.
 Words are kept as codes: their place in ``flag_meanings``. "... over all stable motions" (``stable_motions``) is the
 largest value that any motion of the case has. A function of the user's adds numbers of its own.
-
-Takes Runs; gives arrays by name.
 """
 
 from __future__ import annotations
@@ -67,12 +65,8 @@ class Outputs:
 
     Attributes
     ----------
-    chosen
-        of criteria and whole runs.
     function
         the user's; None for none.
-    function_names
-        what it returns.
     known
         every output of cases that were computed before the study began, by their places in the grid; none with
         a function of the user's, for that may depend on the process it runs in.
@@ -109,15 +103,8 @@ def values_of(
 ) -> dict[str, NDArray[Any]]:
     """Return every output of criteria, metrics and whole runs, (subjects,) or ().
 
-    Parameters
-    ----------
-    outputs
-        which.
-    run
-        of which they are.
-    crossings
-        sums over the crossings of its steady part (``signals.crossing_sums``), for metrics that read them, where these
-        are known already; None: of the run's log.
+    ``crossings`` are the sums over the crossings of the steady part (``signals.crossing_sums``), where these are known
+    already; None: those of the run's log.
     """
     needed = {output.criterion for output in outputs}
     needed_criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
@@ -180,13 +167,16 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
 
 def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[Run]) -> dict[str, Output]:
     """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
+    # rows by quantity and subject
     names = _names(runs)
     by_name = dict[str, dict[str, Row]]()
     outputs = dict[str, Output]()
     for entry in (*said, *occasional):
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}
+    # parts that can separate
     gaps = tuple(name for name in names["part"] if any(name in gap_names(run.trajectory.layout) for run in runs))
+    # subjects, units and words of every output
     for name, entries in by_name.items():
         first = next(iter(entries.values()))
         dimension = next((dimension for dimension, known in names.items() if first.subject in known), "")
@@ -198,6 +188,7 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
         output = Output(
             name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else (), error=error
         )
+        # values for motions without the quantity
         if name in absent:
             value = absent[name].value
             number = float(words.index(value) if isinstance(value, str) else value)
@@ -216,7 +207,7 @@ def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
 
 
 def _error_of(entries: Sequence[Row]) -> str:
-    """Say how far values of one run may be off because they are of samples."""
+    """Error of sampling of the values of one run, in words."""
     estimates = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
     if any(np.isnan(error) for error, _ in estimates):
         return "of samples, not estimated"
@@ -232,12 +223,7 @@ def unit_in(model: Model, unit: str) -> str:
 def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     """Return all outputs of a driveline by name: those of metrics only where a name needs them, for they take samples.
 
-    Parameters
-    ----------
-    names
-        that are asked for.
-    runs
-        one of every structure that its cases have (``structures.structures_of``), however short.
+    ``runs`` are one of every structure that its cases have (``structures.structures_of``), however short.
     """
     bases = [name.removesuffix(OVER_ALL) for name in names]
     if any(base != name or name == COUNT for base, name in zip(bases, names, strict=True)):
@@ -290,8 +276,6 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 
     Parameters
     ----------
-    names
-        of outputs, as in ``outputs_of``.
     models
         one of every structure; those that cannot be simulated are left to the study itself.
     function
@@ -310,12 +294,9 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
 
 
 def check_list(names: Sequence[str], function: Function | None = None) -> None:
-    """Refuse what is no list of names; without a function giving further outputs one name is needed at least.
+    """Refuse anything but a list of names; without a function giving further outputs one name is needed at least.
 
-    Raises
-    ------
-    ModelError
-        everything in it that is no name.
+    ModelError: everything in it that is no name.
     """
     no_list = isinstance(names, str) or not isinstance(names, Sequence)
     words = [names] if no_list else [name for name in names if not isinstance(name, str)]
@@ -327,7 +308,7 @@ def check_list(names: Sequence[str], function: Function | None = None) -> None:
 
 
 def short_runs(models: Sequence[Model]) -> list[Run]:
-    """Return one period of the motion of every model that can be simulated: what outputs it has."""
+    """Return one period of the motion of every model that can be simulated, which shows its outputs."""
     runs = []
     for model in models:
         with suppress(ModelError, ConvergenceError):
@@ -344,10 +325,6 @@ def outputs_of(
     ----------
     names
         of outputs; for ``DEFAULT`` itself, those of it that the driveline has.
-    run
-        any run of the driveline.
-    function
-        of a run, returns numbers by name.
     others
         a model of every structure that cases have: parts that have a clearance in some are parts as well.
 
@@ -371,14 +348,7 @@ def outputs_of(
 def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) -> tuple[Output, ...]:
     """Return outputs with one list of parts, and one of inertias, for all of them.
 
-    Parameters
-    ----------
-    chosen
-        outputs, each with the subjects it applies to.
-    run
-        any run of the driveline: its order of names is that of the lists.
-    subjects
-        further names that the lists must have.
+    Any run of the driveline gives the order of names in the lists.
     """
     layout, outputs = run.trajectory.layout, []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}

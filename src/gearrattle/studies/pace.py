@@ -1,10 +1,8 @@
-"""What a study costs before it runs, and how long it still takes while it runs.
+"""Cost of a study before it runs, and its remaining time while it runs.
 
 Cases of one study can differ tenfold in cost: a rattling motion has more crossings than a quiet one. So the cost of a
-case is measured over cases spread across the whole grid, and chunks are computed in an order of which every beginning
-is spread likewise (multiples of the golden section): what is done so far stands for what is left.
-
-Takes a Plan, times; gives seconds.
+case is measured over cases spread across the whole grid. Chunks are computed in an order that spreads the first ones,
+however many, over the grid too (multiples of the golden section): the chunks done represent those that are left.
 """
 
 from __future__ import annotations
@@ -63,20 +61,9 @@ def seconds_alone(
     seconds: float,
     known: dict[tuple[int, ...], dict[str, NDArray[Any]]] | None = None,
 ) -> float:
-    """Return what a case of a plan takes by itself, outputs included [s]: the mean of cases spread over the grid.
+    """Return the time of a case by itself, outputs included [s]: the mean of cases spread over the grid.
 
-    Parameters
-    ----------
-    plan
-        of which cases are tried.
-    outputs
-        takes what is kept from a run.
-    run
-        of the plan's first case.
-    seconds
-        that this run took, warm.
-    known
-        where outputs of the cases that are tried are put, by place: the study need not repeat them.
+    Outputs of the cases that are tried are put into ``known`` by place: the study need not repeat them.
     """
     outputs(run)
     begun = time.perf_counter()
@@ -99,7 +86,7 @@ def seconds_alone(
 
 
 def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
-    """Return what a case takes [s] among others that are computed with it; as long as alone where none can be."""
+    """Return the time of a case computed together with others [s]; as long as alone where none can be."""
     count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
     if count < FEWEST or alone > _TOO_LONG or not can_follow(outputs, plan):
         return alone
@@ -125,21 +112,7 @@ def _few(plan: Plan, count: int) -> Plan:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a study will cost.
-
-    Attributes
-    ----------
-    cases
-        that are computed.
-    case_seconds
-        of one of them.
-    workers
-        that compute at once.
-    seconds
-        that all of them take, the workers' start included.
-    words
-        the same as a sentence.
-    """
+    """Cost of a study; its seconds include the start of the workers."""
 
     cases: int
     case_seconds: float
@@ -163,34 +136,24 @@ class Cost:
 
 
 def keeping(chunks: int) -> float:
-    """Return what it takes to open a study and to keep its chunks [s]."""
+    """Return the time to open a study and to store its chunks [s]."""
     return _OPENING + _KEEPING * chunks
 
 
 def rounds(chunks: int, workers: int) -> float:
-    """Return how many chunks the busiest of some workers computes."""
+    """Return the number of chunks that the busiest of some workers computes."""
     return float(ceil(chunks / max(1, min(workers, chunks))))
 
 
 class Pace:
-    """How long chunks still take, from those that are done.
+    """Remaining time of chunks, estimated from those that are done.
 
     Where a scheduler tells the shares of chunks under way, these are counted; where it does not, each is as old as the
     completion that freed its worker, and takes as long as those before it did.
     """
 
     def __init__(self, chunks: int, workers: int, seconds: float) -> None:
-        """Begin now.
-
-        Parameters
-        ----------
-        chunks
-            that are to be computed.
-        workers
-            that compute at once.
-        seconds
-            that a chunk is expected to take.
-        """
+        """Start the clock."""
         self.chunks = chunks
         self.workers = max(1, min(workers, chunks))
         self._expected = seconds
@@ -207,7 +170,7 @@ class Pace:
         self._freed.append(now)
 
     def under_way(self, shares: Mapping[int, float] | None) -> float:
-        """Return how many chunks' worth of work is done in those under way."""
+        """Return the work done in the chunks under way, in chunks."""
         left = self.chunks - self.reached
         if shares is not None:
             return min(float(left), sum(shares.values()))
@@ -227,6 +190,6 @@ class Pace:
         return left * (share * length + (1.0 - share) * self._expected) / busy
 
     def _length(self) -> float:
-        """What a chunk takes [s]: those that workers did first may have waited for their start."""
+        """Time of a chunk [s]; those that workers did first may have waited for their start."""
         later = self._taken[self.workers :] or self._taken
         return sum(later) / len(later) if later else self._expected

@@ -1,10 +1,9 @@
-"""What a study computes: a grid of cases, each the model with some values changed, in chunks of neighbours.
+"""Plan of a study: a grid of cases, each the model with some values changed, in chunks of neighbours.
 
 The cases form a grid: a dimension for every axis, the last one, "sample", for the points of distributions. A chunk is a
-box of that grid whose cases follow each other in order; it is what a worker computes and the store keeps at once. Case
-and chunk are told by their number alone, so that any worker can compute any chunk, in any order, to the same bits.
-
-Takes a model, axes and samples; gives cases.
+box of that grid whose cases follow each other in order; a worker computes it, and the store keeps it, as a whole. Cases
+and chunks are identified by their number alone, so that any worker can compute any chunk, in any order, to the same
+bits.
 """
 
 from __future__ import annotations
@@ -37,10 +36,6 @@ class Samples:
         (d,) of the values, as they were asked for.
     points
         (count, d) SI, or factors.
-    method
-        by which they were chosen.
-    by_factor
-        of which paths the points are factors.
     spread
         by plain path (count,) what the model is given; None: the points.
     """
@@ -53,12 +48,9 @@ class Samples:
 
     @classmethod
     def of(cls, varied: Sequence[Varied], points: NDArray[np.float64], method: str, model: Model) -> Samples:
-        """Make points of what is varied; patterns and factors become values of the model.
+        """Make points of the values that scatter; patterns and factors become values of the model.
 
-        Raises
-        ------
-        ModelError
-            a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
+        ModelError: a pattern that matches nothing, a factor of what is no number, a value that is varied twice.
         """
         paths = tuple(one.path for one in varied)
         by_factor = frozenset(one.path for one in varied if one.by_factor)
@@ -80,14 +72,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Plan:
-    """A study's cases.
+    """Plan of a study: its cases.
 
     Attributes
     ----------
-    model
-        what is varied, everything that is fixed in it.
-    axes
-        what is varied in order.
     samples
         what scatters; None for nothing.
     chunk_size
@@ -105,7 +93,7 @@ class Plan:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What else decides what is computed; plain values, which the Dataset tells in its attributes."""
+        """Further settings that decide what is computed: plain values, kept as attributes of the Dataset."""
         if self.samples is None:
             return {}
         return {"sampling": self.samples.method, "sampled": list(self.samples.paths)}
@@ -158,7 +146,7 @@ class Plan:
         return prod(part.stop - part.start for part in self.box(chunk))
 
     def columns(self, chunk: int) -> dict[str, NDArray[Any]]:
-        """Return by path what every case of a chunk is given, (cases,) in the chunk's order; no number: objects."""
+        """Return by path the value of every case of a chunk, (cases,) in the chunk's order; objects if no numbers."""
         grid = np.indices([part.stop - part.start for part in self.box(chunk)]).reshape(len(self.shape), -1)
         grid += np.array([part.start for part in self.box(chunk)])[:, None]
         columns: dict[str, NDArray[Any]] = {}
@@ -172,7 +160,7 @@ class Plan:
         return columns
 
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
-        """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
+        """Yield every case of a chunk: its place in the chunk's box, and its changes."""
         box = self.box(chunk)
         for inside in np.ndindex(*(part.stop - part.start for part in box)):
             yield inside, self.changes(tuple(i + part.start for i, part in zip(inside, box, strict=True)))

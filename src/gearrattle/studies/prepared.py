@@ -1,9 +1,7 @@
-"""A study about to begin whose cases form a grid: what it will cost, and how it is carried out and kept.
+"""Prepared study whose cases form a grid: its cost, its execution and its storage.
 
-What can be known before a case is computed is known here; kinds of studies that keep their results in a Store build on
-it, and change what they must: how a chunk is computed, and what is made of the whole in the end.
-
-Takes a Plan and Outputs; gives Done.
+Everything that can be wrong has been checked, and one case has been run. Kinds of studies that keep their results in a
+Store derive from it and replace how a chunk is computed, and how the results are evaluated in the end.
 """
 
 from __future__ import annotations
@@ -46,18 +44,10 @@ class Done:
 
     Attributes
     ----------
-    data
-        what came out.
     messages
         why cases failed, by their place in the grid of ``data["outcome"]``.
-    outcome_counts
-        what became of it, in a line.
-    cost
-        what it took, in a sentence.
     summary
         the same as ``told`` for machines: plain values by name.
-    notes
-        what the user must know besides.
     """
 
     data: xr.Dataset
@@ -70,17 +60,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A study about to begin.
-
-    Attributes
-    ----------
-    plan, outputs
-        what is computed, and what is kept.
-    seconds
-        that one case took, warm.
-    work
-        what computes a chunk.
-    """
+    """Prepared study whose cases form a grid; ``seconds`` is the time of one case, warm."""
 
     plan: Plan
     outputs: Outputs
@@ -88,12 +68,12 @@ class Prepared:
     work: Work = case_by_case
 
     def __post_init__(self) -> None:
-        """Refuse names that results cannot be kept by. Errors as of ``check_array_names``."""
+        """Refuse names under which results cannot be stored. Errors as of ``check_array_names``."""
         check_array_names(self.plan, self.outputs)
 
     @property
     def scheduler(self) -> str:
-        """Return the one to use on this machine: threads for what is compiled, processes for what is Python.
+        """Return the scheduler on this machine: threads for compiled code, processes for Python.
 
         A function that other processes cannot have goes to threads as well.
         """
@@ -102,7 +82,7 @@ class Prepared:
         return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
 
     def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what all cases will cost, by as many workers of a scheduler as are asked for, or pay."""
+        """Return the cost of all cases, by as many workers of a scheduler as are asked for, or as pay."""
         busy = max(1, min(workers or pays(scheduler, self.sensible()), self.plan.chunks))
         length = self.plan.count / self.plan.chunks * self.seconds
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
@@ -112,11 +92,11 @@ class Prepared:
         return Cost(self.plan.count, self.seconds, busy, total, f"{words}{self._width()}")
 
     def _counted(self) -> str:
-        """How many cases there are, in words."""
+        """Number of cases, in words."""
         return counted(self.plan.count, "case")
 
     def _width(self) -> str:
-        """How well the samples tell a probability, and what twice as well takes."""
+        """Half-width of a probability from these samples, and the number of samples for half of it, in words."""
         samples = self.plan.samples
         if samples is None or samples.method not in DESIGNS:
             return ""
@@ -159,18 +139,10 @@ class Prepared:
 
         Parameters
         ----------
-        folder
-            to keep it in.
-        compute
-            who computes.
         resume
             whether the folder may hold a part of it already.
-        retry_failed
-            whether chunks with failed cases are computed again.
         progress
             called with the finished share; what it raises ends the work, and leaves whole chunks.
-        workers
-            how many ``compute`` has, for the time that remains.
 
         Raises
         ------
@@ -200,7 +172,7 @@ class Prepared:
         return Done(data, store.messages(), outcome_counts, cost, summary, notes)
 
     def completed(self, store: Store) -> xr.Dataset:
-        """Return what is made of a store all of whose chunks are done."""
+        """Return the results of a store all of whose chunks are done."""
         return store.dataset()
 
     def _cost(self, store: Store, before: int, seconds: float) -> str:
@@ -224,20 +196,16 @@ def carry_out(
 
     Parameters
     ----------
-    store
-        where results are kept.
-    compute
-        who computes.
-    retry_failed
-        whether chunks with failed cases are computed again.
     progress
         as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
     pace
         workers of the scheduler, and the seconds that a chunk is expected to take.
     """
+    # forget damaged chunks, and failed ones to be computed again
     damaged = store.damaged()
     for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
         store.forget(chunk)
+    # chunks left, spread over the grid
     done = store.done()
     chunks = store.plan.chunks
     left = [chunk for chunk in spread(chunks, chunks) if chunk not in done]
@@ -246,6 +214,7 @@ def carry_out(
 
     finished_share = 0.0
 
+    # share and time that remains
     def tick(shares: Mapping[int, float] | None = None) -> None:
         nonlocal finished_share
         store.check_claim()
@@ -257,6 +226,7 @@ def carry_out(
             finished_share = min(1.0, max(finished_share, share))
             progress(finished_share)
 
+    # computing
     with closing(compute(store, left, tick)) as finished:
         for _ in finished:
             clock.chunk_done()
@@ -266,7 +236,7 @@ def carry_out(
 
 
 def fit_size(seconds: float, count: int) -> int:
-    """Return how many cases a chunk should hold: a share of them, of two seconds or so and five at most.
+    """Return the number of cases of a chunk: a share of them that takes some two seconds, five at most.
 
     A power of two: machines of about one speed cut a study alike, and can go on with each other's.
     """
@@ -277,7 +247,7 @@ def fit_size(seconds: float, count: int) -> int:
 
 
 def pays(scheduler: str | None, sensible: int) -> int:
-    """Return how many workers to reckon with where no number is asked for: one of a cluster, for it does not say."""
+    """Return the number of workers to assume where none is asked for: one of a cluster, whose number is not known."""
     return 1 if "://" in (scheduler or "") else sensible
 
 

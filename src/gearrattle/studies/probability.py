@@ -1,12 +1,10 @@
-"""How likely a part rattles: the share of samples in which it does, with an interval.
+"""Probability that a part rattles: the share of samples in which it does, with an interval.
 
-By the severity a part that touches does not rattle; a study that kept the regime alone tells where it separates. Only
-a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
+By severity a part that touches does not rattle; by regime, where a study kept that alone, every part that separates
+does. Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
 The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
 scatter less, so there it is wide rather than narrow.
-
-Takes counts, or the Dataset of a study; gives shares with limits.
 """
 
 from __future__ import annotations
@@ -60,6 +58,7 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     """
     from scipy.special import ndtri
 
+    # numbers within their ranges
     arguments = {
         "half_width": (half_width, 1e-9, 0.5),
         "probability": (probability, 0.0, 1.0),
@@ -72,12 +71,14 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     ]
     if problems:
         raise ModelError(problems)
+    # half-width of Wilson's interval by number of samples
     z2 = float(ndtri(0.5 + 0.5 * level)) ** 2
     scatter = probability * (1.0 - probability)
 
     def half(n: float) -> float:
         return float(np.sqrt(z2 * (n * scatter + 0.25 * z2)) / (n + z2))
 
+    # smallest number by doubling, then halving
     below, enough = 0, 1
     while half(enough) > half_width:
         below, enough = enough, 2 * enough
@@ -88,21 +89,10 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
 
 
 def running(codes: NDArray[np.int_], lowest: int = 1, level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
-    """Return how an estimate settles: share of the first 1 to n samples that rattle, and Wilson's limits.
+    """Return the estimate as samples are added: share of the first 1 to n that rattle, and Wilson's limits.
 
-    Parameters
-    ----------
-    codes
-        (n,) -1 for a case that failed: those are counted nowhere.
-    lowest
-        the code from which on a part rattles.
-    level
-        of confidence.
-
-    Returns
-    -------
-    tuple[NDArray[np.float64], ...]
-        Samples counted, share, lower and upper limit: (m,) each, m <= n.
+    Codes (n,) are -1 for a case that failed, which is not counted; from ``lowest`` on a part rattles. Returned are the
+    number of samples counted, share, lower and upper limit, (m,) each, m <= n.
     """
     there = codes[codes >= 0]
     among = np.arange(1, there.size + 1)
@@ -143,6 +133,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     """
     import xarray as xr
 
+    # codes of gaps over independent samples
     codes = output_in(data, output if output is not None else chosen_codes(data) or SEVERITY, codes=True)
     codes = gaps_of(codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name)))
     if SAMPLE not in codes.dims:
@@ -152,6 +143,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         raise ModelError(Problem("data", "", rule, 'for example method = "sobol"'))
     if not 0.0 < level < 1.0:
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
+    # share of samples that rattle, with Wilson's interval
     among = (codes >= 0).sum(SAMPLE)
     count = (codes >= rattling_from(codes)).sum(SAMPLE)
     low, high = wilson(count.values, among.values, level)

@@ -3,8 +3,6 @@
 A range is a pair of ends, or a mapping with from, to and spacing; the model must accept both ends as values. It may be
 of factors of what the model says, ``{ factor = ... }`` about it or ends that are factors, and at a pattern. The first
 design is the model itself, if its values are within the ranges; the others are Latin hypercube samples of the ranges.
-
-Takes mappings; gives frozen ranges and points of the unit cube.
 """
 
 from __future__ import annotations
@@ -33,12 +31,8 @@ class Range:
 
     Attributes
     ----------
-    path
-        of the value in the model.
     low, high
         its ends, SI.
-    log
-        whether the range is divided on a logarithmic scale.
     varied
         what it is of: the path, and whether the ends are factors.
     """
@@ -70,8 +64,6 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     requested
         a pair for each path or pattern, or a mapping with ``from``, ``to`` and ``spacing``; ``{"factor": ...}`` about
         it, or ends that are factors, for factors of what the model says.
-    model
-        whose values they are.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""``screen``: which loose gear rattles at which speed and load, for a whole gearbox, by the threshold.
+"""``screen``: map of the loose gears of a gearbox that rattle, over speed and load, by the classical threshold.
 
 At every speed and load the driveline is linearised where it rests: loose gears lie on the flank their drag presses
 them to. In the steady response of that linear driveline
@@ -12,13 +12,11 @@ of the driveline leaves its piece, and nothing rubs, the linear motion is an exa
 ratio exact with it; ``inside`` says so. Everywhere else it is one linear forecast of many: friction that sticks, a
 clutch that swings beyond its stage, gears that have left their flanks make other linear drivelines
 (``screening_models``). ``lift_low`` and ``lift_high`` are the least and the largest lift ratio of all of them, and the
-forecast is quiet only where no one lifts the gear off. What no linear driveline knows: impacts of gears that rattle,
-motions that pass between stages, and which motion of several the start leads to.
+forecast is quiet only where none of them lifts the gear off. No linear driveline describes impacts of rattling gears,
+motions that pass between stages, or the choice among several motions by the start.
 
 Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
 with ``simulate`` all of them.
-
-Takes a Model, speeds and loads; gives an xarray Dataset.
 """
 
 from __future__ import annotations
@@ -125,12 +123,14 @@ def screen(
     >>> dict(margins["margin"].sizes)
     {'speed': 2, 'load': 1, 'gear': 2}
     """
+    # check the arguments
     check_model(model)
     check_arguments(simulate=(FLAG, simulate), progress=(CALLBACK, progress))
     most = _points(check, simulate=simulate)
     import xarray as xr
 
     refuse_recorded_motions(model, "a screening")
+    # axes, and the loose gears of the driveline
     by_path = isinstance(loads, Mapping)
     speed, load, factors = _axes(model, speeds, loads)
     base = model.with_(speed.at(0))
@@ -140,11 +140,13 @@ def screen(
     if not gears:
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
         raise ModelError(Problem("inertia", ", ".join(layout.inertia_names), rule, "give drag_torque to a loose gear"))
+    # thresholds by linear response
     simulates = simulate or most > 0
     expect = getattr(progress, "expect", None)
     if simulates and expect is not None:
         expect(math.nan)  # how long simulations take is known when they begin
     done = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulates else 1.0))
+    # Dataset of margins and lift ratios
     positions = _positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)
     screening = xr.Dataset(
         _variables(done),
@@ -155,6 +157,7 @@ def screen(
         screening.attrs["notes"] = "\n".join(notes)
     if not simulates:
         return screening
+    # simulate all cases, or those near the border
     if simulate:
         cases = np.argwhere(np.ones(screening["inside"].shape, dtype=np.bool_))
     else:
@@ -245,12 +248,12 @@ def _is_number(model: Model, path: str) -> bool:
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Return what takes the shares of a part of the work and tells those of the whole."""
+    """Return a callback for a part of the work that reports the share of the whole."""
     return None if progress is None else _Part(progress, begin, end)
 
 
 class _Part:
-    """Takes the shares of a part of the work, and the seconds that remain of it, and tells those of the whole."""
+    """Callback for the share of a part of the work, and its remaining seconds, that reports those of the whole."""
 
     def __init__(self, progress: Progress, begin: float, end: float) -> None:
         self._progress = progress

@@ -1,10 +1,8 @@
-"""Which cases of a screening are simulated, and what the simulations say of its forecast.
+"""Check of a screening by simulation: the choice of cases near the border, and the score of the forecast.
 
-The cases nearest to the border teach most: those in which the range of some gear's lift ratio holds 1, or comes nearest
+The cases nearest to the border tell most: those in which the range of some gear's lift ratio holds 1, or comes nearest
 to it. Of equally near ones some are taken that lie evenly over the map. A gear that the forecast says is quiet and that
 rattles when simulated, or the other way round, is a wrong forecast; undecided ones are neither right nor wrong.
-
-Takes ratios, forecasts and what was simulated; gives indices of cases, and counts.
 """
 
 from __future__ import annotations
@@ -25,13 +23,13 @@ if TYPE_CHECKING:
 CHECKED = 8
 """Cases that a check simulates if it is not told how many."""
 FORECASTS = ("quiet", "undecided", "lifts off")
-"""What a screening says of a gear; codes in this order."""
+"""Forecasts of a screening for a gear; codes in this order."""
 QUIET, UNDECIDED, LIFTS = range(3)
 
 
 @dataclass(frozen=True)
 class Checked:
-    """What simulations say of the forecasts of one gear.
+    """Numbers of right and wrong forecasts of one gear, by simulation.
 
     Attributes
     ----------
@@ -62,12 +60,7 @@ def forecasts_of(low: Array, high: Array) -> NDArray[np.int8]:
 def near_border(low: Array, high: Array, most: int) -> NDArray[np.int64]:
     """Return (M, 2) speed and load of the cases nearest to the border, in the order of the map.
 
-    Parameters
-    ----------
-    low, high
-        (speed, load, gear) least and largest lift ratios.
-    most
-        cases at most.
+    Low and high are the (speed, load, gear) least and largest lift ratios.
     """
     with np.errstate(divide="ignore"):
         below = -np.log(high)
@@ -95,14 +88,7 @@ def rattles_in(data: xr.Dataset) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 def checked(forecast: NDArray[np.int8], rattles: NDArray[np.bool_], judged: NDArray[np.bool_]) -> Checked:
     """Count forecasts of one gear and what the simulations say of them.
 
-    Parameters
-    ----------
-    forecast
-        (speed, load) codes of ``FORECASTS``.
-    rattles
-        (speed, load) whether the gear rattles when simulated.
-    judged
-        (speed, load) where it was.
+    All are (speed, load): codes of ``FORECASTS``, whether the gear rattles when simulated, and where it was simulated.
     """
 
     def count(code: int, *, rattling: bool | None = None) -> int:

@@ -1,15 +1,13 @@
-"""The linear drivelines that a screening judges by: friction stuck or let go, staged springs in every stage reached.
+"""Linear drivelines of a screening: friction stuck or let go, staged springs in every stage reached.
 
 One linear driveline, in the stages it rests in and with its dry friction let go, is one forecast of many. Where
 friction sticks its spring adds to the stage's; where a staged clutch swings beyond its stage the stiffness changes, and
 with it which order is near a resonance; where a loose gear leaves its flank its driver carries less. (A gap that is
 flown through is no stage to stay in, and left out.) None of these linear motions is that of the driveline, which passes
 from one to the other. But a gear that holds in all of them is quiet by every linear forecast, and one that lifts off in
-all of them by none; in between the linear driveline cannot tell.
+all of them by none; in between the forecast is undecided.
 
     lift ratio = reach of the mesh's deflection towards its gap / its static depth in contact,    in every model
-
-Takes a system, its rest and the meshes of loose gears; gives the least and the largest lift ratio of every gear.
 """
 
 from __future__ import annotations
@@ -50,17 +48,7 @@ def reach_of(system: PiecewiseSystem, linear: Linear) -> Reach:
 
 
 def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> tuple[Array, Array]:
-    """Return (gears,) the least and the largest lift ratio over all linear drivelines.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    rest
-        where it rests.
-    meshes
-        of its loose gears.
-    """
+    """Return (gears,) the least and the largest lift ratio over all linear drivelines."""
     models = list(_models(system, rest, meshes))
     ratios = np.array([lift_ratios(system, rest, reach_of(system, linear), meshes) for linear in models])
     low = ratios.min(axis=0)

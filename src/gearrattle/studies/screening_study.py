@@ -1,9 +1,7 @@
-"""What a study file asks of a screening: the same speeds and loads, by the threshold instead of by simulation.
+"""Screening of a study file: the same speeds and loads, by the threshold instead of by simulation.
 
 A grid with one axis that is ``excitation.speed`` alone, and at most one other, the load; ``fixed`` values hold for all
-cases. Outputs and their number are a matter of the simulations and left aside.
-
-Takes a StudyFile; gives a Model, speeds and loads for ``screen``.
+cases. Outputs concern the simulations alone and are ignored.
 """
 
 from __future__ import annotations
@@ -24,18 +22,8 @@ _REMEDY = "give speeds and loads beside the model file instead"
 def screening_of(asked: StudyFile, location: str) -> tuple[Model, list[float], dict[str, list[Any]] | None]:
     """Return the model with its fixed values, the speeds [rad/s], and the loads by path; None without a load.
 
-    Parameters
-    ----------
-    asked
-        from ``read_study``.
-    location
-        of the file, for messages.
-
-    Raises
-    ------
-    ModelError
-        another kind of study, values that scatter, no axis of the speed alone, more than two axes; or
-        what the model refuses.
+    ModelError: another kind of study, values that scatter, no axis of the speed alone, more than two axes; or what the
+    model refuses.
     """
     if asked.spec.kind != "grid":
         rule = f'a screening takes a study of the kind "grid", and this one is "{asked.spec.kind}"'

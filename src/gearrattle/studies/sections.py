@@ -1,4 +1,4 @@
-"""Sections of a run: chosen quantities once a period, and what kind of motion they show.
+"""Sections of a run: chosen quantities once a period, and the kind of motion that they show.
 
 A *section* is taken at t = (k + phase) T, T the common period of all orders. Its quantities are by name
 
@@ -10,7 +10,7 @@ was chosen, in units of half the clearance b (of the largest corner) and of b 2 
 all at zero in units of the sum of all loads over its largest slope, or without loads of the amplitudes of prescribed
 angles.
 
-What a motion is called:
+The kinds of motion are:
 
 * *periodic*: it repeats after n periods (``signals.strobe``); its Floquet multipliers are the eigenvalues of the flow's
   gradient over the last n periods, products of exponentials and saltations (``system.variation``): as exact as the
@@ -20,8 +20,6 @@ What a motion is called:
   to more than 100 times their number, still growing over the last half: a perturbation that neither shrinks nor grows
   exponentially (a free rigid body's, a quasi-periodic motion's) grows at most like that number.
 * *undecided*: neither was shown.
-
-Takes a Model and Runs; gives arrays by name.
 """
 
 from __future__ import annotations
@@ -77,18 +75,14 @@ NEARNESS = Nearness()
 
 @dataclass(frozen=True)
 class Section:
-    """What is looked at, and when.
+    """Quantities that are kept once a period, and the phase.
 
     Attributes
     ----------
-    names
-        of the quantities kept.
     tested
         of those the period is asked of: deflections and rates of all clearances.
     scale
         what counts as one, by name.
-    phase
-        of the period.
     """
 
     names: tuple[str, ...]
@@ -105,12 +99,12 @@ class Section:
         return np.column_stack(columns)
 
     def scaled(self, run: Run) -> Array:
-        """Return (K, q) all that the period is asked of, in units of its own."""
+        """Return (K, q) the quantities by which periods are tested, in their own units."""
         return np.asarray(self.values(run, self.tested) / np.array([self.scale[name] for name in self.tested]))
 
 
 def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Section:
-    """Choose what is looked at.
+    """Choose the quantities of a section, and its phase.
 
     Parameters
     ----------
@@ -218,14 +212,10 @@ def unit_of(name: str, model: Model) -> str:
 
 @dataclass(frozen=True)
 class Sections(Outputs):
-    """What is kept of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
+    """Outputs of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
 
     Attributes
     ----------
-    section
-        what is looked at.
-    units
-        of its quantities.
     points
         periods kept of the section, the last ones.
     tolerance

@@ -1,4 +1,4 @@
-"""What an output follows of all that scatters: rank correlation, rank regression, first-order shares of variance.
+"""Sensitivity of an output to values that scatter: rank correlation, rank regression, first-order shares of variance.
 
     Spearman          correlation of the ranks of one value and of the output
     rank regression   coefficients of the standardised ranks of the output on those of all values together (R. L. Iman,
@@ -6,17 +6,15 @@
     first order       Var E[y | x_i] / Var y (I. M. Sobol', Mathematical Modelling and Computational Experiment 1, 1993,
                       pp. 407-414)
 
-First-order shares are found from samples that were drawn for something else, along cosines of the rank of one value
+First-order shares are estimated from samples of any independent design, along cosines of the rank of one value
 (E. Plischke, How to compute variance-based sensitivity indicators with your spreadsheet software, Environmental
 Modelling & Software 35, 2012, pp. 188-191). Cosines cos(pi k (r + 1/2) / n), k = 1 to M, are orthogonal over the ranks
 r, so that their squared coefficients add up to the share R2 explained. Chance alone explains M/(n - 1); the adjusted
 1 - (1 - R2) (n - 1)/(n - 1 - M) takes that away, and may fall below zero. What chance exceeds in one case of twenty
 comes from the F-law of M and n - 1 - M degrees of freedom.
 
-Samples drawn for the purpose tell more: Sobol' indices of any order (``indices``), what an output is at both ends of
-every value (``swings``). ``sensitivities`` gives what the design allows.
-
-Takes plain arrays, or the Dataset of a study; gives coefficients.
+Other designs give more: Sobol' indices of first, second and total order (``indices``), or the output at both ends of
+every value (``swings``). ``sensitivities`` returns what the design allows.
 """
 
 from __future__ import annotations
@@ -54,17 +52,7 @@ def rank_correlations(x: Array, y: Array) -> Array:
 def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
     """Return (d,) coefficients of the standardised ranks, and the share of the ranks' variance they explain.
 
-    Parameters
-    ----------
-    x
-        (n, d) values.
-    y
-        (n,) output.
-
-    Returns
-    -------
-    tuple[Array, float]
-        NaN if y is constant, or if there are no more samples than coefficients.
+    x are (n, d) values, y (n,) the output. NaN if y is constant, or if there are no more samples than coefficients.
     """
     n, d = x.shape
     if n <= d + 1 or np.ptp(y) == 0.0:
@@ -77,14 +65,8 @@ def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
 def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
     """Return (d,) first-order shares of the variance of y (n,), one for every column of x (n, d); adjusted.
 
-    Parameters
-    ----------
-    x
-        (n, d) values, drawn independently of each other.
-    y
-        (n,) output.
-    cosines
-        of the rank of a value; more follow it in finer detail, and leave more to chance.
+    The columns are drawn independently of each other. More cosines of the rank of a value resolve finer detail, and
+    leave more to chance.
     """
     n = len(y)
     if n <= cosines + 1 or np.ptp(y) == 0.0:
@@ -97,7 +79,7 @@ def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
 
 
 def chance_levels(n: int, cosines: int = COSINES) -> tuple[float, float]:
-    """What a rank correlation, and a first-order share, of n samples exceed by chance in one case of twenty."""
+    """Levels that a rank correlation, and a first-order share, of n samples exceed by chance in one case of twenty."""
     from scipy.stats import f, norm
 
     if n < 3:
@@ -151,6 +133,7 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
     """
     import xarray as xr
 
+    # samples of the output at one place of the axes
     values = numbers_of(output_in(data, output))
     paths, method = sampled_in(data), sampling_of(data)
     if SAMPLE not in values.dims or not paths:
@@ -159,11 +142,13 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         axes = ", ".join(axes_in(data))
         remedy = f"choose one place: data.isel({{{axes_in(data)[0]!r}: 0}})"
         raise ModelError(Problem("data", axes, "sensitivities are of one place of the axes", remedy))
+    # measures of the design, subject by subject
     x = np.column_stack([np.asarray(data[path].values, dtype=np.float64) for path in paths])
     subject = subject_of(data, output)
     responses = values.transpose(subject, SAMPLE).values if subject else values.values[None, :]
     analyse = _TOLD.get(method, _ranked)
     rows = [analyse(x, y, method) for y in responses]
+    # Dataset over values and subjects
     variables = {
         name: ((*((subject,) if subject else ()), *over), np.array([row[name][1] for row in rows]))
         if subject
@@ -214,7 +199,7 @@ def _sobol(x: Array, y: Array, method: str) -> Row:
 
 
 def _swung(x: Array, y: Array, _method: str) -> Row:
-    """What an output is at both ends of every value."""
+    """Output at both ends of every value."""
     d = x.shape[1]
     swing, places = swings(y, d), np.arange(d)
     columns = {
@@ -233,7 +218,7 @@ _TOLD: Mapping[str, Callable[[Array, Array, str], Row]] = {SALTELLI: _sobol, PAI
 
 
 def _row(x: Array, y: Array) -> tuple[tuple[Array, Array, Array], tuple[float, int, float, float]]:
-    """Coefficients of one subject, and what they are to be judged by."""
+    """Coefficients of one subject, and their chance levels."""
     there = np.isfinite(y)
     x, y = x[there], y[there]
     n = len(y)

@@ -7,8 +7,6 @@ its own n periods. A word counts by its code: the worst verdict. Where the case 
 counts as well. Motions whose basin no start met are not among them.
 
 Two outputs are known of these motions alone: ``COUNT``, how many there are, and ``SWING``, exact between samples.
-
-Takes a Run; gives arrays by name.
 """
 
 from __future__ import annotations
@@ -36,17 +34,7 @@ SWING = f"peak-to-peak deflection{OVER_ALL}"
 def values_over_all(
     outputs: Sequence[Output], run: Run, values_of: Callable[[tuple[Output, ...], Run], Values]
 ) -> Values:
-    """Return the largest value of every output over all stable motions of a case.
-
-    Parameters
-    ----------
-    outputs
-        of those with ``over_all``.
-    run
-        of the case.
-    values_of
-        gives values of outputs of one run.
-    """
+    """Return the largest value of every output over all stable motions of a case."""
     model = run.model
     settled = settled_motions(model, state_of(model, PeriodMap(assemble(model).system), run))
     bases = {output.name: replace(output, name=output.base, over_all=False) for output in outputs}

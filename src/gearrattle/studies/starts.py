@@ -1,7 +1,7 @@
-"""Initial states by the quantities that matter: deflections and rates of elements, angles and velocities of inertias.
+"""Initial states by some of their coordinates: deflections and rates of elements, angles and velocities of inertias.
 
-A few such coordinates do not fix a state. What they leave open stays as near as may be to the model's own start q_0:
-the angles q are those with C q = c for which the change, weighted by the inertias, is smallest,
+A few such coordinates do not fix a state. The rest stays as near as possible to the model's own start q_0: the angles q
+are those with C q = c for which the change, weighted by the inertias, is smallest,
 
     q = q_0 + J^-1 C^T (C J^-1 C^T)^-1 (c - C q_0),
 
@@ -9,8 +9,6 @@ rows of C being W_k for a deflection (c then is delta + e(0)) and a unit row for
 rates and e'(0). So a rate is set by an impulse between the two bodies of an element, which leaves their angular
 momentum (with a mesh, that of the train) as it was, and an angle moves one inertia alone. Inertias of prescribed motion
 have no initial value: in a state they stand as the motion has them.
-
-Takes a Model and names; gives a map from values to states as ``simulate`` takes them.
 """
 
 from __future__ import annotations
@@ -73,13 +71,7 @@ class Starts:
     velocity: Half
 
     def state(self, values: Mapping[str, float]) -> dict[str, list[float]]:
-        """Return the state, as ``simulation.initial`` takes it.
-
-        Parameters
-        ----------
-        values
-            of every coordinate, by name [SI].
-        """
+        """Return the state, as ``simulation.initial`` takes it, from values of every coordinate by name [SI]."""
         return {"angle": self.angle.at(values), "velocity": self.velocity.at(values)}
 
 
@@ -88,8 +80,6 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
     Parameters
     ----------
-    model
-        its own start holds for what they leave open.
     names
         "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
 
@@ -117,7 +107,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
 
 def _unknown(name: str, known: Sequence[str], moving: Set[str]) -> Problem:
-    """What is wrong with a name that is none of an initial value."""
+    """Problem of a name that is none of an initial value."""
     kind, _, subject = str(name).partition(".")
     if kind in ("angle", "velocity") and subject in moving:
         rule = "the motion of this inertia is prescribed: it has no initial value"
@@ -162,10 +152,7 @@ def _error(system: PiecewiseSystem, k: int, level: int) -> float:
 def read_value(name: str, value: Any, model: Model) -> float:
     """Read an initial value as a model file does: a plain number in SI or a text with a unit.
 
-    Raises
-    ------
-    ModelError
-        neither, or the wrong unit.
+    ModelError: neither, or the wrong unit.
     """
     kind, _, subject = name.partition(".")
     length = any(e.name == subject and e.along_line for e in model.elements)

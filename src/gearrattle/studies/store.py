@@ -1,4 +1,4 @@
-"""How a study's results are kept: in a folder, or behind an address (``storage``), surviving whatever ends the program.
+"""Store of a study's results, in a folder or behind an address (``storage``), from which a stopped study goes on.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
@@ -6,10 +6,8 @@
     done/0000013.part    how far chunk 13 has come, if what computes it keeps that
 
 A chunk's marker appears, whole, after its results. So the markers alone say what is done: a chunk without one is
-computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
-written by one worker each, never shared.
-
-Takes Plan and Outputs; keeps Computed; gives xarray Datasets.
+computed again, and so is one whose results do not match its checksums. A chunk is a box of the grid and one Zarr chunk,
+written by one worker alone.
 """
 
 from __future__ import annotations
@@ -58,7 +56,7 @@ ProgressCallback = Callable[[float], None]
 
 
 def case_by_case(store: Store, chunk: int, progress: ProgressCallback | None) -> Computed:
-    """Compute a chunk whose cases do not know of each other."""
+    """Compute a chunk whose cases are independent."""
     return compute(store.plan, store.outputs, chunk, progress)
 
 
@@ -67,17 +65,7 @@ Work = Callable[["Store", int, ProgressCallback | None], Computed]
 
 
 class Store:
-    """A study's folder.
-
-    Attributes
-    ----------
-    storage
-        where.
-    plan, outputs
-        what it is of.
-    work
-        what computes a chunk.
-    """
+    """Results of a study in its storage location."""
 
     def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
         self.storage = storage
@@ -88,23 +76,12 @@ class Store:
         self._claim: Claim | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Workers open what they write to by themselves."""
+        """State without open arrays: workers open them by themselves."""
         return {**self.__dict__, "_opened": {}, "_claim": None}
 
     @classmethod
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
         """Open a folder or what lies behind an address, made if it does not exist.
-
-        Parameters
-        ----------
-        folder
-            where, a folder or an address.
-        plan, outputs
-            what is computed, and what is kept.
-        work
-            what computes a chunk.
-        resume
-            whether it may hold this study already.
 
         Raises
         ------
@@ -127,6 +104,7 @@ class Store:
     def _begin(self) -> None:
         """Begin in a storage location, or go on with what it holds."""
         storage, plan = self.storage, self.plan
+        # go on with the study that is kept there
         if storage.exists(ABOUT):
             size = check_owner(storage, self._owner(), "study").get("chunk_size")
             if isinstance(size, bool) or not isinstance(size, int) or size < 1:
@@ -136,6 +114,7 @@ class Store:
             if not self._is_laid_out():
                 self._lay_out()
             return
+        # say which study it is, before any other program does
         about = {
             "owner": self._owner(),
             "model": plan.model.name,
@@ -147,17 +126,12 @@ class Store:
             storage.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
             raise holds_one(storage) from None
+        # make folders and arrays
         storage.make(DONE_FOLDER)
         self._lay_out()
 
     def check_claim(self) -> None:
-        """Refuse to go on where a later study of this program writes into the storage location.
-
-        Raises
-        ------
-        ModelError
-            it does.
-        """
+        """Raise ModelError where a later study of this program writes into the storage location."""
         if self._claim is not None:
             self._claim.check()
 
@@ -187,12 +161,9 @@ class Store:
         return _zarr().open_group(self.storage.zarr(RESULTS), mode="r+")
 
     def _is_laid_out(self) -> bool:
-        """Whether all arrays were made: who began the study may have been killed before, or the power cut.
+        """Whether all arrays were made: the program that began the study may have been killed before.
 
-        Raises
-        ------
-        ModelError
-            they are of another study, or no regular files.
+        ModelError: they are of another study, or no regular files.
         """
         try:
             if self.storage.local is not None:
@@ -217,6 +188,7 @@ class Store:
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
         group, plan = _zarr().open_group(self.storage.zarr(RESULTS), mode="w"), self.plan
+        # coordinates of axes and samples
         for axis in plan.axes:
             for path, values in axis.coordinates.items():
                 single = len(axis.coordinates) == 1
@@ -228,18 +200,21 @@ class Store:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 described = self._described(Varied(path, path in plan.samples.by_factor))
                 _coordinate(group, path, SAMPLE, column.tolist(), described)
+        # arrays of outputs and outcomes
         for output in self.outputs.all:
             self._lay_out_output(group, output)
         grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
         outcome = _array(group, OUTCOME, grid, "int8", MISSING)
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
         outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
+        # what the study is
         group.attrs["format"] = format_name("study")
         group.attrs["source"] = f"gearrattle {version_of('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
         group.attrs.update({KIND: "study", "kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs[OF] = plan.fingerprint
+        # order of the arrays, after all else
         self.flush(RESULTS)  # nothing may be missing of what the order names
         group.attrs["order"] = self._arrays()
 
@@ -269,7 +244,7 @@ class Store:
             array.attrs["can_rattle"] = " ".join(output.gaps)
 
     def _described(self, varied: Varied) -> dict[str, str]:
-        """What that which is varied is called, and its unit, as attributes of its coordinate."""
+        """Attributes of a coordinate: name and unit of the varied value."""
         label = varied.label(self.plan.model)
         return {"long_name": label.words, "units": label.unit}
 
@@ -278,7 +253,7 @@ class Store:
         return [*paths, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
     def begin(self, chunk: int, attempt: str = "") -> None:
-        """Note that a worker has begun a chunk, and by which attempt: if it ends, this may be why."""
+        """Note that a worker has begun a chunk, and by which attempt: if the worker dies, this chunk may be why."""
         self.storage.write(_begun(chunk), attempt.encode())
 
     def attempt(self, chunk: int) -> str:
@@ -299,7 +274,7 @@ class Store:
         return self.work(self, chunk, progress)
 
     def part(self, chunk: int) -> File:
-        """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
+        """Return the file in which the progress of a chunk may be kept; it is removed when the chunk is done."""
         return File(self.storage, f"{DONE_FOLDER}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
@@ -320,7 +295,7 @@ class Store:
         self.clear(chunk)
 
     def clear(self, chunk: int) -> None:
-        """Remove what a finished chunk needs no more: the note that it was begun, and how far it had come."""
+        """Remove the files that a finished chunk no longer needs: the note of its begin, and its progress."""
         self.storage.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
 
@@ -333,7 +308,7 @@ class Store:
         return marker_in(self.storage, chunk)
 
     def damaged(self) -> list[int]:
-        """Return the chunks whose results are not those their markers speak of."""
+        """Return the chunks whose results do not match their markers."""
         group = self._group()
         return [chunk for chunk in sorted(self.done()) if not self._holds(group, chunk)]
 
@@ -363,7 +338,7 @@ class Store:
         return messages_in(self.storage, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, dataset: xr.Dataset) -> None:
-        """Write what was made of the whole beside the results; what is there by these names is replaced.
+        """Write evaluations of the whole beside the results; variables of these names are replaced.
 
         It is announced when all of it is written.
         """
@@ -396,19 +371,9 @@ class Store:
 
 
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
-    """Refuse what cannot be kept by its name: arrays are folders, and there is one of each name.
+    """Refuse names under which arrays cannot be stored: each is a folder, and there is one of each name.
 
-    Parameters
-    ----------
-    plan, outputs
-        what is computed, and what is kept.
-    taken
-        names of further variables that the results have.
-
-    Raises
-    ------
-    ModelError
-        names that no file can have, and names of two arrays; all of them.
+    ModelError: names that no file can have, and names of two arrays; all of them.
     """
     axes = {name for axis in plan.axes for name in (axis.name, *axis.coordinates)} | {*plan.dimensions}
     names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]
@@ -428,7 +393,7 @@ def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ())
 
 
 def _wrong_name(name: object) -> str:
-    """Return what is wrong with the name of an array; empty if nothing is."""
+    """Return the fault of the name of an array; empty if there is none."""
     if not isinstance(name, str) or not name.isprintable() or not name.strip() or set(name) & {"/", "\\"}:
         return "must be a text that can be the name of a file"
     if name.startswith((".", "__")) or name == "zarr.json":

@@ -1,14 +1,12 @@
-"""Structures of a study's cases: which parts have a clearance, which of them can separate, which gears are loose.
+"""Structures of a study's cases: the parts with a clearance, those that can separate, and the loose gears.
 
-Two cases have the same structure if all that can be said of them has the same names: a gap that closes, a slope or a
-drag torque that vanishes, an order that changes make another one. So what a study keeps is that of all structures
-together, and none depends on which case is the first.
+Two cases have the same structure if their quantities have the same names. A gap that closes, a slope or a drag torque
+that vanishes, or another order makes another structure. A study keeps the outputs of all structures together, so that
+they do not depend on which case is the first.
 
 A number changes the structure where it becomes zero, or passes a corner: of an axis the first value, the smallest, the
 largest and zero are tried, of anything else than a plain number all values up to ``MOST_WORDS``, in all combinations up
 to ``MOST_TRIED``.
-
-Takes a Plan; gives Models.
 """
 
 from __future__ import annotations
@@ -35,10 +33,7 @@ MOST_WORDS, MOST_TRIED = 64, 256
 def structures_of(plan: Plan) -> list[Model]:
     """Return a case of every structure, in the order of the grid.
 
-    Parameters
-    ----------
-    plan
-        the study's cases; those that are no model are passed over. Without any the plan's own model is left.
+    Cases that are no model are passed over. Without any other the plan's own model is left.
     """
     models: dict[Any, Model] = {}
     for index in _places(plan):
@@ -51,7 +46,7 @@ def structures_of(plan: Plan) -> list[Model]:
 
 
 def _structure(model: Model) -> Any:
-    """What the names of all outputs depend on."""
+    """Names that the outputs depend on."""
     layout = assemble(model).layout
     regions = zip(layout.region_of_first_piece.tolist(), layout.stiffness_of_piece, strict=True)
     loose = tuple((gear.mesh, gear.loose, gear.driver) for gear in loose_gears(layout))

@@ -1,9 +1,7 @@
 """``study``: many variants of one driveline, each simulated and judged, as one labelled Dataset.
 
-The order of work: everything that can be wrong is looked for first, one case is run to see what outputs there are and
-what a case costs, then chunks go out to workers until all are done. What is kept on disk survives whatever stops it.
-
-Takes a Model, axes and names of outputs; gives an xarray Dataset.
+All arguments are checked first, one case is run to learn the outputs and the cost of a case, then chunks go out to
+workers until all are done. A study that is kept on disk can be resumed after any interruption.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 MOST = 1_000_000
 CASES = Count(1)
-"""How many cases are allowed."""
+"""Number of cases allowed."""
 
 
 class _Refused:
@@ -73,7 +71,8 @@ def prepare(
     function: Function | None = None,
     most: int = MOST,
 ) -> Prepared:
-    """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
+    """Check all arguments of a study, and run one case of it. Arguments and errors as ``study``."""
+    # check the arguments, all refusals together
     if problems := argument_problems({"seed": (SEED, seed), "most": (CASES, most)}):
         raise ModelError(problems)
     refused = _Refused()
@@ -85,15 +84,18 @@ def prepare(
     refused.by(lambda: check_list(outputs, function), None)
     if refused.problems:
         raise ModelError(refused.problems)
+    # plan of cases
     points = _points(vary or {}, samples, method, seed, base)
     check_once([*(path for axis in swept_axes for path in axis.values), *(points.values if points else ())])
     plan = Plan(base, swept_axes, points, 1)
     if not plan.dimensions:
         raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
+    # outputs of every structure of the driveline
     structures = structures_of(plan)
     check_names(outputs, structures, function)
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
+    # one case tells the outputs, some more the time of a case
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
     if can_follow(kept_outputs, plan):
@@ -218,7 +220,7 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
 
 
 def _own_value(varied: Varied, model: Model) -> float:
-    """The model's value, to go out from."""
+    """The model's value, the base of one-at-a-time designs."""
     value = varied.own(model)
     if isinstance(value, bool) or not isinstance(value, int | float):
         rule = "one-at-a-time goes out from the model's own value, and it has no number there, or several"

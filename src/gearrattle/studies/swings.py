@@ -1,11 +1,9 @@
-"""One value at a time: how far an output moves when each value goes to its lower and to its upper end.
+"""Swings of an output, one value at a time: its values when each goes to its lower and to its upper end.
 
 The first case is the model itself; the others come in pairs, a value at its lower and at its upper end, all other
 values the model's own (``designs``). Drawn widest on top these are the bars of a tornado diagram (T. G. Eschenbach,
 Spiderplots versus tornado diagrams for sensitivity analysis, Interfaces 22, 1992, pp. 40-46). Interactions are not
 seen.
-
-Takes plain arrays; gives Swings.
 """
 
 from __future__ import annotations
@@ -22,15 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Swings:
-    """What one output does.
-
-    Attributes
-    ----------
-    base
-        of the model itself.
-    low, high
-        (d,) with each value at its lower, its upper end.
-    """
+    """Values of one output in a design of one value at a time: of the model, and (d,) with each value at either end."""
 
     base: float
     low: Array
@@ -46,14 +36,12 @@ class Swings:
 
 
 def swings(y: Array, d: int) -> Swings:
-    """Return what an output does when d values go to their ends.
+    """Return the values of an output when d values go to their ends.
 
     Parameters
     ----------
     y
         (2 d + 1,) the output in the order of the design.
-    d
-        values.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""The shelf of contact ratios: routes from a motion to one slope for every clearance.
+"""Contact ratios: the routes from a motion to one slope for every clearance.
 
-Takes a Trajectory; gives a ContactRatio. To add a route: its file, its line in ``ROUTES``, its test page.
+To add a route: its file, its line in ``ROUTES``, its test page.
 """
 
 from __future__ import annotations

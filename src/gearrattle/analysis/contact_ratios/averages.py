@@ -1,4 +1,4 @@
-"""Where a driveline rests on average while its clearances oscillate.
+"""Mean deflections of a driveline whose clearances oscillate: the static equilibrium of the averaged laws.
 
 Averaged over given oscillations x_k(t) the elastic laws are smooth: E[f_k(m_k + x_k)] grows from one slope to the next
 as the mean m_k moves through a clearance. The means must carry the mean loads,
@@ -7,8 +7,6 @@ as the mean m_k moves through a clearance. The means must carry the mean loads,
 
 the static equilibrium of the averaged laws, found by Newton's method: the sum is convex. With corners c_j and steps of
 slope s_j, E[f] = k_0 E[delta] + f_0 + sum_j s_j E[max(delta - c_j, 0)] and E[f'] = k_0 + sum_j s_j P(delta > c_j).
-
-Takes a system, then oscillations; gives mean deflections.
 """
 
 from __future__ import annotations
@@ -27,17 +25,9 @@ _MOST_HALVINGS = 50
 
 
 class Averages:
-    """Finds means for one oscillation after the other, each search from where the last one ended.
+    """Mean deflections under given oscillations; each search begins where the last one ended.
 
-    Parameters
-    ----------
-    system
-        the driveline; it must have a static equilibrium.
-
-    Raises
-    ------
-    Runaway
-        an element of zero last slope cannot carry its load.
+    Runaway: an element of zero last slope cannot carry its load.
     """
 
     def __init__(self, system: PiecewiseSystem) -> None:
@@ -63,15 +53,18 @@ class Averages:
 
     def means(self, oscillation: Array) -> Array:
         """Return (m,) mean deflections of all elements, about oscillations (m, S) of mean zero."""
+        # begin with the means of the oscillation before
         load = self.load
         combination = self.combination
         y = self.begin
         waves = oscillation[self.elements]
         cornered = waves[self.cornered]
+        # regularisation of the Newton matrix, and the scale of the residual
         stiffest = combination.T @ (self.largest[:, None] * combination)
         floor = 1e-9 * np.diag(np.diag(stiffest))
         swing = self.largest * np.abs(waves).max(axis=1, initial=0.0)
         size = np.abs(load).max(initial=0.0) + (np.abs(combination).T @ swing).max(initial=0.0)
+        # Newton's method with a line search by halving
         residual, matrix = self._pull(y, cornered)
         for _ in range(_MOST_NEWTON):
             if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
@@ -92,13 +85,14 @@ class Averages:
                 there = self._pull(y + share * step, cornered)
             y = y + share * step
             residual, matrix = there
+        # means in element order
         self.begin = y
         means = np.zeros(len(self.system.laws))
         means[self.elements] = combination @ y
         return means
 
     def _pull(self, y: Array, cornered: Array) -> tuple[Array, Array]:
-        """What is left of the loads, and the slope of what the laws carry; of those with corners the oscillations."""
+        """Residual of the averaged laws against the loads, and its Jacobian; oscillations of elements with corners."""
         mean = self.combination @ y
         force, slope = self.lowest * mean + self.offset, self.lowest.copy()
         over = (mean[self.cornered, None] + cornered)[:, None, :] - self.corners

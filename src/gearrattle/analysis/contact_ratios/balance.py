@@ -1,5 +1,5 @@
-"""From a fixed point of equivalent linearisation to a periodic motion: harmonic balance with overtones, and its Floquet
-multipliers.
+"""Harmonic balance with overtones: the periodic motion that a fixed point of equivalent linearisation leads to, and its
+Floquet multipliers.
 
 Equivalent linearisation keeps one gain for all orders and drops what the corners add: its *distortion*
 
@@ -17,8 +17,6 @@ where neither settles, the fixed point is left unconfirmed.
 A periodic motion is met only if it is stable. Between crossings the equations are linear, so a disturbance goes through
 the period as a product of exponentials; a step dc of the damping at a crossing of element k adds -J^-1 w_k dc (w_k . q)
 to its velocities (P. C. Mueller 1995, Chaos, Solitons and Fractals 5, 1671-1681). Stable: no eigenvalue beyond one.
-
-Takes a system, equivalent slopes and how means follow from an oscillation; gives a Balance.
 """
 
 from __future__ import annotations
@@ -55,12 +53,10 @@ _HALVED = tuple(0.5**i for i in range(9))
 
 @dataclass(frozen=True)
 class Balance:
-    """What became of a fixed point.
+    """Periodic motion that a fixed point leads to, if there is one.
 
     Attributes
     ----------
-    settled
-        whether it led to a periodic motion.
     multiplier
         largest modulus of its Floquet multipliers; NaN where there is no motion.
     gain, mean_slope
@@ -79,7 +75,7 @@ class Balance:
 
 
 class Overtones:
-    """The map from a periodic oscillation to the next.
+    """Map from the harmonic amplitudes of a periodic oscillation to those that its distortion causes.
 
     Parameters
     ----------
@@ -97,6 +93,7 @@ class Overtones:
         self.damping = damping
         self.means = means
         inputs, rows = system.inputs, system.rows
+        # overtones up to a multiple of the fastest mode in contact
         contact = np.array([law.stiffness.max() for law in system.laws])
         root = np.sqrt(system.inertia)
         fastest = np.linalg.eigvalsh((rows.T * contact) @ rows / np.outer(root, root))[-1]
@@ -104,11 +101,13 @@ class Overtones:
         orders = int(np.clip(ABOVE * np.sqrt(max(fastest, 0.0)) / base, FEWEST, MOST))
         orders = max(orders, 2 * int(inputs.cycles.max(initial=0.0)))
         self.samples = _SAMPLES * orders
+        # linear receptance of the deflections at every overtone
         self.omega = base * np.arange(1, orders + 1)
         w = self.omega[:, None, None]
         spring, loss = (rows.T * slope) @ rows, (rows.T * damping) @ rows + np.diag(system.drag)
         across: Complex = np.linalg.inv(spring - w * w * np.diag(system.inertia) + 1j * w * loss)
         self.response: Complex = rows @ across @ rows.T
+        # linearised response to the inputs
         self.linear: Complex = np.zeros((orders, len(system.laws)), dtype=np.complex128)
         for j in np.flatnonzero(inputs.cycles > 0.0):
             h = round(float(inputs.cycles[j])) - 1
@@ -127,7 +126,7 @@ class Overtones:
         return oscillation.T, rate.T
 
     def next(self, spectrum: Complex) -> Complex:
-        """(N, m) the amplitudes that the distortion of given ones makes."""
+        """(N, m) the amplitudes that the distortion of given ones causes."""
         oscillation, rate = self.waves(spectrum)
         means = self.means(oscillation)
         distortion = np.zeros_like(oscillation)
@@ -142,7 +141,7 @@ class Overtones:
         return np.asarray(self.linear - np.einsum("hkl,hl->hk", self.response, kept))
 
     def settle(self) -> Complex | None:
-        """(N, m) the amplitudes that come out as they went in; None if none are found.
+        """(N, m) the amplitudes that the map leaves as they are; None if none are found.
 
         By damped iteration, and where that does not do, by Newton's method, its steps by GMRES.
         """
@@ -162,12 +161,13 @@ class Overtones:
         return bool(np.all(np.linalg.norm(change[:, moving], axis=0) <= SETTLED * size))
 
     def _newton(self) -> Complex | None:
-        """The same by Newton's method with steps halved until they help, from the linearised response."""
+        """The fixed point by Newton's method with halved steps, from the linearised response."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
         shape, scale = self.linear.shape, np.linalg.norm(self.linear, axis=0)
         scale[scale == 0.0] = 1.0
 
+        # complex amplitudes of deflections as a real vector, scaled by the linearised response
         def unpack(x: Array) -> Complex:
             return np.asarray((x[: x.size // 2] + 1j * x[x.size // 2 :]).reshape(shape) * scale)
 
@@ -177,6 +177,7 @@ class Overtones:
         def change(at: Array) -> Array:
             return pack(self.next(unpack(at))) - at
 
+        # iterate from the linearised response until the residual is small
         x = pack(self.linear)
         residual = change(x)
         norms: list[float] = []
@@ -186,6 +187,7 @@ class Overtones:
                 return None
             if self._small(unpack(residual), unpack(x)):
                 return unpack(x)
+            # Newton direction by GMRES, the Jacobian by differences
             step = _STEP * float(np.linalg.norm(x))
 
             def slope(p: Array, x: Array = x, residual: Array = residual, step: float = step) -> Array:
@@ -194,6 +196,7 @@ class Overtones:
 
             operator = LinearOperator((x.size, x.size), matvec=slope, dtype=np.float64)
             direction, _ = gmres(operator, -residual, rtol=_FORCING, restart=_KRYLOV, maxiter=1)
+            # line search by halving
             for share in _HALVED:
                 trial = change(x + share * direction)
                 if np.linalg.norm(trial) < (1.0 - 0.1 * share) * norms[-1]:
@@ -222,14 +225,9 @@ class Overtones:
 
 
 def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
-    """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is a free shift's.
+    """Return (2n,) moduli of the Floquet multipliers of a periodic motion, largest first; one is of a shift in time.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    deflection
-        (m, S) samples over one period, joined by straight lines.
+    ``deflection`` holds (m, S) samples over one period, joined by straight lines.
     """
     from scipy.linalg import expm
 
@@ -271,7 +269,7 @@ def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, 
 
 
 def balance(system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> Balance:
-    """Seek the periodic motion a fixed point stands for.
+    """Seek the periodic motion that a fixed point stands for.
 
     Parameters
     ----------

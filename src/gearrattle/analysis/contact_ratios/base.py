@@ -1,15 +1,13 @@
-"""What a contact ratio is, and what every route to it needs: the elastic law as an array function, and its best line.
+"""Contact ratio: its record, and the least-squares line of force on deflection that the routes share.
 
 The stiffness contact ratio of Padmanabhan et al. 1995, sec. 6, replaces a clearance by one slope, Gamma times the
-largest of its law. Its three routes lead to *two different quantities*, which have different names here:
+largest of its law. The paper's three routes lead to *two different quantities*, which have different names here:
 
     mean slope       E[f'(delta)] / max f'                          (the paper's time average of df/d(delta))
     equivalent gain  cov(f(delta), delta) / var(delta) / max f'     (spectra; describing functions)
 
 They agree for a Gaussian delta (J. J. Bussgang 1952, MIT RLE Tech. Rep. 216) and for no other shape in general: a sine
 of amplitude 2 b in a gap of half-width b has 0.667 and 0.391.
-
-Takes a layout or a law; gives arrays and the record ``ContactRatio``.
 """
 
 from __future__ import annotations
@@ -36,8 +34,6 @@ class ContactRatio:
         (K,) the ratio; NaN where the law has no slope or the deflection does not move.
     low, high
         (K,) 95 % confidence interval of the random error; the value itself where a route has none.
-    notes
-        what the user must know.
     """
 
     route: str
@@ -76,10 +72,7 @@ def largest_slope(law: PiecewiseLaw) -> float:
 def best_line(force: Array, deflection: Array) -> float:
     """Return the slope of the least-squares line of force on deflection: cov / var; NaN if nothing moves.
 
-    Parameters
-    ----------
-    force, deflection
-        (N,) samples that stand for equal shares of time.
+    Both are (N,) samples that stand for equal shares of time.
     """
     moved = deflection - deflection.mean()
     power = float(moved @ moved)

@@ -15,8 +15,6 @@ at the same corners, the gain of f with the damping steps in place of dk is the 
 
 For any other motion the gain is the least-squares line of force on deflection over it: the multi-harmonic describing
 function, which for a single sine is the amplitude gain.
-
-Takes a law and a motion, or a Trajectory; gives gains or a ContactRatio.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ from gearrattle.trajectory import Array, Trajectory
 
 @dataclass(frozen=True)
 class Describing:
-    """How a law answers an assumed motion.
+    """Equivalent gain, damping and mean slope of a law under an assumed motion.
 
     Attributes
     ----------
@@ -66,12 +64,10 @@ class Describing:
 
 
 def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Describing:
-    """Return how a law answers delta = mean + amplitude sin phi.
+    """Return the describing function of a law under delta = mean + amplitude sin phi.
 
     Parameters
     ----------
-    law
-        staged, with any number of corners.
     amplitude
         positive [rad or m].
     mean
@@ -85,14 +81,12 @@ def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Descri
 
 
 def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> Describing:
-    """Return how a law answers a Gaussian delta.
+    """Return the describing function of a law under a Gaussian delta.
 
     The damping is that of equal loss if the rate is independent of the deflection, as in a stationary Gaussian motion.
 
     Parameters
     ----------
-    law
-        staged, with any number of corners.
     deviation
         standard deviation, positive [rad or m].
     mean
@@ -124,10 +118,7 @@ def describing(trajectory: Trajectory) -> ContactRatio:
 
     The least-squares line of the elastic force on the deflection over the samples of the steady part.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window, value = steady(trajectory), np.empty(trajectory.layout.clearance.size)
     for k in clearances(trajectory):

@@ -9,8 +9,6 @@ all that are found are kept. None may be near the truth: only orders of the exci
 sub-harmonics and chaos are not, and a fixed point need not be stable. Each is therefore followed to the periodic motion
 it stands for, where there is one, and to that motion's Floquet multipliers (``balance``). Stable motions come first;
 among equals, the one most searches ended at.
-
-Takes a system; gives a Forecast.
 """
 
 from __future__ import annotations
@@ -47,7 +45,7 @@ _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in p
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A motion that linearisation cannot tell from a solution.
+    """Fixed point of equivalent linearisation: gains that the motion with these gains reproduces.
 
     Attributes
     ----------
@@ -99,13 +97,7 @@ class Forecast:
 
 
 class Linearisation:
-    """The map from gains to gains.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    """
+    """Map from gains and dampings of the clearances to those on the motion that they make."""
 
     def __init__(self, system: PiecewiseSystem) -> None:
         self.system, inputs = system, system.inputs
@@ -241,8 +233,6 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
 
     Parameters
     ----------
-    system
-        the driveline; it must have a static equilibrium.
     thorough
         whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
         ``_MOST_SOUGHT`` clearances; otherwise from two starts, of more than ``_MANY`` clearances from one, and no

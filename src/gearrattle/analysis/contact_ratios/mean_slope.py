@@ -4,8 +4,6 @@
 
 from the event times of the steady part, not from samples: exact to the accuracy of the crossings. For a two-stage law
 of ratio alpha it is alpha + (1 - alpha) x the share of time in contact.
-
-Takes a Trajectory; gives a ContactRatio.
 """
 
 from __future__ import annotations

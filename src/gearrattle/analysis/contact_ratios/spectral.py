@@ -15,8 +15,6 @@ least-squares line over the same samples, that is the multi-harmonic describing 
 segments, H = sum a_i / sum b_i, so its variance is n / (n - 1) sum (a_i - H b_i)^2 / (sum b_i)^2 whatever the
 residue is (W. G. Cochran, Sampling Techniques, 3rd ed. 1977, sec. 2.11), and its interval
 Student's with n - 1 degrees of freedom. A motion that repeats in every segment has no random error.
-
-Takes a Trajectory or plain arrays; gives a Gain or a ContactRatio.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ _WANTED_SEGMENTS = 8
 
 @dataclass(frozen=True)
 class Gain:
-    """A transfer function from deflection to force, and the one gain it makes.
+    """Transfer function from deflection to force, and the equivalent gain averaged over it.
 
     Attributes
     ----------
@@ -89,22 +87,26 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
     taper
         "hann" or "none".
     """
+    # segments of the window, means removed
     length = deflection.size // segments
     d, f = (x[x.size - segments * length :] for x in (deflection, force))
     d, f = d - d.mean(), f - f.mean()
     parts = Segments(window(_WINDOW[taper], length), length, segments, centred=False)
+    # cross and auto densities, coherence
     densities = cross_spectra(d, f, rate, parts)
     power_d = densities.power_x
     power_f = densities.power_y
     across = densities.cross
     coherence = densities.coherence
     there = np.where(np.isfinite(coherence), 1.0, np.nan)
+    # estimates H1, H2, Hv and their random error
     with np.errstate(divide="ignore", invalid="ignore"):
         h1: Complex = there * across / power_d
         h2 = np.asarray(there * power_f / np.conj(across), dtype=np.complex128)
         hv: Complex = there * np.sqrt(power_f / power_d) * across / np.abs(across)
         error = np.sqrt((1.0 - coherence) / (coherence * 2.0 * segments))
     frequency = densities.frequency
+    # power-weighted H1, and its variance over the segments
     square = parts.window**2  # Parseval: sums over all bins are sums over time
     a, b = ((x * f).reshape(segments, length) @ square for x, f in ((d, f), (d, d)))
     value = float(a.sum() / b.sum())
@@ -117,19 +119,8 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
 def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
     """Return the equivalent gain of every clearance over the steady part, with its 95 % confidence interval.
 
-    Segments of eight cycles, or as few as leave eight segments.
-
-    Parameters
-    ----------
-    trajectory
-        a motion.
-    taper
-        "hann" or "none".
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    Segments of eight cycles, or as few as leave eight segments; the taper is "hann" or "none". ModelError if no cycle
+    remains after the discarded ones.
     """
     from scipy.special import stdtrit
 

@@ -1,1 +1,1 @@
-"""What is known of a piecewise system without integrating it in time."""
+"""Linear analysis of a piecewise-linear system: every element with one slope, no integration in time."""

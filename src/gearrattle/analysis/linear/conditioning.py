@@ -1,15 +1,13 @@
-"""What scaling changes: the condition number of the Jacobian. What it cannot change: its ratios of eigenvalues.
+"""Condition number of the Jacobian in different scalings, which leave its ratios of eigenvalues as they are.
 
 The state is (q, q') and dy/dt = A y. A formulation measures angle i in a unit u_i and time in a unit 1/w, so that
 
     A -> (1/w) T A T^-1,    T = diag(1/u_i ..., 1/(u_i w) ...).
 
 T A T^-1 is similar to A and 1/w multiplies all eigenvalues alike: R_lambda is the same in every formulation, torsional,
-translational, mixed, dimensional or not. What an implicit method or an error estimate feels is the condition number,
-the ratio of the largest to the smallest singular value (the one zero of every rigid angle left out): that does change.
-The best diagonal T is near what balancing finds (B. N. Parlett, C. Reinsch 1969, Numer. Math. 13, 293-304).
-
-Takes a system with one slope an element and units; gives condition numbers.
+translational, mixed, dimensional or not. The condition number does change, the ratio of the largest to the smallest
+singular value (the one zero of every rigid angle left out); implicit methods and error estimates depend on it. The best
+diagonal T is near the one that balancing gives (B. N. Parlett, C. Reinsch 1969, Numer. Math. 13, 293-304).
 """
 
 from __future__ import annotations
@@ -28,8 +26,6 @@ def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Ar
 
     Parameters
     ----------
-    system
-        the inertias, drags and rows.
     stiffness, damping
         (m,) of every element.
     unit
@@ -48,14 +44,9 @@ def jacobian(system: PiecewiseSystem, stiffness: Array, damping: Array, unit: Ar
 
 
 def condition(matrix: Array, rigid: int) -> float:
-    """Return the condition number with the ``rigid`` smallest singular values left out.
+    """Return the condition number of a Jacobian (2n, 2n) with the ``rigid`` smallest singular values left out.
 
-    Parameters
-    ----------
-    matrix
-        (2n, 2n) a Jacobian.
-    rigid
-        its number of rigid motions, each of which makes one singular value zero.
+    Each rigid motion makes one singular value zero.
     """
     values = np.linalg.svd(matrix, compute_uv=False)
     return float(values[0] / values[-1 - rigid])
@@ -76,8 +67,6 @@ def conditions(
 
     Parameters
     ----------
-    system
-        the inertias, drags and rows.
     stiffness, damping
         (m,) of every element.
     units

@@ -1,12 +1,10 @@
-"""One slope and one damping for an element that passes through pieces: equivalent linearisation along a motion.
+"""Equivalent linearisation along a motion: one slope and one damping for an element that passes through pieces.
 
     F - mean F  =  k (delta - mean delta) + c (delta' - mean delta') + r,      mean r^2 least
 
 (R. C. Booton 1954, IRE Trans. Circuit Theory 1, 9-18; T. K. Caughey 1963, J. Acoust. Soc. Am. 35, 1706-1711; J. B.
 Roberts, P. D. Spanos, Random Vibration and Statistical Linearization, 1990). Along a sine, k and c are the describing
 function of the law, friction included. Of an element that stays in one piece they are the slope and damping there.
-
-Takes samples of one element; gives its slope and damping.
 """
 
 from __future__ import annotations
@@ -22,10 +20,7 @@ _MOVES = 1e-12  # of the deflection: less is rounding
 def equivalent(deflection: Array, rate: Array, force: Array) -> tuple[float, float] | None:
     """Return slope and damping, neither below zero; None of an element that does not move.
 
-    Parameters
-    ----------
-    deflection, rate, force
-        (N,) samples that stand for equal shares of time.
+    Deflection, rate and force are (N,) samples that stand for equal shares of time.
     """
     moved = deflection - deflection.mean()
     turned = rate - rate.mean()

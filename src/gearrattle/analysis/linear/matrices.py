@@ -1,12 +1,10 @@
-"""A linear system as matrices: what remains when every element has one slope, and what is left of it in a subspace.
+"""Matrices of the linear system in which every element has one slope, and their projection on a subspace.
 
     M q'' + C q' + E^T E q = f,        E = diag(sqrt k) W
 
 The stiffness is kept as its factor E, so that natural frequencies are singular values, of E L^-T with M = L L^T, and a
 soft mode beside stiff ones keeps its digits. In a subspace q = T p (Rayleigh and Ritz) the matrices become T^T M T,
 T^T C T and the factor E T; the frequencies found there are never below the true ones of the same rank.
-
-Takes piecewise systems and slopes; gives matrices to reductions.
 """
 
 from __future__ import annotations
@@ -74,7 +72,7 @@ def _frequencies(scaled: Array) -> Array:
 
 
 def _padded(values: Array, size: int) -> Array:
-    """All frequencies, descending: singular values that are rounding, and those a flat matrix lacks, are zero."""
+    """All frequencies, descending; singular values within rounding, and those that a flat matrix lacks, are zero."""
     omega = np.zeros((*values.shape[:-1], size))
     omega[..., : values.shape[-1]] = values
     omega[omega <= _RIGID * omega.max(axis=-1, keepdims=True, initial=0.0)] = 0.0
@@ -94,8 +92,6 @@ def frequencies_of(system: PiecewiseSystem, stiffness: Array, basis: Array) -> A
 
     Parameters
     ----------
-    system
-        the driveline.
     stiffness
         (S, m) slope of every element, state by state.
     basis

@@ -1,4 +1,4 @@
-"""A steady response, mode by mode: the part that every mode has in the acceleration of one body.
+"""Modal parts of a steady response: the contribution of every damped mode to the accelerations.
 
 In energy coordinates y = (B x, sqrt(J) v) a driveline with one slope an element is dy/dt = A y + b exp(i omega t). With
 A V = V diag(lambda) the response is a sum over eigenvalues,
@@ -6,10 +6,8 @@ A V = V diag(lambda) the response is a sum over eigenvalues,
     y = sum_r  v_r (V^-1 b)_r / (i omega - lambda_r),      acceleration = i omega v
 
 A pair lambda, conj(lambda) is a mode of the damped driveline: |lambda| its natural frequency, -Re(lambda)/|lambda| its
-damping ratio (D. J. Ewins, Modal Testing, 2nd ed. 2000, sec. 2.7). A pair of real eigenvalues is overdamped motion,
-each of the two apart. What is left are rigid motions, together.
-
-Takes a piecewise system, slopes and a torque; gives the parts of an acceleration.
+damping ratio (D. J. Ewins, Modal Testing, 2nd ed. 2000, sec. 2.7). Real eigenvalues of overdamped motion are parts of
+their own. All rigid motions together are one part.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class ModalPart:
-    """What one mode, or all rigid motion, adds to a response.
+    """Contribution of one mode, or of all rigid motions together, to a response.
 
     Attributes
     ----------
@@ -54,8 +52,6 @@ class DampedModes:
 
     Attributes
     ----------
-    form
-        the driveline in energy coordinates.
     root
         (n,) square roots of the inertias.
     values, vectors

@@ -1,4 +1,4 @@
-"""Modes of the linear system that remains when every element has one slope.
+"""Modes of the linear system in which every element has one slope.
 
 Undamped: K phi = omega^2 J phi with K = W^T diag(k) W. Rigid motions (the null space of the rows that have a slope) are
 set apart first and have frequency zero exactly; the others are the singular values of E = diag(sqrt k) W J^-1/2 on
@@ -13,8 +13,6 @@ The singular vectors are the shares of energy. With E v = omega u, |u| = |v| = 1
 They are also the derivatives of ln omega^2 by ln k_k and, negative, by ln J_i (Fox, Kapoor, AIAA J. 6 (1968) 2426).
 Each mode gets the damping ratio phi^T D phi / (2 omega phi^T J phi), exact for proportional damping and the first-order
 estimate otherwise.
-
-Takes a piecewise system and slopes; gives arrays to ``calls``.
 """
 
 from __future__ import annotations
@@ -61,12 +59,14 @@ class ModalData:
 
 def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalData:
     """Modes with the slope (m,) and damping (m,) of every element given [SI]."""
+    # rigid motions of the bodies that slopes tie together
     size, root = system.size, np.sqrt(system.inertia)
     tied = relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
     omega = np.zeros(size)
     normal = np.zeros((size, size))
     strain = np.full((stiffness.size, size), np.nan)
     first = 0
+    # modes and strain energies, train by train
     for bodies in _trains(system.rows[stiffness > 0.0]):
         column = slice(first, first + bodies.size)
         held = np.flatnonzero((stiffness > 0.0) & np.any(system.rows[:, bodies] != 0.0, axis=1))
@@ -78,21 +78,24 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
         strain[:, first + own.size : column.stop] = 0.0
         strain[held, first + own.size : column.stop] = stored**2
         first = column.stop
+    # ascending frequencies
     order = np.argsort(omega, kind="stable")
     omega = omega[order]
     normal = normal[:, order]
     strain = strain[:, order]
     shapes = normal / root[:, None]
+    # modal damping ratios
     dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
     modal = np.einsum("ij,ik,kj->j", shapes, dissipation, shapes)
     ratio = np.full(size, np.nan)
     np.divide(modal, 2.0 * omega, out=ratio, where=omega > 0.0)
+    # shapes with a largest entry of 1
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(size)]
     return ModalData(omega, ratio, shapes / largest, 1.0 / largest**2, strain, normal**2)
 
 
 def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
-    """Solve bodies that are connected.
+    """Modes of bodies that are connected.
 
     Parameters
     ----------

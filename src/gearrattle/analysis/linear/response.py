@@ -5,8 +5,6 @@
 The accelerance, not the receptance: a free train follows a slow torque with a finite acceleration, while its angle
 grows without bound (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.5). With every element in one piece of its law a
 driveline is linear too; while its steady deflections stay inside these pieces they are a motion of the driveline.
-
-Takes a linear system, or a piecewise-linear one with a piece for every element; gives amplitudes and extremes.
 """
 
 from __future__ import annotations
@@ -29,8 +27,6 @@ def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) 
 
     Parameters
     ----------
-    linear
-        the system.
     omega
         (F,) angular frequencies, > 0 [rad/s].
     drive
@@ -47,14 +43,8 @@ def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) 
 def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Complex:
     """Return (n, H) complex amplitudes of every inertia's angle at the orders that turn.
 
-    The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    stiffness, damping
-        (m,) slope and damping of every element.
+    The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero. Slope and
+    damping are (m,), of every element.
     """
     inputs = system.inputs
     turning = inputs.cycles > 0.0

@@ -1,4 +1,4 @@
-"""Numerical stiffness of the linear system that remains when every element has one slope: eigenvalues and R_lambda.
+"""Numerical stiffness of the linear system in which every element has one slope: eigenvalues and R_lambda.
 
     R_lambda = max |lambda| / min |lambda|
 
@@ -9,8 +9,6 @@ out, and they are kept apart. They are identified by the share of their energy i
 
 The classes are Aiken's, as the paper prints them: mild below 1e2, strong 1e3 to 1e5, extreme 1e6 to 1e8, pathological
 above 1e9. They leave gaps; here the lower class goes on up to the next bound.
-
-Takes a system with one slope and one damping an element; gives Eigenvalues.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shelf of kinds of studies, by their names in study files.
-
-Takes the word of a file; gives the class that reads it.
-"""
+"""Kinds of studies, by their names in study files."""
 
 from __future__ import annotations
 
@@ -25,20 +22,7 @@ __all__ = ["KINDS", "StudySpec", "kind_named"]
 
 
 def kind_named(name: object, location: str) -> type[StudySpec]:
-    """Return a kind by its name.
-
-    Parameters
-    ----------
-    name
-        as the user wrote it.
-    location
-        where, for the message.
-
-    Raises
-    ------
-    ModelError
-        there is no such kind.
-    """
+    """Return a kind by its name. ModelError: there is no such kind."""
     if not isinstance(name, str) or name not in KINDS:
         rule = f"there is no such kind of study; there are {listed(list(KINDS))}"
         remedy = did_you_mean(name, tuple(KINDS)) if isinstance(name, str) else ""

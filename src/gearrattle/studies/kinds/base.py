@@ -1,13 +1,11 @@
-"""What a kind of study is: the form of its file, and a function that looks for everything that can be wrong with one.
+"""Base of the kinds of studies: the form of the study file, and the function that checks and prepares the study.
 
-A study file says ``kind = "..."``; what stands in it besides name, model and kind is the kind's own. ``prepare`` takes
-the model and what the kind reads from the file, and gives something that tells its cost and carries itself out, by any
-scheduler, into a folder that survives whatever stops it.
+A study file says ``kind = "..."``; its keys besides name, model and kind are those of the kind. ``prepare`` takes the
+model and the arguments that the kind reads from the file, and returns a study that states its cost and carries itself
+out, by any scheduler, into a folder from which it can be resumed.
 
 To add a kind: its file with a class derived from ``StudySpec``, one line in the table in ``__init__``, its page in
-``report/study_pages`` with one line there, and its test page. The laws over the table test it by its existing.
-
-Takes nothing; the kinds beside it build on this, and do not see each other.
+``report/study_pages`` with one line there, and its test page. The tests over the table cover every kind that is listed.
 """
 
 from __future__ import annotations
@@ -49,10 +47,7 @@ class StudySpec(Table):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``prepare`` besides the model.
 
-        Raises
-        ------
-        ModelError
-            values that are sound by themselves and have no meaning together.
+        ModelError: values that are sound by themselves and have no meaning together.
         """
         raise NotImplementedError
 

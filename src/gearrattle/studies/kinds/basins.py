@@ -1,27 +1,25 @@
 """The kind "basins": which settled motion every initial state leads to.
 
-    cycles = 300                             # of every motion; the model's without
-    discard = 250
-    phase = 0.0                              # of the period, at which the motion is seen
-    section = ["deflection.gear"]            # what is kept; deflection and rate of every clearance without
-    tolerance = 1e-6                         # a motion that repeats this well is settled
-    same = 1e-3                              # settled motions nearer than this are one
-    outputs = ["verdict", "regime"]
-    most = 2_000_000                         # initial states allowed, if more than a million
+cycles = 300                             # of every motion; the model's without
+discard = 250
+phase = 0.0                              # of the period, at which the motion is seen
+section = ["deflection.gear"]            # what is kept; deflection and rate of every clearance without
+tolerance = 1e-6                         # a motion that repeats this well is settled
+same = 1e-3                              # settled motions nearer than this are one
+outputs = ["verdict", "regime"]
+most = 2_000_000                         # initial states allowed, if more than a million
 
-    [over]                                   # initial values: a grid, all combinations
-    "deflection.gear" = { from = "-0.05 mm", to = "0.05 mm", count = 40 }
-    "rate.gear" = { from = -0.05, to = 0.05, count = 40 }
+[over]                                   # initial values: a grid, all combinations
+"deflection.gear" = { from = "-0.05 mm", to = "0.05 mm", count = 40 }
+"rate.gear" = { from = -0.05, to = 0.05, count = 40 }
 
-    [sample]                                 # or drawn from a box, without counts above
-    count = 1000
-    method = "sobol"
-    seed = 1
+[sample]                                 # or drawn from a box, without counts above
+count = 1000
+method = "sobol"
+seed = 1
 
-    [fixed]
-    "torque.0.mean" = 5.0
-
-Takes the tables of a file; gives the arguments of ``basins``.
+[fixed]
+"torque.0.mean" = 5.0
 """
 
 from __future__ import annotations

@@ -1,23 +1,21 @@
 """The kind "bifurcation": the settled motion against one value, swept up and down.
 
-    direction = "both"                       # or "up", "down"
-    cycles = 300                             # at every value; the model's without
-    discard = 250
-    phase = 0.25                             # of the period, at which the motion is seen
-    section = ["deflection.gear"]            # what is kept; deflection and rate of every clearance without
-    tolerance = 1e-6
-    outputs = ["verdict", "regime"]
+direction = "both"                       # or "up", "down"
+cycles = 300                             # at every value; the model's without
+discard = 250
+phase = 0.25                             # of the period, at which the motion is seen
+section = ["deflection.gear"]            # what is kept; deflection and rate of every clearance without
+tolerance = 1e-6
+outputs = ["verdict", "regime"]
 
-    [sweep]                                  # one value, ascending; or several together under a name
-    "torque.0.harmonics.0.amplitude" = { from = 1.0, to = 12.0, count = 100 }
+[sweep]                                  # one value, ascending; or several together under a name
+"torque.0.harmonics.0.amplitude" = { from = 1.0, to = 12.0, count = 100 }
 
-    [axis]                                   # further axes: a sweep for every combination
-    "inertia.gear.drag" = [0.4, 0.6]
+[axis]                                   # further axes: a sweep for every combination
+"inertia.gear.drag" = [0.4, 0.6]
 
-    [fixed]
-    "mesh.gear.backlash" = "0.1 mm"
-
-Takes the tables of a file; gives the arguments of ``bifurcation``.
+[fixed]
+"mesh.gear.backlash" = "0.1 mm"
 """
 
 from __future__ import annotations

@@ -1,24 +1,22 @@
 """The kind "grid": all combinations of values, and values that scatter.
 
-    outputs = ["regime", "impacts per cycle"]
-    most = 2_000_000                         # cases allowed, if more than a million
+outputs = ["regime", "impacts per cycle"]
+most = 2_000_000                         # cases allowed, if more than a million
 
-    [fixed]                                  # other values of the model, by path
-    "simulation.cycles" = 60
+[fixed]                                  # other values of the model, by path
+"simulation.cycles" = 60
 
-    [axis]                                   # what is varied in order, all combinations
-    "mesh.gear.backlash" = { from = "0.02 mm", to = "0.2 mm", count = 10, spacing = "log" }
-    load = { "torque.0.mean" = [5, 10], "inertia.gear.drag_torque" = [0.5, 1.0] }    # together
+[axis]                                   # what is varied in order, all combinations
+"mesh.gear.backlash" = { from = "0.02 mm", to = "0.2 mm", count = 10, spacing = "log" }
+load = { "torque.0.mean" = [5, 10], "inertia.gear.drag_torque" = [0.5, 1.0] }    # together
 
-    [vary]                                   # what scatters
-    "coupling.clutch.stiffness" = { distribution = "normal", mean = 1500.0, deviation = 50.0 }
+[vary]                                   # what scatters
+"coupling.clutch.stiffness" = { distribution = "normal", mean = 1500.0, deviation = 50.0 }
 
-    [sample]
-    count = 256                              # or half_width = 0.05, of a probability's 95 % interval
-    method = "sobol"                         # ... "saltelli", "saltelli-pairs"; "one-at-a-time" takes no count
-    seed = 7
-
-Takes the tables of a file; gives the arguments of ``study``.
+[sample]
+count = 256                              # or half_width = 0.05, of a probability's 95 % interval
+method = "sobol"                         # ... "saltelli", "saltelli-pairs"; "one-at-a-time" takes no count
+seed = 7
 """
 
 from __future__ import annotations

@@ -1,23 +1,21 @@
 """The kind "optimization": values found within ranges, outputs small or large, others within limits.
 
-    population = 32                          # designs of a generation
-    generations = 20
-    seed = 0
-    outputs = ["regime"]                     # kept besides
+population = 32                          # designs of a generation
+generations = 20
+seed = 0
+outputs = ["regime"]                     # kept besides
 
-    [variable]                               # what may change, and from where to where
-    "coupling.damper.stages.0.stiffness" = { from = "0.2 N*m/deg", to = "2 N*m/deg", spacing = "log" }
+[variable]                               # what may change, and from where to where
+"coupling.damper.stages.0.stiffness" = { from = "0.2 N*m/deg", to = "2 N*m/deg", spacing = "log" }
 
-    [objective]                              # "min" or "max"; an output of several parts by part and output
-    "second_mesh: largest impact energy" = "min"
+[objective]                              # "min" or "max"; an output of several parts by part and output
+"second_mesh: largest impact energy" = "min"
 
-    [constraint]                             # below, above, or both; SI
-    "second_mesh: impacts per cycle" = { below = 20.0 }
+[constraint]                             # below, above, or both; SI
+"second_mesh: impacts per cycle" = { below = 20.0 }
 
-    [fixed]
-    "simulation.cycles" = 60
-
-Takes the tables of a file; gives the arguments of ``optimize``.
+[fixed]
+"simulation.cycles" = 60
 """
 
 from __future__ import annotations

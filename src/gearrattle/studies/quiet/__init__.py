@@ -1,7 +1,4 @@
-"""Proven quiet: where in a box of parameters a quiet motion exists and is stable.
-
-Takes a Model and ranges; gives a ``QuietProof``.
-"""
+"""Proven quiet: where in a box of parameters a quiet motion exists and is stable."""
 
 from gearrattle.studies.quiet.proof import QuietProof
 from gearrattle.studies.quiet.prove import prove_quiet

@@ -1,4 +1,4 @@
-"""What a state must keep, over a box: the excess over every bound, and where in the box it has a sign for certain.
+"""Bounds of a state over a box: the excess over each, and the intervals of a parameter where its sign is certain.
 
 The excess of a bound is how far the motion goes beyond it, a sum over the orders of the inputs,
 
@@ -9,8 +9,6 @@ phases that is exact. Between them a trigonometric polynomial of degree p rises 
 1 / cos(pi p / N) (H. Ehlich, K. Zeller 1964, Math. Z. 86, 41-44). So along one parameter, the others anywhere in their
 ranges, every bound at every phase leaves an interval in which it is kept for certain, and two ends beyond which it is
 exceeded for certain.
-
-Takes a ``State``, its motion and coefficients; gives intervals of one parameter.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ _ALLOWED = 1e-9  # of all moduli, for rounding
 
 
 class Phases:
-    """Phases of one period of the inputs, and what a motion may rise by between them."""
+    """Phases of one period of the inputs, and the factor by which a motion may rise between them."""
 
     def __init__(self, cycles: Array) -> None:
         turning = cycles[cycles > 0.0]
@@ -155,6 +153,7 @@ def bounds_of(state: State, motion: Motion, numbers: dict[str, Form], phases: Ph
 
 def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
     """The excess over bounds at every phase."""
+    # remainders, and what rounding may add
     kind, element, mean, orders = near
     rest = mean.rest + orders.rest.sum(axis=0)
     swings = (np.abs(orders.value) + orders.span).sum(axis=0)
@@ -164,6 +163,7 @@ def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
     slopes = (np.swapaxes(orders.slopes, 1, 2) @ phases.waves).real
     seen = mean.value[:, None] + swing
     seen_slopes = mean.slopes[:, :, None] + slopes
+    # between the phases
     most = seen
     most_slopes = seen_slopes
     between = phases.rise * (np.abs(swing) + np.abs(slopes).sum(axis=0)).max(axis=1)
@@ -196,7 +196,7 @@ def _over_corners(state: State, motion: Motion, numbers: dict[str, Form]) -> _Ex
 
 
 def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
-    """Yield what friction that sticks would have to hold beyond its limit, both ways."""
+    """Yield the excess of the force on friction that sticks over its limit, both ways."""
     if not state.stuck:
         return
     number, element = np.array(state.stuck).T
@@ -207,7 +207,7 @@ def _slips(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_
 
 
 def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterator[_Excess]:
-    """Yield what contact damping exceeds the spring's force by: +-C delta' - |F|."""
+    """Yield the excess of contact damping over the spring's force: +-C delta' - |F|."""
     if not state.clipped:
         return
     system = state.family.system

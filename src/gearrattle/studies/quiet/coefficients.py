@@ -10,8 +10,6 @@ the driveline at further points; a path that enters in another way is refused.
 
 in a piece: B_k is the corner at its inner end (0 in the piece at the centre) and P_k the force there. In contact behind
 a gap P_k is 0, and K_k multiplies the depth of contact alone.
-
-Takes a Model and edges of a box; gives a ``Family``.
 """
 
 from __future__ import annotations
@@ -41,12 +39,10 @@ _REMEDY = "vary inertias, drags, stiffness, damping, clearances, means, amplitud
 
 @dataclass(frozen=True)
 class Family:
-    """All drivelines of a box.
+    """All drivelines of a box, and the one in the middle.
 
     Attributes
     ----------
-    driveline
-        the one in the middle.
     numbers
         all their coefficients, one after the other.
     blocks
@@ -76,11 +72,8 @@ class Family:
 def family_of(model: Model, edges: Sequence[Edge]) -> Family:
     """Return the drivelines of a box.
 
-    Raises
-    ------
-    ModelError
-        a value that the model refuses, a structure that is not the same in the whole box, a path on which the
-        coefficients depend in another way than by polynomials of second degree.
+    ModelError: a value that the model refuses, a structure that is not the same in the whole box, a path on which the
+    coefficients depend in another way than by polynomials of second degree.
     """
     count = len(edges)
     middle = np.zeros(count)
@@ -137,13 +130,7 @@ def _size(numbers: Quadratic) -> Array:
 
 
 def _check(numbers: Quadratic, numbers_at: Callable[[Array], Array], edges: Sequence[Edge]) -> None:
-    """Refuse paths on which coefficients depend in another way.
-
-    Raises
-    ------
-    ModelError
-        naming them.
-    """
+    """Raise a ModelError that names the paths on which coefficients depend in another way."""
     count = len(edges)
     size = _size(numbers)
 
@@ -174,6 +161,7 @@ def _force_at(law: PiecewiseLaw, corner: Array) -> Array:
 
 def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     """Yield the coefficients of one driveline, by kind."""
+    # inertias, drags and inputs: mean, and amplitudes by order
     inputs = system.inputs
     turning = inputs.cycles > 0.0
     still = ~turning
@@ -185,6 +173,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     yield "torque_sine", inputs.torque_sine[:, turning].T.ravel()
     yield "error_cosine", inputs.error_cosine[:, turning].T.ravel()
     yield "error_sine", inputs.error_sine[:, turning].T.ravel()
+    # laws, piece by piece
     none = np.zeros(0)
     laws = system.laws
     corners = [np.array([inner_corner(law, piece) for piece in range(law.pieces)]) for law in laws]
@@ -194,6 +183,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
     yield "corner", np.concatenate([none, *(law.corners for law in laws)])
     yield "inner", np.concatenate([none, *corners])
     yield "force", np.concatenate([none, *forces])
+    # friction, and the rate of the inputs
     sliders = [auxiliary for auxiliary in system.auxiliaries if auxiliary.kind == "slider"]
     yield "spring", np.array([slider.memory[STICK] for slider in sliders], dtype=float)
     yield "limit", np.array([slider.offset[1] for slider in sliders], dtype=float)
@@ -201,7 +191,7 @@ def _parts(system: PiecewiseSystem) -> Iterator[tuple[str, Array]]:
 
 
 def _structure(system: PiecewiseSystem) -> tuple[Any, ...]:
-    """What all drivelines of a box must share."""
+    """Structure that all drivelines of a box must share."""
     return (
         tuple((law.pieces, law.first_label) for law in system.laws),
         tuple((part.kind, part.element, part.follow.tobytes()) for part in system.auxiliaries),

@@ -1,16 +1,15 @@
-"""Whether every motion of a linear driveline decays, but for its rigid motion, whatever its numbers are.
+"""Decay of all motions of a linear driveline but the rigid ones, shown by its structure for any numbers.
 
-Energy never grows. What does not decay is an undamped mode: it moves no element with damping and no body with drag,
+Energy never grows. A motion that does not decay is an undamped mode, in which no damped element and no
+body with drag moves,
 
     K phi = w^2 J phi,   C phi = 0,   w > 0.
 
-What is at rest in such a mode spreads through the driveline: a body is at rest whose elements all are, for nothing
-accelerates it; an element is whose bodies all are; of the elements at a body at rest the last one is, for its force has
-nothing to balance it; and of the bodies of an element at rest the last one is. If all bodies are reached there is no
-such mode, for any positive inertias and stiffness (zero forcing sets: AIM Group 2008, Linear Algebra and its
-Applications 428, 1628-1648).
-
-Takes rows and signs; gives an answer.
+In such a mode rest spreads through the driveline. A body is at rest if all its elements are, as nothing accelerates it.
+An element is at rest if all its bodies are. If all elements but one at a body at rest are at rest, so is the last one,
+for no other force balances its own. If all bodies but one of an element at rest are at rest, so is the last one. If all
+bodies are reached there is no such mode, for any positive inertias and stiffness (zero forcing sets: AIM Group 2008,
+Linear Algebra and its Applications 428, 1628-1648).
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The edges of a box of parameters: a range of one value of the model, or of several that vary together.
 
 A path may be a pattern, and ends may be factors of what the model says, as in studies.
-
-Takes mappings; gives frozen edges.
 """
 
 from __future__ import annotations
@@ -86,8 +84,6 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
     ----------
     requested
         by path a pair (low, high); by another name a mapping from paths to such pairs, which vary together.
-    model
-        whose values they are.
 
     Raises
     ------
@@ -97,10 +93,12 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
     problems: list[Problem] = []
     edges = []
     varied: set[str] = set()
+    # one path, or several that vary together under a name
     for name, entry in checked(AnyTable(), requested, "ranges").items():
         by_path = dict(entry) if isinstance(entry, Mapping) and FACTOR not in entry else {name: entry}
         ends: dict[str, tuple[float, float]] = {}
         factors: set[tuple[float, float] | None] = set()
+        # ends of every path
         for path, pair in by_path.items():
             try:
                 plain, factor = _ends(str(path), pair, model)
@@ -113,6 +111,7 @@ def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
             factors.add(factor)
         low, high = ({path: pair[i] for path, pair in ends.items()} for i in (0, 1))
         edges.append(Edge(str(name), low, high, factors.pop() if len(factors) == 1 else None))
+    # at least one range, the speed once
     if not problems and not edges:
         rule = "a box needs one range at least"
         problems.append(Problem("ranges", "none", rule, 'such as {"inertia.gear.drag_torque": (0.1, 0.2)}'))

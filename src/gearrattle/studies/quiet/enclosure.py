@@ -2,8 +2,8 @@
 
     U diag(m) (V x - s) + C x = U g,        v = V x - s
 
-m, s and g are forms over a box; U, V and C hold in all of it. v are what the factors m act on (rates of bodies,
-deflections of elements): it alone is asked for. With A = U m_0 V + C, R = V A^-1 U, and delta for a difference from the
+m, s and g are forms over a box; U, V and C are constant in it. The unknowns v are the quantities that the factors m act
+on (rates of bodies, deflections of elements). With A = U m_0 V + C, R = V A^-1 U, and delta for a difference from the
 centre,
 
     delta v = R (delta g - delta m (v_0 + delta v) + m_0 delta s) - delta s.
@@ -17,8 +17,6 @@ so that |r| <= (1 - B)^-1 a if the spectral radius of B is below one; then A is 
 (A. Neumaier, Interval Methods for Systems of Equations, 1990, sec. 4.1). As B is not negative, one vector w > 0 with
 (1 - B) w > 0 shows it. Factors act on deflections, not on differences of angles: a stiff element between heavy bodies
 costs no digits.
-
-Takes forms and matrices; gives a form, and what every parameter adds to B.
 """
 
 from __future__ import annotations
@@ -66,6 +64,7 @@ def enclose(frame: Frame, factor: Form, drive: Form, shift: Form) -> tuple[Form 
     tuple[Form | None, Array]
         v (S, M); None where the box is too large. And (d,) how strongly each parameter bends it.
     """
+    # A and its inverse at the centre
     spread, view, constant = frame
     matrix = (spread * factor.value[:, None, :]) @ view + constant
     try:

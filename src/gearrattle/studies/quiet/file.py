@@ -1,17 +1,15 @@
-"""Files that say the ranges of a proof of quiet.
+"""Files with the ranges of a proof of quiet.
 
-    schema = 1
-    within = "60 s"                                # boxes and resolution as well: arguments of ``prove_quiet``
+schema = 1
+within = "60 s"                                # boxes and resolution as well: arguments of ``prove_quiet``
 
-    [range]
-    "mesh.m1.backlash" = ["50 um", "80 um"]
-    "excitation.speed" = ["700 rpm", "900 rpm"]
+[range]
+"mesh.m1.backlash" = ["50 um", "80 um"]
+"excitation.speed" = ["700 rpm", "900 rpm"]
 
-    [range."drag of all"]                          # paths that vary together
-    "inertia.gear1.drag_torque" = [0.3, 0.9]
-    "inertia.gear2.drag_torque" = [0.2, 0.6]
-
-Takes a path; gives ranges and arguments.
+[range."drag of all"]                          # paths that vary together
+"inertia.gear1.drag_torque" = [0.3, 0.9]
+"inertia.gear2.drag_torque" = [0.2, 0.6]
 """
 
 from __future__ import annotations
@@ -35,17 +33,7 @@ _KEYS = ("schema", "name", "range", *_OPTIONS)
 
 @dataclass(frozen=True)
 class QuietFile:
-    """What a file of ranges says.
-
-    Attributes
-    ----------
-    ranges
-        as ``prove_quiet`` takes them.
-    options
-        its other arguments.
-    positions
-        where the file's keys stand.
-    """
+    """Content of a file of ranges."""
 
     ranges: dict[str, Any]
     options: dict[str, Any]
@@ -53,13 +41,7 @@ class QuietFile:
 
     @contextmanager
     def located(self) -> Iterator[None]:
-        """Name file and line in what is refused inside.
-
-        Raises
-        ------
-        ModelError
-            one that is raised inside, with its places in the file.
-        """
+        """Add file and line to a ModelError that is raised inside."""
         try:
             yield
         except ModelError as error:

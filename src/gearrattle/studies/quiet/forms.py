@@ -1,4 +1,4 @@
-"""Numbers over a box of parameters: a value at the centre, slopes, and a bound on what these leave out.
+"""Numbers over a box of parameters: a value at the centre, slopes, and a bound on the remainder.
 
     x(t) = x_0 + sum_j t_j x_j + rest,     |t_j| <= 1,   |rest| <= r
 
@@ -6,8 +6,6 @@ holds for every point t of the box. Sums and products of such forms are forms ag
 and all of second order goes into its rest (first-order Taylor models: M. Berz, K. Makino 1998, Reliable Computing 4,
 361-369). Coefficients of a driveline depend on their parameters by polynomials of second degree, whose forms over any
 box are written down without a loss.
-
-Takes arrays; gives forms.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ class Form(NamedTuple):
 
     @property
     def span(self) -> Array:
-        """(...) how far the numbers may be from those at the centre, but for the rest."""
+        """(...) how far the numbers may be from those at the centre, the rest not included."""
         return np.asarray(np.abs(self.slopes).sum(axis=0))
 
     def plus(self, other: Form, factor: complex = 1.0) -> Form:

@@ -1,7 +1,4 @@
-"""A proof of quiet as a value: shares of a box of parameters, and the boxes it was divided into.
-
-Takes parts of a box; gives a ``QuietProof``.
-"""
+"""Result of a proof of quiet: shares of a box of parameters, and the boxes that it was divided into."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ STATUS = ("proven", "refuted", "open")
 """Words of PROVEN, REFUTED and OPEN."""
 LOW = " low"
 HIGH = " high"
-"""What the ends of a range are called in the table of boxes, after its name."""
+"""Suffixes of the ends of a range in the table of boxes."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +105,7 @@ class QuietProof(Result):
 def proof_of(
     model: Model, edges: Sequence[Edge], parts: Sequence[Part], looked_at: int, notes: Sequence[str], *, ended: bool
 ) -> QuietProof:
-    """Return the proof that parts of a box make."""
+    """Return the proof that the parts of a box make."""
     shares = {status: sum(part.share for part in parts if part.status == status) for status in (PROVEN, REFUTED, OPEN)}
     return QuietProof(
         model, tuple(edges), shares[PROVEN], shares[REFUTED], tuple(parts), looked_at, ended, tuple(notes)

@@ -1,11 +1,9 @@
-"""``prove_quiet``: where in a box of parameters a quiet motion exists and is stable, with proof.
+"""``prove_quiet``: the parts of a box of parameters in which a quiet motion exists and is stable, with proof.
 
 While no gap opens or closes, no spring changes its stage and no friction slips, a driveline is linear, and its steady
 motion in the state of rest is known exactly: the mean state and a complex amplitude for every order. Its extremes are
 bounded over whole boxes of parameters (``enclosure``, ``bounds``), and boxes are divided until they are decided
 (``search``). That all other motions nearby come to this one is shown by the structure of the driveline (``damped``).
-
-Takes a Model and ranges; gives a ``QuietProof``.
 """
 
 from __future__ import annotations
@@ -90,6 +88,7 @@ def prove_quiet(
     >>> proof.proven
     1.0
     """
+    # check the arguments
     begin = monotonic()
     check_model(model)
     arguments: dict[str, tuple[Reader, Any]] = {
@@ -101,10 +100,12 @@ def prove_quiet(
     if problems := argument_problems({**arguments, **limits}, dimensionless=False):
         raise ModelError(problems)
     seconds = inf if within is None else float(checked(WITHIN, within, "within", dimensionless=False))
+    # edges of the box
     edges = edges_of(ranges, model)
     refuse_unsteady(model, "a proof of quiet")
     if problems := [*_unprovable(model), *_over_speed(model, edges)]:
         raise ModelError(problems)
+    # branch and bound until decided, out of time or stopped
     family = family_of(model, edges)
     search = Search(family)
     ended = True
@@ -112,6 +113,7 @@ def prove_quiet(
         search.run(resolution, boxes, begin + seconds, progress or (lambda _: None))
     except (Cancelled, KeyboardInterrupt):
         ended = False
+    # shares proven, refuted and open
     parts = search.every()
     ended = ended and search.undecided <= resolution
     notes = list(_notes(family, search, resolution, ended=ended))
@@ -119,7 +121,7 @@ def prove_quiet(
 
 
 def _unprovable(model: Model) -> Iterator[Problem]:
-    """Yield what makes a driveline that is not linear with constant coefficients, even in one state."""
+    """Yield the features by which a driveline is not linear with constant coefficients, even in one state."""
     rule = "a proof of quiet needs a driveline that is linear in its state of rest"
     for element in model.elements:
         if element.alternation is not None:
@@ -139,7 +141,7 @@ def _over_speed(model: Model, edges: tuple[Edge, ...]) -> Iterator[Problem]:
 
 
 def _notes(family: Family, search: Search, resolution: float, *, ended: bool) -> Iterator[str]:
-    """Yield what the user must know."""
+    """Yield the notes of the proof."""
     yield _COEXIST
     if not ended:
         yield f"the search was stopped with {100.0 * search.undecided:.3g} % of the volume undecided: it is open."

@@ -3,8 +3,6 @@
 The largest part is looked at next. Where bounds decide a slice of it along one parameter, the slice is cut off, and
 what is left is looked at again (a contractor: L. Jaulin, M. Kieffer, O. Didrit, E. Walter, Applied Interval Analysis,
 2001, sec. 4.2); else it is halved across the parameter that matters most.
-
-Takes a ``Family``; gives ``Part`` s that fill the box.
 """
 
 from __future__ import annotations
@@ -56,16 +54,12 @@ class Slice(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the box.
+    """A part of the box: PROVEN, REFUTED, or OPEN with the reason.
 
     Attributes
     ----------
     low, high
         (d,) its ends; the box is from -1 to 1.
-    status
-        PROVEN, REFUTED or OPEN.
-    reason
-        why it is open; empty otherwise.
     element
         that leaves its piece where it is refuted, or open for such a reason; -1 for none.
     """
@@ -96,16 +90,9 @@ class Part:
 
 @dataclass
 class Search:
-    """A search under way; ``parts`` and what is still to be looked at fill the box at any time.
+    """Search under way.
 
-    Attributes
-    ----------
-    family
-        the drivelines of the box.
-    parts
-        that are decided, or that no division decides.
-    looked_at
-        how many have been looked at.
+    ``parts`` are decided, or no division decides them; with those still to be examined they fill the box at any time.
     """
 
     family: Family
@@ -140,10 +127,6 @@ class Search:
 
         Parameters
         ----------
-        share
-            of the box that may stay undecided.
-        most
-            parts that are looked at.
         until
             when to stop, by ``time.monotonic`` [s].
         progress
@@ -170,11 +153,13 @@ class Search:
         heapq.heappush(self._queue, (-part.share, self.looked_at * 16 + len(self._queue), part, state))
 
     def _divided(self, part: Part, state: State) -> Iterator[tuple[Part, State | None]]:
-        """Yield the parts of a part, with the state to look at those that are still undecided in."""
+        """Yield the pieces of a part, with the state in which those that are undecided are examined next."""
+        # coefficients over the part, and its state of rest
         centre = 0.5 * (part.low + part.high)
         radius = 0.5 * (part.high - part.low)
         numbers = self.family.over(centre, radius)
         resting = self._resting(state, centre)
+        # no state of rest for the whole part: halve
         if resting is None or not resting.is_held:
             if self._floats(part):
                 yield replace(part, reason=FLOATS), None
@@ -182,17 +167,21 @@ class Search:
                 yield from ((half, state) for half in _halves(part, int(np.argmax(radius))))
             return
         state = resting
+        # linear motion over the part
         motion, bent = state.motion(numbers)
         if motion is None:
             yield from ((half, state) for half in _halves(part, int(np.argmax(bent))))
             return
+        # bounds that the motion must keep
         bounds = bounds_of(state, motion, numbers, self._phases)
         if bounds is None:
             yield _proven(part, state), None
             return
+        # cut off slices that the bounds decide
         if slices := _best(bounds, state, part):
             yield from ((piece, state if piece.reason == UNDECIDED else None) for piece in slices)
             return
+        # halve across the parameter of most influence
         weight = bounds.influence()
         bent = bent / (bent.sum() + 1e-300)
         yield from ((half, state) for half in _halves(part, int(np.argmax(weight[:-1] + weight[-1] * bent))))
@@ -236,7 +225,7 @@ def _proven(part: Part, state: State) -> Part:
 
 
 def _best(bounds: Bounds, state: State, part: Part) -> list[Part]:
-    """Return the slices along the parameter that decides most; nothing where it decides too little."""
+    """Return the slices along the parameter that decides most; none where it decides too little."""
     best: list[Part] = []
     most = _CUT
     for axis in range(part.low.size):
@@ -284,7 +273,7 @@ def _known(bounds: Bounds, state: State, axis: int) -> Iterator[Slice]:
 
 
 def _inward(piece: Slice) -> Iterator[Slice]:
-    """Yield a slice a little smaller than it is known for, where anything of it is left."""
+    """Yield each slice made a little smaller, for rounding, where anything of it is left."""
     low = piece.low + (_INWARD if piece.low > -1.0 else 0.0)
     high = piece.high - (_INWARD if piece.high < 1.0 else 0.0)
     if low < high:

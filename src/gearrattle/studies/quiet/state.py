@@ -1,4 +1,4 @@
-"""The state a driveline rests in: a piece for every element, friction that sticks; and the linear motion in it.
+"""State of rest of a driveline: a piece for every element, friction that sticks; and the linear motion in it.
 
 While no element leaves its piece and no friction slips, the driveline is linear. About the mean state, in which
 
@@ -8,8 +8,6 @@ with mu = J where a free train accelerates under its means, or mu = D where its 
 order j of the inputs makes
 
     (-w^2 J + i w D) q + W^T (K + K_stuck + i w C) (W q - e) = T_j,      w = j Omega.
-
-Takes a ``Family``, pieces and a box; gives the deflections as forms.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from gearrattle.studies.quiet.enclosure import Frame, centre_of, enclose
 from gearrattle.studies.quiet.forms import Array, Form, Matrix, joined, zeros
 
 GAP, STAGE, SLIP, CLIP = range(4)
-"""What a bound of a state is: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
+"""Kinds of bounds of a state: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
 
 
 class Corner(NamedTuple):

@@ -1,7 +1,4 @@
-"""The shelf of schedulers, by their names in calls and on the command line: who computes a study's chunks, and where.
-
-Takes the words of a call; gives a Scheduler.
-"""
+"""Schedulers, which have the chunks of a study computed, by their names in calls and on the command line."""
 
 from __future__ import annotations
 
@@ -58,19 +55,17 @@ def opened(
 
 
 def check_scheduler(address: Any, workers: int | None) -> None:
-    """Refuse a scheduler that there is not, and a number of workers that is none.
+    """Refuse an unknown scheduler, and an invalid number of workers.
 
     Parameters
     ----------
     address
         as of ``opened``; None for none.
-    workers
-        how many are wanted.
 
     Raises
     ------
     ModelError
-        see above; nothing is opened.
+        the scheduler is unknown, or the number invalid; nothing is opened.
     """
     if workers is not None and (problems := argument_problems({"workers": (Count(1), workers)})):
         raise ModelError(problems)

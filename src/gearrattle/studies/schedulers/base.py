@@ -1,7 +1,7 @@
-"""What a scheduler is: it gets a store and numbers of chunks, has them computed, and tells each as it is done.
+"""Scheduler: it gets a store and numbers of chunks, has them computed, and yields each number when it is done.
 
-A scheduler never sees a result: the worker keeps its chunk in the store, results first, then the marker. So a
-scheduler may lose anything, workers and itself included, and the study goes on from the markers. Three promises:
+A scheduler never sees a result: the worker keeps its chunk in the store, results first, then the marker. So workers, or
+the scheduler itself, may end at any time, and the study goes on from the markers. A scheduler keeps three promises:
 
 * chunks under way are few, ``WINDOW`` a worker, so that memory does not grow with the study;
 * ``tick`` is called several times a second, and what it raises ends the work: nothing is begun any more;
@@ -9,8 +9,6 @@ scheduler may lose anything, workers and itself included, and the study goes on 
 
 To add a scheduler: its file with a function ``Wanted -> context manager of a Scheduler``, which looks for everything
 that can be wrong, one line in the table in ``__init__``, and its test page.
-
-Takes nothing but the store; the schedulers beside it build on this, and do not see each other.
 """
 
 from __future__ import annotations
@@ -32,14 +30,14 @@ TICK = 0.2
 
 
 class Tick(Protocol):
-    """Called several times a second; what it raises ends the work."""
+    """Callback, called several times a second; what it raises ends the work."""
 
     def __call__(self, shares: Mapping[int, float] | None = None, /) -> None:
         """Take the shares of the chunks under way, by number, where they are known."""
 
 
 class Scheduler(Protocol):
-    """What has chunks computed."""
+    """Callable that has chunks computed."""
 
     def __call__(self, store: Store, chunks: Sequence[int], tick: Tick, /) -> Generator[int, None, None]:
         """Have chunks computed and kept, in any order; yield each once it is kept.
@@ -55,18 +53,10 @@ class Scheduler(Protocol):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the caller asked for.
+    """Request of a scheduler; without a number of workers the scheduler chooses it.
 
-    Attributes
-    ----------
-    address
-        the words of the call, or an object from Python.
-    workers
-        how many; None leaves it to the scheduler.
-    sensible
-        how many pay on this machine.
-    shared
-        whether other processes see where the study is kept.
+    ``sensible`` is the number of workers that pay on this machine; ``shared`` says whether other processes see where
+    the study is kept.
     """
 
     address: Any
@@ -79,5 +69,5 @@ Opening = Callable[[Wanted], AbstractContextManager[Scheduler]]
 
 
 def write_off(store: Store, chunk: int) -> None:
-    """Keep a chunk that no worker survives as such: all of its cases "worker lost"."""
+    """Store a chunk that no worker survives: all of its cases have the outcome "worker lost"."""
     store.keep(chunk, empty(store.plan, store.outputs, chunk, WORKER_LOST))

@@ -1,14 +1,12 @@
-"""A Dask cluster: workers on any number of machines that see the study's folder, dealt to a window at a time.
+"""Dask cluster: workers on any number of machines that see the study's folder; a few chunks a worker are under way.
 
 The study is handed over as one file in its folder, so a worker that cannot see the folder says so with its first chunk,
-and workers that come later need nothing more. Chunks go out by number and every worker keeps its own; no result ever
-travels. Dask restarts whatever its dead workers had; it would not say which chunk killed them. So a chunk notes the
-attempt by which it was begun, and a task that finds its own attempt noted knows that it has lost a worker: it computes
-nothing, and the chunk goes out again as a suspect, alone in its process. Each such death counts against it.
+and workers that come later need nothing more. Chunks are sent by number and every worker keeps its own; results are not
+sent. Dask repeats the tasks of dead workers but does not say which chunk killed them. So every attempt at a chunk is
+noted when it begins. A task that finds its own attempt noted has lost a worker before: it computes nothing, and the
+chunk is sent again, alone in its process. Each such death counts against the chunk.
 
 dask.distributed: M. Rocklin, "Dask: parallel computation with blocked algorithms and task scheduling", SciPy 2015.
-
-Takes an address or a ``distributed.Client``, and a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations
@@ -46,6 +44,7 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     ModelError
         nobody answers, it is no client, or a number of workers was asked for.
     """
+    # what a cluster needs
     try:
         from distributed import Client
     except ImportError:
@@ -58,12 +57,14 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     if not wanted.shared:
         rule = "workers elsewhere do not see the memory of this process"
         raise ModelError(Problem("output", "memory://", rule, "give a folder or an address that all of them see"))
+    # a client that is connected
     if not isinstance(wanted.address, str):
         if not isinstance(wanted.address, Client) or wanted.address.asynchronous:
             rule = "must be a name, an address or a distributed.Client that is not asynchronous"
             raise ModelError(Problem("scheduler", type(wanted.address).__name__, rule))
         yield partial(_dealt, wanted.address)
         return
+    # connect by address
     with _without_tracebacks():
         try:
             client = Client(wanted.address, timeout=_PATIENCE_CONNECTING, set_as_default=False)
@@ -92,7 +93,7 @@ def _without_tracebacks() -> Iterator[None]:
 
 
 def _dealt(client: Any, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
-    """Hand the study over, and deal its chunks."""
+    """Hand the study over, and distribute its chunks."""
     with handed_over(store) as handed:
         dealer = _Dealer(client, handed, store)
         try:
@@ -102,7 +103,7 @@ def _dealt(client: Any, store: Store, chunks: Sequence[int], tick: Tick) -> Gene
 
 
 class _Dealer:
-    """Chunks under way, and what is known against some of them."""
+    """Chunks under way, and the deaths of workers counted against some of them."""
 
     def __init__(self, client: Any, handed: Handed, store: Store) -> None:
         self._client = client
@@ -138,7 +139,7 @@ class _Dealer:
                 yield chunk
 
     def stop(self) -> None:
-        """Have nothing begun any more; what is being computed stops by itself, once the hand-over is gone."""
+        """Begin no further chunk; chunks under way stop by themselves once the hand-over is gone."""
         left = [future for _, future in self._under_way.values()]
         self._under_way.clear()
         if left and self._client.status == "running":
@@ -159,7 +160,7 @@ class _Dealer:
         future.add_done_callback(self._ended.put)
 
     def _is_kept(self, chunk: int, future: Any) -> bool:
-        """Whether a chunk that has come back is kept; if not it goes out again, unless nothing helps."""
+        """Whether a chunk that has come back is stored; if not it is sent again, or written off."""
         from distributed import KilledWorker
 
         if future.status == "finished":
@@ -215,7 +216,7 @@ def _address(client: Any) -> str:
 
 
 def _error_of_client(error: BaseException, client: Any) -> BaseException:
-    """What went wrong at a worker, as this package says it."""
+    """Error of a worker, as an error of this package."""
     if isinstance(error, ImportError):
         rule = f"a worker cannot import what it needs: {error}"
         remedy = "install the same versions there, gearrattle[studies] included"

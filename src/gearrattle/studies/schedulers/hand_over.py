@@ -1,11 +1,9 @@
-"""The study as workers elsewhere get it: one file in its folder, and the function that computes a chunk of it.
+"""Hand-over of a study to workers elsewhere: one file in its folder, and the function that computes a chunk.
 
 The file is also the test that a worker sees the folder, and the sign that the study is still wanted: once it is gone
 workers stop within a second.
 
     .handed-<id>         one line of JSON (versions that must be the same), then the pickled Store
-
-Takes a Store; gives Handed, a few words that travel with every chunk.
 """
 
 from __future__ import annotations
@@ -38,17 +36,7 @@ class LostBefore(GearRattleError):
 
 @dataclass(frozen=True)
 class Handed:
-    """What travels with every chunk.
-
-    Attributes
-    ----------
-    storage
-        of the study.
-    name
-        of the hand-over there.
-    digest
-        SHA-256 of it.
-    """
+    """Reference to a study that is sent with every chunk; the digest is the SHA-256 of the hand-over."""
 
     storage: Storage
     name: str
@@ -90,10 +78,6 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 
     Parameters
     ----------
-    handed
-        the study.
-    chunk
-        its number.
     attempt
         a name that this chunk has been sent out by, once.
     alone
@@ -175,7 +159,7 @@ def _here() -> str:
 
 
 class _Turns:
-    """Chunks computed beside each other, or one alone: a chunk that ends its worker while alone is the cause."""
+    """Turns of a worker process: chunks in parallel, or one alone, which then is the cause if the worker dies."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

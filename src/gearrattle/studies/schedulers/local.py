@@ -1,15 +1,13 @@
-"""This process, or others beside it on this machine that may die without taking the study along.
+"""Local processes: this one, or several on this machine, whose death does not end the study.
 
 Workers are processes: a chunk goes out by its number, and every worker keeps it in the store itself. A few chunks a
 worker are under way at once, so that memory does not grow with the study. If a worker is killed all are replaced, and
-the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written down as such. If ``PATIENCE``
-times in a row no worker so much as begins a chunk, none can, and the study ends.
+the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written off. If ``PATIENCE`` times in a
+row no worker begins a chunk, none can, and the study ends.
 
 A spawned process imports the main module of its parent again, which fails for a script from standard input or a
 notebook, and runs a script without ``if __name__ == "__main__":`` once more. A store needs nothing of that module but a
 user's function that stands there, so for every other study workers do not import it.
-
-Takes a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations
@@ -45,10 +43,7 @@ _held: list[Store] = []
 def local(wanted: Wanted) -> Iterator[Scheduler]:
     """Open processes, as many as are wanted or pay; for one alone this process does.
 
-    Raises
-    ------
-    ModelError
-        several are wanted for a study that only this process sees.
+    ModelError: several are wanted for a study that only this process sees.
     """
     if not wanted.shared and (wanted.workers or 1) > 1:
         rule = "other processes do not see the memory of this one"
@@ -106,7 +101,7 @@ def _name_of(function: Any) -> str:
 
 
 def _cannot_start(store: Store) -> GearRattleError:
-    """What to say when no worker lives long enough to begin a chunk."""
+    """Return the error where no worker lives long enough to begin a chunk."""
     if not _needs_main(store):
         return GearRattleError(
             "no worker process of the study can start: each ended before it began a chunk, with whatever it wrote "
@@ -126,10 +121,12 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
     Where a worker ends, it is unknown which of the chunks that had been begun killed it: these go out again one at a
     time, and only a worker that ends with one chunk counts against that chunk.
     """
+    # chunks that wait, and deaths of workers by chunk
     waiting: Iterator[int] = iter(chunks)
     deaths: dict[int, int] = {}
     suspects: list[int] = []
     stillborn = 0
+    # deal chunks out until all are done or a worker dies
     while True:
         under_way: dict[int, Future[int] | None] = {}
         with _pool(store, count) as pool:
@@ -144,13 +141,16 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
                 pool.shutdown(wait=False, cancel_futures=True)
                 _kill(pool)
                 raise
+        # no worker begins a chunk: none can
         done, begun = store.done(), [chunk for chunk in left if store.was_begun(chunk)]
         stillborn = 0 if begun else stillborn + 1
         if stillborn == PATIENCE or any(worker.exitcode == _LEFT for worker in workers):
             raise _cannot_start(store)
+        # what was kept, and what goes out again
         yield from (chunk for chunk in left if chunk in done)
         begun = [chunk for chunk in begun if chunk not in done]
         waiting = chain([chunk for chunk in left if chunk not in done and chunk not in begun], waiting)
+        # chunks under suspicion go out alone; write off those that kill workers
         for chunk in begun:
             deaths[chunk] = deaths.get(chunk, 0) + (len(left) == 1)
             if deaths[chunk] < PATIENCE:
@@ -166,7 +166,7 @@ def _dealt(
     cards: tuple[list[int], Iterator[int], int],
     tick: Tick,
 ) -> Generator[int, None, None]:
-    """Deal chunks to a pool until none is left: suspects alone, the others as many at once as there is room."""
+    """Give chunks to a pool until none is left: suspects alone, the others as many at once as there is room."""
     suspects, waiting, room = cards
     more = True
     while suspects or more or under_way:

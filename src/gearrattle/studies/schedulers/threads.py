@@ -1,9 +1,7 @@
-"""Threads of this process: nothing to start, nothing to copy.
+"""Threads of this process, which need neither start-up nor copies.
 
-Chunks whose cases are computed together (``studies.batch``) are one compiled loop each, and run beside each other.
-Cases computed alone are Python for the most part, which takes turns. Measured: docs/reference/variants.md.
-
-Takes a Store; gives chunks as they are done.
+Chunks whose cases are computed together (``studies.batch``) are one compiled loop each, and run in parallel. Cases
+computed alone are mostly Python, whose threads take turns. Measured: docs/reference/variants.md.
 """
 
 from __future__ import annotations

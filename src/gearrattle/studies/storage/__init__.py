@@ -1,7 +1,4 @@
-"""The shelf of storage for studies: folders, and addresses as fsspec knows them.
-
-Takes what the user gives as output; gives a Storage.
-"""
+"""Storage of studies: folders, and addresses that fsspec knows."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
-"""What a storage location is: a folder or an address that keeps a study and may be written by several processes.
+"""Storage location: a folder or an address that keeps a study and may be written by several processes.
 
 It holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
-appears after everything that was written before it: a study's markers rest on that. ``write`` promises nothing.
+appears after everything that was written before it: a study's markers rely on that. ``write`` promises nothing.
 
 To add a kind: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
-
-Takes nothing; the other kinds of storage build on this, and do not see each other.
 """
 
 from __future__ import annotations
@@ -17,15 +15,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class File:
-    """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
-
-    Attributes
-    ----------
-    storage
-        where.
-    name
-        its name there.
-    """
+    """File in storage, which need not exist; methods as of ``pathlib.Path``, but writing is all or nothing."""
 
     storage: Storage
     name: str
@@ -53,14 +43,14 @@ class File:
 
 
 class Storage(Protocol):
-    """Somewhere to keep a study.
+    """Location that keeps a study.
 
     Methods raise OSError for whatever goes wrong there.
     """
 
     @property
     def address(self) -> str:
-        """What to call it in messages; ``storage_of`` finds it by this again."""
+        """Name in messages, which ``storage_of`` accepts."""
 
     @property
     def shared(self) -> bool:

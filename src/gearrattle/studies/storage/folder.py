@@ -1,8 +1,6 @@
-"""A folder of this machine, or of a file system that it shares with others.
+"""Storage in a folder of this machine, or of a file system that it shares with others.
 
-Files appear by renaming after their content has reached the disk.
-
-Takes a path; gives a Storage.
+A file is renamed to its name after its content has reached the disk.
 """
 
 from __future__ import annotations
@@ -17,13 +15,7 @@ from gearrattle.writing import is_left, put
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder.
-
-    Attributes
-    ----------
-    path
-        where.
-    """
+    """Storage in a folder."""
 
     path: Path
 
@@ -48,7 +40,7 @@ class Folder:
         (self.path / folder).mkdir(parents=True, exist_ok=True)
 
     def is_empty(self) -> bool:
-        """Return whether it does not exist or holds nothing, but for what killed programs have left."""
+        """Return whether it does not exist or holds nothing besides what killed programs have left."""
         return not (self.path.exists() and any(not is_left(path.name) for path in self.path.iterdir()))
 
     def under(self, folder: str) -> Folder:

@@ -1,12 +1,10 @@
-"""An address of a store elsewhere, as fsspec knows it: ``s3://``, ``gs://``, ``abfs://``, ``memory://`` and others.
+"""Storage behind an address that fsspec knows: ``s3://``, ``gs://``, ``abfs://``, ``memory://`` and others.
 
-An object store keeps a file whole or not at all, and shows it once it has answered: that is all the promise needs.
+An object store keeps a file whole or not at all, and shows it once it has answered, as ``put`` promises.
 Credentials and endpoints come from where fsspec's library for the protocol looks for them: its environment variables,
-its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. What lies behind an address is asked anew every time, nothing is cached.
+its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. The address is queried anew every time, nothing is cached.
 
 fsspec: https://filesystem-spec.readthedocs.io.
-
-Takes an address; gives a Storage.
 """
 
 from __future__ import annotations
@@ -25,13 +23,7 @@ _FOLDERS = {"auto_mkdir": True}
 
 @dataclass(frozen=True)
 class Remote:
-    """A folder behind an address.
-
-    Attributes
-    ----------
-    address
-        without a slash at the end.
-    """
+    """Storage behind an address, which is kept without a slash at its end."""
 
     address: str
 
@@ -39,7 +31,7 @@ class Remote:
 
     @property
     def shared(self) -> bool:
-        """All but the memory of a process."""
+        """Whether other processes see it: all but the memory of a process."""
         return not self.address.startswith("memory://")
 
     @property
@@ -58,7 +50,7 @@ class Remote:
         return path
 
     def absolute(self) -> Remote:
-        """Return it: addresses hold everywhere."""
+        """Return itself: addresses hold everywhere."""
         return self
 
     def make(self, folder: str = "") -> None:
@@ -113,7 +105,7 @@ class Remote:
                 return []
 
     def take(self, folder: Path) -> None:
-        """Send all files of a folder here, those deep in it first: those above them say what there is."""
+        """Send all files of a folder here, those deep in it first: those above them list the content."""
         for path in sorted(folder.rglob("*"), key=lambda path: (-len(path.parts), path)):
             if path.is_file():
                 self.put(path.relative_to(folder).as_posix(), path.read_bytes())
@@ -127,7 +119,7 @@ class Remote:
 
     @contextmanager
     def _own_errors(self) -> Iterator[None]:
-        """Whatever a store's library raises is an OSError that names the address."""
+        """Raise whatever a store's library raises as an OSError that names the address."""
         try:
             yield
         except OSError:
