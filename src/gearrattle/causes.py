@@ -1,4 +1,4 @@
-"""Why it rattles: the orders of the excitation that move a driver, and the mode through which they do.
+"""Cause of rattle: the orders of the excitation that move a driver, and the mode through which they do.
 
 A driveline that rattles is not linear. But at the orders of its excitation it moves much as one linear driveline does:
 that with slope and damping of every element fitted to the element's own force along the motion
@@ -10,8 +10,6 @@ source does, and their sum is compared with the motion's own amplitude at the or
 The state that the motion is in most of the time would be no such driveline: in it a gear that rattles flies free, and
 its shaft may be cut off from the engine; yet the impacts carry the gear along, and at these orders it is as good as
 tied.
-
-Takes a Run; gives a Cause.
 """
 
 from __future__ import annotations
@@ -283,15 +281,7 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
 
 
 def cause_of(run: Run, rattling: list[str]) -> Cause | None:
-    """Return the cause of what drives most of the parts that rattle; None as ``cause`` does.
-
-    Parameters
-    ----------
-    run
-        a motion.
-    rattling
-        names of the parts, worst first.
-    """
+    """Return the cause of what drives most of the rattling parts, worst first; None as ``cause`` does."""
     if not rattling or unsteady(run.model):
         return None
     slopes = equivalent_slopes(run)
@@ -310,10 +300,6 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
 
     Parameters
     ----------
-    run
-        a motion.
-    part
-        name of the mesh or clearance.
     slopes
         of its equivalent driveline.
     """

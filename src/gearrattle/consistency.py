@@ -1,7 +1,4 @@
-"""Whether the arrays of a stored motion belong together: one that was changed is refused by the name of what is wrong.
-
-Takes a trajectory as it was read; gives nothing, or the first fault.
-"""
+"""Consistency of the arrays of a stored motion: one that was changed is refused, and the fault is named."""
 
 from __future__ import annotations
 
@@ -20,13 +17,6 @@ _MAY_MISS = ("energy_residual", "smallest_step")  # of the cost
 
 def check_stored(trajectory: Trajectory, source: object) -> None:
     """Refuse a motion from a file whose arrays do not belong together, as in one that was changed.
-
-    Parameters
-    ----------
-    trajectory
-        as it was read; its layout is that of the model in the file.
-    source
-        the file, for the message.
 
     Raises
     ------

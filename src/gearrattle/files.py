@@ -3,8 +3,6 @@
 A path in an input file may name anything: a pipe that never ends, a device, a file that is none of the reader's
 business, or a few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library
 opens it.
-
-Takes paths; gives bytes, text and paths that may be opened.
 """
 
 from __future__ import annotations
@@ -38,15 +36,7 @@ _ROOTS: ContextVar[tuple[Path, ...]] = ContextVar("roots", default=())
 
 
 class Refused(OSError):
-    """A file that is not opened.
-
-    Attributes
-    ----------
-    rule
-        what it breaks.
-    remedy
-        what to do; may be empty.
-    """
+    """A file that is not opened, for the rule it breaks; the remedy may be empty."""
 
     def __init__(self, rule: str, remedy: str = "") -> None:
         super().__init__(0, rule)
@@ -88,12 +78,8 @@ def _loop() -> Refused:
 
 
 def _resolved(path: Path) -> Path:
-    """Return a path without symbolic links.
-
-    Raises
-    ------
-    Refused
-        links lead back to themselves, of which Python 3.11 makes a ``RuntimeError`` and Python 3.13 nothing.
+    """Return a path without symbolic links; Refused where they lead back to themselves, of which Python 3.11 makes a
+    ``RuntimeError`` and Python 3.13 nothing.
     """
     try:
         path.stat()
@@ -122,12 +108,8 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def limit() -> int:
-    """Return how many bytes of a file, unpacked, are read at most.
-
-    Raises
-    ------
-    Refused
-        the environment variable holds no number of bytes.
+    """Return how many bytes of a file, unpacked, are read at most; Refused if the environment variable holds no number
+    of bytes.
     """
     text = os.environ.get(LIMIT, "")
     if not text:
@@ -142,13 +124,7 @@ def limit() -> int:
 
 
 def within_limit(size: float) -> None:
-    """Refuse a number of bytes above the limit.
-
-    Raises
-    ------
-    Refused
-        it is above.
-    """
+    """Refuse a number of bytes above the limit."""
     most = limit()
     if size > most:
         rule = f"would take {size / 1e9:.3g} GB of memory; at most {most / 1e9:.3g} GB of a file are read"
@@ -166,8 +142,6 @@ def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
 
     Parameters
     ----------
-    path
-        of the file.
     in_parts
         whether the caller reads bounded parts of datasets, so that their size does not matter.
 
@@ -205,12 +179,8 @@ def _check_hdf5(file: Any, *, in_parts: bool) -> None:
 
 
 def _check_types(item: Any) -> None:
-    """Refuse a dataset or an attribute with a type on which the library ends the process (HDF5 2.0.0).
-
-    Raises
-    ------
-    Refused
-        a type of variable length that is neither a sequence nor a string.
+    """Refuse a dataset or an attribute of variable length that is neither a sequence nor a string: the library ends the
+    process on such a type (HDF5 2.0.0).
     """
     import h5py
 
@@ -228,12 +198,8 @@ def _check_types(item: Any) -> None:
 
 
 def _check_fill(item: Any) -> None:
-    """Refuse a dataset with a value for what was not written on which the library ends the process (HDF5 2.0.0).
-
-    Raises
-    ------
-    Refused
-        a size without a value, or the reverse.
+    """Refuse a dataset whose fill value has a size without a value, or the reverse: the library ends the process on it
+    (HDF5 2.0.0).
     """
     try:
         item.id.get_create_plist().fill_value_defined()
@@ -340,12 +306,8 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _objects(file: Any) -> Iterator[tuple[str, Any]]:
-    """Yield names, groups and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
-
-    Raises
-    ------
-    Refused
-        an external link, external storage or a virtual dataset.
+    """Yield names, groups and datasets of an HDF5 file, in its order, without soft links and repetitions; Refused for
+    an external link, external storage or a virtual dataset.
     """
     import h5py
 
@@ -399,11 +361,7 @@ def private_folder(path: Path) -> bool:
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
     """Allow files under a folder as well while the context is open, beside those allowed already; None: none.
-
-    Raises
-    ------
-    ModelError
-        the folder is a symbolic link that leads back to itself.
+    ModelError if it is a symbolic link that leads back to itself.
     """
     try:
         roots = _ROOTS.get() if folder is None else (*_ROOTS.get(), _resolved(Path(folder)))

@@ -4,8 +4,6 @@ The name is ``gearrattle KIND VERSION``: the attribute ``format`` of netCDF, HDF
 the entry ``format`` of .npz and .mat. A version rises when an earlier gearrattle would misread the file. Files that
 people write (models, studies, mappings, data) have the number ``schema`` in its place, checked where TOML is read.
 docs/reference/formats.md tells what each kind holds.
-
-Takes names of formats; raises.
 """
 
 from __future__ import annotations
@@ -24,8 +22,6 @@ class Format:
 
     Attributes
     ----------
-    version
-        that is written.
     again
         how such a file is made anew.
     oldest
@@ -58,17 +54,8 @@ def format_name(kind: str) -> str:
 
 @cache
 def version_of(package: str) -> str:
-    """Return the version of an installed package, read once: its metadata is parsed as a whole, which takes 5 ms.
-
-    Parameters
-    ----------
-    package
-        name of the distribution.
-
-    Raises
-    ------
-    PackageNotFoundError
-        it is not installed.
+    """Return the version of an installed distribution, or raise PackageNotFoundError; read once, for its metadata is
+    parsed as a whole, which takes 5 ms.
     """
     return metadata.version(package)
 
@@ -80,10 +67,6 @@ def check_format(name: object, source: object, *kinds: str) -> None:
     ----------
     name
         of its format, as the file tells it; empty if it tells none.
-    source
-        the file, for the message.
-    kinds
-        that are wanted, any of them.
 
     Raises
     ------

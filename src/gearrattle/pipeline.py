@@ -10,8 +10,6 @@ simulation, evaluation. The engineer closes the loop, by changing the model and 
     4. what it really does             simulate: every crossing of every corner
     5. whether it rattles              criteria: a verdict with its rule, worst part first
     6. whether we knew                 scores: every forecast against the run
-
-Takes a checked Model; gives Findings.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ which gets the parent's id. ``multiprocessing`` would import the main module eve
 
 On Linux, processes can be forked from one that has imported what they use: ``multiprocessing``'s fork server. It has
 one thread, so that a fork is safe. On macOS, libraries of the system are not safe after a fork.
-
-Takes nothing; gives a context for ``concurrent.futures.ProcessPoolExecutor``, and one whose processes are forked.
 """
 
 from __future__ import annotations
@@ -98,13 +96,7 @@ if sys.platform == "linux":
 
 
 def warm_processes(module: str) -> BaseContext:
-    """Return a context whose processes import nothing of the main module.
-
-    Parameters
-    ----------
-    module
-        what the process imports, on Linux, that all others are forked from; elsewhere they are spawned.
-    """
+    """Return a context whose processes import nothing of the main module."""
     if sys.platform != "linux":
         return WorkersWithoutMain()
     context = _Forking()

@@ -7,8 +7,6 @@ flywheel, and need not know where it came from. The quantities, in SI:
     deflection [rad or m], force [N m or N], torque [N m]       of an element; torque also on an inertia
     surface acceleration [m/s^2], sound pressure [Pa]           of a place outside the driveline
     speed [rad/s], shaft angle [rad], pulses [1]                of the reference shaft: mean rotation included
-
-Takes arrays; gives a frozen record to readers and metrics.
 """
 
 from __future__ import annotations

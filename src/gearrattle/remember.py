@@ -1,4 +1,4 @@
-"""Keep what was made of an immutable object on that object.
+"""Derived values of an immutable object, kept on that object.
 
 Running a driveline again (another start, another length, another algorithm) must not build it again. What was made of
 an object lives as long as the object: nothing is compared or hashed, and no table grows. Copies and pickles begin

@@ -1,4 +1,4 @@
-"""A result: what every answer of gearrattle can do beside holding its numbers.
+"""Base class of results: title, sentence, notes, data, tables, figures, files.
 
 A result has a title, one sentence that says what came out, notes, its numbers as an xarray Dataset, tables and figures;
 it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; how a kind is
@@ -7,8 +7,6 @@ result is asked to show itself, by its name, so that a simulation loads nothing 
 
 What is a DataFrame, a Series or an xarray object remains one: ``attrs["result"]`` names its kind, and ``gr.figures``
 and ``gr.save`` take it like any other.
-
-Takes nothing; gives the base class of results.
 """
 
 from __future__ import annotations

@@ -361,20 +361,7 @@ class Run(Result):
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
-    """Refuse what is no run, such as the path of one.
-
-    Parameters
-    ----------
-    value
-        what a call was given.
-    also
-        other types that serve it.
-
-    Raises
-    ------
-    ModelError
-        it is none; the remedy says how to get one.
-    """
+    """Refuse, by a ModelError that says how to get one, what is no run and of none of the other types."""
     if isinstance(value, (Run, *also)):
         return
     if isinstance(value, str | os.PathLike):

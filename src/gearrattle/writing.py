@@ -12,8 +12,6 @@ destination as it was. What a killed program leaves is dealt with by ``sweep``, 
 
 ``content`` becomes ``new`` by one renaming, after all its files have been flushed to the disk. So at any time either
 all of the old files count or all of the new ones.
-
-Takes paths; gives folders and files to write to.
 """
 
 from __future__ import annotations
@@ -52,14 +50,8 @@ _FLUSHING = 8  # threads: the disk takes several requests at once
 
 @contextmanager
 def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[Path]:
-    """Give a folder to fill, whose content moves to its destination if nothing goes wrong meanwhile.
-
-    Parameters
-    ----------
-    destination
-        a folder of this machine; None for one elsewhere.
-    send
-        takes the filled folder to one elsewhere.
+    """Give a folder to fill, whose content moves to its destination, or is sent elsewhere, if nothing goes wrong
+    meanwhile.
     """
     if destination is None:
         with temporary_folder() as path:
@@ -118,13 +110,6 @@ class Staging:
     """A folder to write into, whose content moves to ``destination`` on ``commit``.
 
     Use it as a context manager; leaving it without ``commit`` discards everything.
-
-    Attributes
-    ----------
-    destination
-        the folder the results are for; it need not exist.
-    path
-        the folder to write into; exists while the context is open.
     """
 
     def __init__(self, destination: str | os.PathLike[str]) -> None:
@@ -366,14 +351,8 @@ def _turn(folder: Path) -> Iterator[None]:
 
 
 def put(path: Path, content: bytes, *, new: bool = False) -> None:
-    """Write a small file, whole or not at all; when this returns it is on the disk.
-
-    Raises
-    ------
-    FileExistsError
-        it must be new, and is there.
-    OSError
-        it cannot be written.
+    """Write a small file, whole or not at all; when this returns it is on the disk. FileExistsError if it must be new
+    and is there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -413,12 +392,8 @@ def _linked(temporary: Path, path: Path) -> bool:
 
 
 def flush(folder: Path) -> None:
-    """Have the disk take all files of a folder, and the folder, before anything that is written later.
-
-    Raises
-    ------
-    OSError
-        the disk refused.
+    """Have the disk take all files of a folder, and the folder, before anything that is written later; OSError if it
+    refuses.
     """
     folders, files = [], []
     for root, _, names in os.walk(folder):
@@ -462,15 +437,7 @@ class Lock:
     NAME = ".lock"
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        """Take the lock.
-
-        Raises
-        ------
-        Refused
-            another program has it.
-        OSError
-            the machine refused.
-        """
+        """Take the lock; Refused if another program has it."""
         resolved = str(Path(folder).resolve())
         if (earlier := _LOCKS.get(resolved)) is not None:
             earlier.release()
@@ -496,14 +463,8 @@ _LOCKS: weakref.WeakValueDictionary[str, Lock] = weakref.WeakValueDictionary()
 
 
 def _opened_lock(path: Path, *, make: bool = True) -> int:
-    """Open a file to be locked, made if need be; never through a symbolic link, for it is written.
-
-    Raises
-    ------
-    Refused
-        it is no regular file.
-    OSError
-        it cannot be written.
+    """Open a file to be locked, made if need be; Refused if it is no regular file, and never through a symbolic link,
+    for it is written.
     """
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, os.O_RDWR | (os.O_CREAT if make else 0) | flags, 0o666)

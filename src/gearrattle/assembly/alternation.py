@@ -1,9 +1,7 @@
-"""Model -> auxiliaries and their clock: meshes whose stiffness alternates with the tooth pairs in contact.
+"""Auxiliaries and clock of meshes whose stiffness alternates with the tooth pairs in contact.
 
 In a cycle of the mesh, psi = order phi + phase, all pairs are in contact over the first share of a turn, one pair less
 over the rest. The instants are those at which psi passes a whole turn, or a whole turn and the share.
-
-Takes a Model; gives auxiliaries with names, and a Clock.
 """
 
 from __future__ import annotations
@@ -51,14 +49,7 @@ def turn_at_start(table: Alternation) -> float:
 
 
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
-    """When alternating meshes change: over one common period, or along a sweep.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    of
-        the auxiliary, the mesh and what it says.
+    """Return the instants at which alternating meshes change, over one common period or along a sweep.
 
     Raises
     ------
@@ -114,13 +105,7 @@ def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array
 
 
 def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
-    """Refuse more changes than can be listed.
-
-    Raises
-    ------
-    ModelError
-        naming the order, and the largest that is taken.
-    """
+    """Refuse more changes than can be listed, by a ModelError with the order and the largest that is taken."""
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
         most = f"{order * _MOST / count:.3g} or less: teeth times the ratio of speeds"

@@ -1,4 +1,4 @@
-"""Torques whose mean is "balance": which motion of their train each has to balance, and the mean that does so.
+"""Mean torques given as "balance": the motion of the train that each has to balance, and its value.
 
 A free train turns as one, its bodies by phi_i q (``engine.system.trains``). Nothing accelerates it if the means T_i of
 its bodies do no work on that motion. With phi_b = 1 the sum of all on body b has to be
@@ -10,8 +10,6 @@ acts on b from it. Every product is rounded, and their sum is that of twice the 
 SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of variants. A
 train that turns in more ways has a further condition for each, with b at rest: what is left over there, no torque on b
 can balance.
-
-Takes a Model; gives motions. Takes numbers or columns of loads; gives the mean.
 """
 
 from __future__ import annotations
@@ -41,10 +39,6 @@ class Balance(NamedTuple):
 
     Attributes
     ----------
-    torque
-        its index.
-    body
-        index of the inertia that it acts on.
     bodies
         indices of the inertias of the train, ascending.
     motion
@@ -87,12 +81,8 @@ def _sum(terms: Sequence[_Number]) -> _Number:
 
 @kept
 def balances_of(model: Model) -> tuple[Balance, ...]:
-    """The torques that balance their trains, in file order.
-
-    Raises
-    ------
-    ModelError
-        two of them in one train, or a train that something holds.
+    """The torques that balance their trains, in file order; ModelError for two of them in one train, or a train that
+    something holds.
     """
     wanted = [i for i, torque in enumerate(model.torques) if torque.mean == BALANCE]
     if not wanted:
@@ -121,10 +111,6 @@ def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> No
 
     Parameters
     ----------
-    model
-        the driveline.
-    balance
-        the torque.
     loads
         (n,) all others on the inertias [N m].
 

@@ -1,8 +1,6 @@
 """Deflection of any element along a motion, of a linear one too, and its rate.
 
-    delta_k = w_k . theta - e_k(t)
-
-Takes a Model and a Trajectory of it; gives arrays.
+delta_k = w_k . theta - e_k(t)
 """
 
 from __future__ import annotations

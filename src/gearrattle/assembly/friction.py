@@ -1,10 +1,8 @@
-"""Model -> auxiliaries: friction of couplings as sliders, clipped contact damping as limiters.
+"""Auxiliaries of friction and clipped contact damping: sliders of couplings, limiters of contacts.
 
 A stage's hysteresis is the full height of its loop, 2 H, in all; what it has beyond the stage before is a slider of its
 own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
 that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
-
-Takes elements of a model and their laws; gives auxiliaries with names.
 """
 
 from __future__ import annotations
@@ -82,12 +80,6 @@ def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: floa
 
     Parameters
     ----------
-    index
-        of the element.
-    element
-        of the model.
-    law
-        its law.
     period
         a time by which rates are made deflections [s].
 

@@ -1,7 +1,4 @@
-"""What of a model's inputs is given over time: records, and the ramps of torques.
-
-Takes a Model; gives Signals, and words on them.
-"""
+"""Inputs over time of a model: records, and the ramps of torques."""
 
 from __future__ import annotations
 
@@ -42,18 +39,12 @@ def torque_histories(model: Model) -> dict[int, Signal]:
 
 
 class Record(NamedTuple):
-    """A record over time of a model.
+    """A record over time of a model, with the unit of its values in SI and what it is of.
 
     Attributes
     ----------
-    signal
-        the points.
     path
         of its table in the model file.
-    words
-        what it is of.
-    unit
-        of its values in an SI model.
     instead
         what may stand in place of a spline, in words.
     """

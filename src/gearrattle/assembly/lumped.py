@@ -1,13 +1,11 @@
-"""A driveline whose bodies have been grouped, written as a driveline again.
+"""Driveline written anew from groups of bodies that turn as one.
 
-The mathematics says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; this page writes that in
-words. Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two
-groups keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends
-have the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling
-whose ends now stand on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which says the same if
-its law is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
-
-Takes a model and groups; gives a model.
+The reduction says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; the model is written here.
+Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two groups
+keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends have
+the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling whose
+ends are now on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which is equivalent if its law
+is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
 """
 
 from __future__ import annotations
@@ -42,16 +40,12 @@ def lumped_model(
 
     Parameters
     ----------
-    model
-        the full driveline.
     owner
         (n,) index of the body kept of every body's group.
     ratio
         (n,) angle of every body over that of the body kept.
     removed
         indices of the elements inside groups.
-    name
-        of the new model.
     """
     names = [body.name for body in model.inertias]
     to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}

@@ -1,8 +1,6 @@
-"""Mean torques: what the static start and everything linear takes the torques for.
+"""Mean torques of a model, as used by the static start and all linear analyses.
 
 Every mean of a torque is asked for here: the file may say "balance" in place of a number (``assembly.balance``).
-
-Takes a Model; gives numbers and arrays.
 """
 
 from __future__ import annotations

@@ -6,8 +6,6 @@ speed and acceleration, exact from the sines or the curve, are put back in their
 a motion finds all inertias.
 
 Angles of a record count from the start of the run, and from the uniform rotation ``about``.
-
-Takes a Model; gives indices, harmonics, channels and whole trajectories.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""A record's points become piecewise polynomials: a cubic spline, straight lines, or steps.
+"""Piecewise polynomials through the points of a record: a cubic spline, straight lines, or steps.
 
 The spline is not-a-knot, so nothing is said about its ends that was not measured (C. de Boor, A Practical Guide to
 Splines, 1978, ch. IV): two polynomials meet with equal value, slope and curvature at every point, and with equal third
 derivatives at the second and at the last but one. Through few points it swings far beyond their values; ``swings``
 finds where.
-
-Takes a ``Signal`` of a model; gives a channel that begins with the run.
 """
 
 from __future__ import annotations
@@ -102,14 +100,8 @@ def curve_of(signal: Signal) -> PPoly:
 
 
 def channel_of(signal: Signal, end: float = 0.0) -> Channel:
-    """The signal over the time of the run: 0 is its ``start`` [s, SI].
-
-    Parameters
-    ----------
-    signal
-        the record.
-    end
-        of the run, up to which a last value that is held goes on [s]; every other record ends with its last point.
+    """The signal over the time of the run [s, SI], whose 0 is its ``start``; a last value that is held goes on up to
+    the ``end`` of the run [s], every other record ends with its last point.
     """
     curve = curve_of(signal)
     last = float(signal.time[-1])

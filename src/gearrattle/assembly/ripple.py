@@ -3,8 +3,6 @@
 A joint passes a load T on and takes T (1 - de/dphi), so -T de/dphi is taken from the driving shaft beside T: with the
 mean load for T it is a sum of sines. The mean load is that of the static equilibrium; along a sweep, that of the
 first speed.
-
-Takes a Model; gives sines of torque by body.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 ``KINDS`` says of every dimensional key of the model file what kind of quantity it is; phases, ratios, orders and
 relative tolerances are numbers already.
-
-Takes a Model and Scales; gives a Model. Takes a dimensionless Trajectory; gives it in SI.
 """
 
 from __future__ import annotations
@@ -83,17 +81,7 @@ def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
 
 
 def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajectory:
-    """Return a dimensionless motion in SI.
-
-    Parameters
-    ----------
-    trajectory
-        the motion of ``dimensionless(model, scales)``.
-    layout
-        names and constants of the SI model.
-    scales
-        what counted as one.
-    """
+    """Return the motion of ``dimensionless(model, scales)`` in SI, with the layout of the SI model."""
     unit = scales.units()
     log = trajectory.events
     cost = trajectory.cost

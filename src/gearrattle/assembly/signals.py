@@ -3,8 +3,6 @@
 A record's torque is split into the mean that the static start sees and the rest. A recorded motion moves the elements
 at its inertia. Along a sweep of the speed every driven inertia, every mesh and every motion by harmonics has one
 channel. Its harmonics follow the angle; amplitudes, means and drag torques follow their tables over the speed.
-
-Takes a Model; gives Signals, or None where all inputs are harmonics.
 """
 
 from __future__ import annotations
@@ -126,19 +124,8 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run longer than a record, unless the last value of that is held.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    end
-        of the run [s].
-
-    Raises
-    ------
-    ModelError
-        naming every record that is too short.
+    """Refuse a run up to ``end`` [s] longer than a record whose last value is not held, by a ModelError that names
+    every such record.
     """
     problems = []
     for signal, path, words, *_ in records_of(model):

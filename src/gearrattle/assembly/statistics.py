@@ -1,8 +1,4 @@
-"""Extremes, moments, exceeded levels and curves of a simulated motion between its samples, by quantity and name.
-
-Takes a Model and a Trajectory of the exact algorithm; gives those of accelerations, velocities and mesh forces, and
-curves in phase planes (``system.statistics``).
-"""
+"""Extremes, moments, exceeded levels and curves of a simulated motion between its samples, by quantity and name."""
 
 from __future__ import annotations
 
@@ -37,13 +33,7 @@ def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
 
 
 class Between:
-    """What a trajectory of the exact algorithm can tell between its samples (``trajectory.Exact``).
-
-    Attributes
-    ----------
-    model
-        the driveline.
-    """
+    """Exact values of a trajectory between its samples (``trajectory.Exact``)."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -77,10 +67,6 @@ class Between:
 
         Parameters
         ----------
-        trajectory
-            a motion of the exact algorithm, with its log.
-        signals
-            quantity and name of each, among ``signals``.
         with_moments
             whether moments are wanted, of all signals or of each (q,); without, they are NaN.
         cycles
@@ -107,18 +93,8 @@ class Between:
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
-        """Return deflection and rate of some elements over the last cycles, as lines; None as before.
-
-        In pieces (N, q, 2), one after the other in time and made when asked for.
-
-        Parameters
-        ----------
-        trajectory
-            as before.
-        elements
-            their names.
-        cycles
-            how many, not more than the steady part has.
+        """Return (N, q, 2) deflection and rate of some elements over the last cycles, not more than the steady part
+        has, in pieces in the order of time that are made when asked for; None as ``statistics``.
         """
         discard = trajectory.cycles - cycles
         is_all = discard == trajectory.discard

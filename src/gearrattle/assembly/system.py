@@ -1,4 +1,4 @@
-"""A model in words becomes a ``Driveline``: its piecewise system, and the names by which motions are read.
+"""Assembly of the piecewise system of a model, with the names of its coordinates.
 
 Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column, and harmonics of its
 angle are errors of the elements at it. A drag torque is a mean torque of the opposite sign; a harmonic
@@ -51,16 +51,12 @@ def _clock(model: Model) -> Clock | None:
 
 @dataclass(frozen=True, eq=False)
 class Driveline:
-    """A model, the system it stands for, and the names of what moves.
+    """A model with its piecewise system, and the layout by which its trajectories are judged.
 
     Attributes
     ----------
-    model
-        the driveline in words.
     system
         J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
-    layout
-        names and constants by which a trajectory of the system is judged.
     """
 
     model: Model

@@ -1,4 +1,4 @@
-"""Many variants of a model assembled at once: paths of the file become columns, columns become coefficients.
+"""Assembly of many variants of a model at once: varied paths are columns, and so are the coefficients.
 
 Every number of a model is one *leaf*; a path that is varied replaces its leaf by a column of values, one a variant, and
 the same sums and products as in ``assembly.system`` make columns of coefficients of them, in the same order: the same
@@ -7,8 +7,6 @@ bits as if every variant were written, checked and assembled by itself (``tests/
 Only numbers may differ. Where a variant would have another structure - a gap that closes, a slope that vanishes - or
 could be refused by the model, it is marked as one that must go the general way, and so is every path that is no such
 number.
-
-Takes a Model, paths and values; gives ``kernels.variants.Coefficients`` with a leading axis.
 """
 
 from __future__ import annotations
@@ -97,16 +95,12 @@ def _owner(model: Model, kind: str, name: str) -> Any:
 
 @dataclass
 class Columns:
-    """The leaves of a model, some of them columns.
+    """The leaves of a model, some of them columns over the variants.
 
     Attributes
     ----------
-    model
-        what is varied; a variant itself.
     varied
         by path (V,) values.
-    count
-        V.
     good
         (V,) which variants share the structure of the model, and satisfy it for certain.
     has_tables
@@ -167,7 +161,7 @@ class Columns:
 def coefficients(
     model: Model, varied: Mapping[str, Array], count: int, shared: Coefficients | None = None
 ) -> tuple[Coefficients, NDArray[np.bool_]]:
-    """Assemble variants.
+    """Assemble V variants of a model.
 
     Parameters
     ----------
@@ -175,8 +169,6 @@ def coefficients(
         one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
     varied
         by path (V,) values in SI.
-    count
-        V.
     shared
         as many times the model itself (``repeated``): the arrays that no path varies are taken from there, not copied.
 
@@ -310,11 +302,6 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
     """Velocities of a static start: the free inertias turn with those of prescribed motion.
-
-    Parameters
-    ----------
-    model, varied, count
-        as in ``coefficients``.
 
     Returns
     -------

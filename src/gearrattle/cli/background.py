@@ -3,8 +3,6 @@
 The work runs in a thread of its own; the main thread does nothing but show progress and wait, so that Ctrl-C is
 answered at once, even while a kernel is being compiled. Progress shows only on stderr and only after two seconds: a
 bar on a terminal, now and then a plain line elsewhere, none twice in a row.
-
-Takes a function of a ``Watch``; gives what it returns, or raises what it raises.
 """
 
 from __future__ import annotations
@@ -45,13 +43,7 @@ class Watch:
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
-        """Take note of the finished share.
-
-        Raises
-        ------
-        Cancelled
-            if the work should stop.
-        """
+        """Take note of the finished share; Cancelled if the work should stop."""
         if self.phase == _FIRST:
             self.phase = "simulating"
         self.fraction = fraction
@@ -109,8 +101,6 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
 
     Parameters
     ----------
-    work
-        what to do; it should call its watch every few milliseconds.
     grace
         how long it may take to stop [s].
     known

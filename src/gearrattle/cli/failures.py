@@ -1,9 +1,7 @@
-"""What a failure says and which exit code it has.
+"""Messages and exit codes of failures.
 
 One message a person can act on: what failed, where, and what to try. Nothing here hides a bug: what is not expected
 is called an internal error, and GEARRATTLE_DEBUG=1 shows its traceback.
-
-Takes errors; gives exit codes and text on stderr.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""The rows above the numbers of a table: which has the names, which the units; others have types or comments.
+"""Names and units in the rows above the numbers of a table.
 
-Units are told by what they are, types such as ``f8`` as well. Of what is left, the names are the row with a name of
-time, then one with units in brackets, then one without words parted by blanks.
-
-Takes rows of entries; gives names and units.
+Rows of units and of types, such as ``f8``, are recognised by their entries. Of the other rows, the one with a name of
+time has the names; else one with units in brackets; else one without words parted by blanks.
 """
 
 from __future__ import annotations
@@ -38,13 +36,7 @@ class Head(NamedTuple):
 
 
 def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int | None]:
-    """Return names and units of columns, and the indices of their rows.
-
-    Parameters
-    ----------
-    rows
-        entries of the rows above the numbers, as many in every row; one row or more.
-    """
+    """Return names and units of columns, and the indices of their rows, from one row or more above the numbers."""
     filled = [index for index, row in enumerate(rows) if any(row)] or [len(rows) - 1]
     words = [index for index in filled if not _are_types(rows[index])]
     if all(_are_units(rows[index]) for index in words):

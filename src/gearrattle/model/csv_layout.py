@@ -1,4 +1,4 @@
-"""How a CSV file is written: its encoding, what parts columns and decimals, where names, units and numbers stand.
+"""Layout of a CSV file: encoding, separators, decimal sign, and the rows of names, units and numbers.
 
     t [s], T [N*m]          Zeit;Drehmoment
     0.000, 12.1             s;Nm
@@ -7,8 +7,6 @@
 The first line with two numbers or more tells the rest: what parts its columns, and how many there are; a time stamp
 counts as one. Which of the lines above it has the names, ``csv_heads`` tells. What stands above the names is left out.
 Lines that begin with # are comments. Entries in double quotes may hold what parts the columns (RFC 4180).
-
-Takes a path; gives a ``Layout``.
 """
 
 from __future__ import annotations
@@ -40,17 +38,7 @@ EXAMPLE = "such as: t [s], n [rpm]"
 
 
 class RecordError(ValueError):
-    """A file that is no such record.
-
-    Attributes
-    ----------
-    place
-        file, line and column.
-    value
-        what stands there.
-    rule, remedy
-        as in ``errors.Problem``.
-    """
+    """A file that is no record of columns; ``place`` is file, line and column, the rest as in ``errors.Problem``."""
 
     def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
@@ -61,12 +49,10 @@ class RecordError(ValueError):
 
 
 class Stamps(NamedTuple):
-    """Where time stamps stand.
+    """Columns of the time stamps.
 
     Attributes
     ----------
-    column
-        index of their column.
     first
         the first one.
     day_index, first_day
@@ -80,24 +66,14 @@ class Stamps(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """How a file is written.
+    """Encoding, separators, heads and time stamps of a file of columns.
 
     Attributes
     ----------
-    encoding
-        of the text.
-    separator
-        between columns.
-    decimal_comma
-        whether a comma parts decimals; otherwise a point.
-    heads
-        names and units of the columns.
     names_line
         line of the names, counted from 1.
     first_row
         how many lines that are neither blank nor comments stand above the first row.
-    quoted
-        whether entries stand in quotes.
     stamps
         of time; None: there are none.
     notes
@@ -170,11 +146,6 @@ def encoding_of(head: bytes) -> str | None:
 
 def count_lines(path: Path) -> int:
     """Return how many lines a file has, by its line ends, without reading a whole line.
-
-    Parameters
-    ----------
-    path
-        the file.
 
     Raises
     ------

@@ -1,8 +1,6 @@
-"""A value as a factor of what the model says: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
+"""Factors of values of a model: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
 
-What a factor is of is known where it is used: ``paths.resolved`` multiplies.
-
-Takes a number; gives a Factor.
+``paths.resolved`` multiplies each by the value at its path.
 """
 
 from __future__ import annotations

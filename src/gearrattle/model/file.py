@@ -2,9 +2,6 @@
 
 Nothing in a file is evaluated: TOML is data, units go through ``units``. A file is refused by size before it is
 parsed, so that a wrong path (a result file, a disk image) is answered at once.
-
-Takes ``Model`` from ``model`` and line numbers from ``positions``; gives ``load`` and ``loads`` to everyone, and the
-reading of other TOML files to those who have some.
 """
 
 from __future__ import annotations

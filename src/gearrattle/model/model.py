@@ -1,8 +1,4 @@
-"""The model: a driveline as its engineer describes it, validated, immutable, in SI.
-
-Takes the nouns from ``parts``, ``excitation``, ``simulation`` and ``criteria``; gives ``Model`` to ``assembly`` and to
-the file reader. The rules checked here are those between tables: names that are unique and that exist.
-"""
+"""The model: a driveline as its engineer describes it, validated, immutable, in SI."""
 
 from __future__ import annotations
 

@@ -3,8 +3,6 @@
 ``{ speed = ["800 rpm", "3000 rpm"], value = ["200 N*m", "80 N*m"] }`` stands for the straight line between its points
 at the speed of the model; nothing is extrapolated. In the model it is a float, that of its own speed, which remembers
 its table: a copy of the model at another speed takes another value, and a sweep of the speed follows it.
-
-Takes value kinds from ``quantity``; gives one to the classes of the model.
 """
 
 from __future__ import annotations

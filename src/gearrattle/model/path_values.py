@@ -1,7 +1,4 @@
-"""Values at paths of a model, as the model has them; what is varied by a path, a value or a factor.
-
-Takes a Model, a path and a value as it is written; gives plain values in SI, and by plain paths.
-"""
+"""Values at paths of a model in SI, and paths that a study varies by values or by factors."""
 
 from __future__ import annotations
 
@@ -36,16 +33,8 @@ def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) 
 
     Parameters
     ----------
-    path
-        of the number.
     change
         a plain number in SI, a string with a unit, or a factor of the model's own number.
-    model
-        whose path it is.
-    bound
-        of the change.
-    name
-        of the change, for messages.
 
     Raises
     ------
@@ -61,15 +50,7 @@ def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) 
 
 @dataclass(frozen=True)
 class Varied:
-    """What a study varies by one path or pattern: the value there, or the factor of what the model says.
-
-    Attributes
-    ----------
-    path
-        as it was asked for.
-    by_factor
-        whether numbers are factors.
-    """
+    """What a study varies by one path or pattern: the value there, or the factor of what the model says."""
 
     path: str
     by_factor: bool = False
@@ -79,13 +60,7 @@ class Varied:
         return Factor(value) if self.by_factor else value
 
     def read(self, value: Any, model: Model) -> Any:
-        """Return a value as it is written in SI, a factor as a plain number.
-
-        Raises
-        ------
-        ModelError
-            the model refuses it.
-        """
+        """Return a value in SI, a factor as a plain number; ModelError where the model refuses it."""
         if not self.by_factor:
             return in_si(self.path, value, model)
         times = factor_in(value if is_factor(value) else {"factor": value})
@@ -93,12 +68,8 @@ class Varied:
         return times.times
 
     def read_change(self, change: Any, model: Model, name: str) -> float:
-        """Return a positive change, such as a standard deviation: in SI, that of a factor as a plain number.
-
-        Raises
-        ------
-        ModelError
-            it is none.
+        """Return a positive change, such as a standard deviation: in SI, that of a factor as a plain number; ModelError
+        otherwise.
         """
         if self.by_factor:
             return float(checked(Plain("positive"), change, name))

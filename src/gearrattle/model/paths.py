@@ -2,8 +2,6 @@
 
 Named tables (inertia, coupling, mesh) go by name, everything else by its key or its 0-based index. ``*`` stands for any
 text, dots too: such a pattern means the paths of all values that are set and match it.
-
-Takes and gives plain dictionaries and lists; ``model`` validates the outcome.
 """
 
 from __future__ import annotations
@@ -100,24 +98,12 @@ def resolved(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 
 def factored(tables: Mapping[str, Any], path: str) -> dict[str, float]:
-    """Return the numbers that a factor at a path or a pattern is of, by plain path.
-
-    Raises
-    ------
-    ModelError
-        as ``resolved``.
-    """
+    """Return the numbers that a factor at a path or a pattern multiplies, by plain path; ModelError as ``resolved``."""
     return {one: _number_at(tables, one) for one in paths_at(tables, path)}
 
 
 def _number_at(tables: Mapping[str, Any], path: str) -> float:
-    """Return the number that a factor is of.
-
-    Raises
-    ------
-    ModelError
-        there is none.
-    """
+    """Return the number that a factor multiplies; ModelError if there is none."""
     own = value_at(tables, path)
     if own is None:
         rule = "a factor is of what the model says, and it says nothing here"
@@ -129,13 +115,7 @@ def _number_at(tables: Mapping[str, Any], path: str) -> float:
 
 
 def paths_at(tables: Mapping[str, Any], path: str) -> tuple[str, ...]:
-    """Return the plain paths that a path means: itself, or what a pattern matches.
-
-    Raises
-    ------
-    ModelError
-        the pattern matches nothing.
-    """
+    """Return the plain paths that a path means: itself, or what a pattern matches; ModelError if that is nothing."""
     if ANY not in path:
         return (path,)
     paths = path_names(tables, path)
@@ -157,24 +137,14 @@ def _no_match(tables: Mapping[str, Any], pattern: str) -> Problem:
 
 
 def expanded(tables: Mapping[str, Any], paths: Iterable[str]) -> list[str]:
-    """Return paths with patterns replaced by what they match, every path once.
-
-    Raises
-    ------
-    ModelError
-        a pattern that matches nothing.
+    """Return paths with patterns replaced by what they match, every path once; ModelError for a pattern without a
+    match.
     """
     return list(dict.fromkeys(one for path in paths for one in paths_at(tables, path)))
 
 
 def check_one(tables: Mapping[str, Any], path: str) -> None:
-    """Refuse a pattern where a path must lead to one value.
-
-    Raises
-    ------
-    ModelError
-        it is a pattern.
-    """
+    """Refuse a pattern where a path must lead to one value, by a ModelError."""
     if ANY in path:
         paths = paths_at(tables, path)
         rule = f"stands for several values ({listed(paths)}), and here one is needed"
@@ -182,12 +152,8 @@ def check_one(tables: Mapping[str, Any], path: str) -> None:
 
 
 def value_at(tables: Mapping[str, Any], path: str) -> Any:
-    """Return the value at a path; None where a key may stand but does not.
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, or is a pattern.
+    """Return the value at a path, None where a key may stand but does not; ModelError for a pattern or a path that
+    leads nowhere.
     """
     check_one(tables, path)
     parts = path.split(".")
@@ -203,12 +169,8 @@ def value_at(tables: Mapping[str, Any], path: str) -> Any:
 
 
 def location_of(tables: Mapping[str, Any], path: str) -> tuple[int | str, ...]:
-    """Return the keys and 0-based indices of a path; its last key need not stand there.
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, or is a pattern.
+    """Return the keys and 0-based indices of a path, whose last key need not be there; ModelError for a pattern or a
+    path that leads nowhere.
     """
     check_one(tables, path)
     parts = path.split(".")

@@ -7,8 +7,6 @@ A file is read once, when the model is; from then on the model carries the point
 stands between the points says ``interpolation``: the cubic spline through all of them, straight lines, or steps, where
 each value holds until the next point. Beyond the points there is nothing, and a longer run is refused; only the last
 value of steps goes on.
-
-Takes columns from ``csv_columns`` and value kinds from ``quantity``; gives ``Signal`` to the classes of the model.
 """
 
 from __future__ import annotations
@@ -156,8 +154,6 @@ class OverTime:
 
     Attributes
     ----------
-    dimension
-        of the values.
     static
         whether the key ``static`` is allowed.
     key, along

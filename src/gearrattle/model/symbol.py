@@ -1,8 +1,6 @@
-"""How a table of the model file is shown where drivelines are drawn and edited.
+"""Symbol and template of a table of the model file, for drawings and the editor.
 
 A symbol is drawn along the line from the first end of an element to the second; a template is what a new table holds.
-
-Takes nothing; gives ``Shown`` to the classes of the model.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Units at the file boundary: ``"1.5 kN*m/rad"`` becomes 1500.0, and nothing else ever sees a unit.
+"""Conversion of quantities with units to SI numbers: ``"1.5 kN*m/rad"`` becomes 1500.0.
 
 Two things are special here. First, *angle is a dimension*: radian and degree are not silently 1, so ``N*m`` is no
 torsional stiffness and ``N*m/rad`` no torque. Second, conversion is exact: the decimal number and the unit's factor
@@ -7,8 +7,6 @@ are multiplied as fractions and rounded once, so ``"0.05 mm"`` is the same doubl
 The text is split by a small parser of our own (products, quotients, whole powers); pint supplies only the meaning of
 a single symbol, from its registry with radian made a base unit. No text is ever evaluated. What nearly every file uses
 stands in ``known_units``, as pint has it; pint is imported when the first other symbol occurs, not before.
-
-Takes text from ``quantity``; gives it SI doubles.
 """
 
 from __future__ import annotations
@@ -35,18 +33,12 @@ class Dimension:
 
     Attributes
     ----------
-    name
-        in words, e.g. ``"torsional stiffness"``.
     si
         the SI unit a plain number is in.
     exponents
         powers of kg, m, s, rad.
-    example
-        a string a user may write.
     symbols
         if not empty, the only unit texts allowed.
-    hint
-        extra advice when the unit does not fit.
     """
 
     name: str

@@ -1,8 +1,6 @@
 """A model's tables as TOML text: the inverse of reading.
 
 Numbers are written with the fewest digits that give the same double, so what is read back is equal.
-
-Takes plain tables from ``model``; gives text.
 """
 
 from __future__ import annotations

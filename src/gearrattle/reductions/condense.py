@@ -1,4 +1,4 @@
-"""``condense``: a model and a band in, small matrices out.
+"""Condensed matrices of a model for a band.
 
 The reductions of the shelf that give no bodies: full mass matrices, amplitudes for angles. They serve frequencies,
 responses and estimates in every contact state; what can be saved and simulated as a driveline comes from ``reduce``.
@@ -98,12 +98,8 @@ class Condensed(Result):
         }
 
     def frequencies(self, contact_ratio: Mapping[str, float] | None = None) -> Array:
-        """Return (r,) natural frequencies [rad/s].
-
-        Parameters
-        ----------
-        contact_ratio
-            factor on the last slope of kept clearances, by name; 1 where nothing is said.
+        """Return (r,) natural frequencies [rad/s], under factors on the last slope of kept clearances; 1 where nothing
+        is said.
         """
         ratios = dict(contact_ratio or {})
         if problems := unknown("contact_ratio", tuple(ratios), self.clearances):

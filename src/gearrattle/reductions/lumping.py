@@ -10,8 +10,6 @@ by Rayleigh's quotient raises that mode by about s_k / 2. Elements are merged in
 the sum predicts no error beyond half the limit; then the error is measured (``accuracy``), and the merges with the
 largest shares are taken back while it is beyond the limit. Elements with a clearance that is kept are never merged, nor
 is one to the ground, nor one whose transmission error excites the band.
-
-Takes a ``Request``; gives ``Lumps``, whose groups ``assembly`` can write as a driveline.
 """
 
 from __future__ import annotations
@@ -46,12 +44,10 @@ class Refused(Exception):
 
 @dataclass(frozen=True)
 class Fate:
-    """What became of one element.
+    """Whether the two bodies of an element are one now, and why.
 
     Attributes
     ----------
-    merged
-        whether its two bodies are one now.
     reason
         a key of ``REASONS``.
     share
@@ -190,16 +186,10 @@ def lump(
 
     Parameters
     ----------
-    request
-        what is asked.
-    forced
-        elements to be merged whatever it costs.
     level
         elements that must stay between equal speeds, because their law cannot be written otherwise.
     own
         elements that must stay between bodies of their own, at the speeds these have.
-    limit
-        largest relative error of a frequency in the band.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""``reduce``: a model and a band in, a smaller model and its record out.
+"""Reduction of a model for a band to a smaller driveline, with its error.
 
-Assembly writes the model as a system, ``reductions`` says which bodies move as one, assembly writes the new model. The
-part of Padmanabhan et al. 1995, sec. 3, that a person did by eye, with its error.
+The model is assembled as a system, ``reductions`` chooses the bodies that move as one, and the new model is written.
+Padmanabhan et al. 1995, sec. 3, did this by eye.
 """
 
 from __future__ import annotations
@@ -111,13 +111,7 @@ def reduce(
 
 
 def band_end(model: Model, up_to: str | float) -> float:
-    """Read the end of a band [rad/s].
-
-    Raises
-    ------
-    ModelError
-        if it is no frequency.
-    """
+    """Read the end of a band [rad/s]; ModelError if it is no frequency."""
     dimensionless = model.units == "dimensionless"
     try:
         value = Quantity(units.FREQUENCY, "positive").read(up_to, dimensionless)

@@ -6,8 +6,6 @@ combination of pieces of different slope while there are few, and a ladder of co
 together and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low
 while a gap hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are more than
 can be treated in some seconds: then some of them, evenly spread.
-
-Takes a piecewise system; gives slopes and dampings.
 """
 
 from __future__ import annotations
@@ -53,8 +51,6 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
 
     Parameters
     ----------
-    system
-        the full system.
     varied
         the clearances whose slope may change; all other elements stay in their last drive stage.
     up_to

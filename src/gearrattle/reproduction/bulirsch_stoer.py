@@ -1,7 +1,4 @@
-"""Sec. 9: "Bulirsch-Stoer ... failed to converge", on systems with several nonlinearities. Does ours?
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9: the failure of Bulirsch-Stoer on systems with several nonlinearities, tried with ours."""
 
 from __future__ import annotations
 

@@ -6,8 +6,6 @@ J_1 omega^2 psi_c = 6.75 N m on the flywheel, and a mean of ratio x 202.5 N m th
 that drags with 0.5 N m; the hub drags with 2 % of the mean, the input gear takes the rest. *Loaded*: hub and input gear
 drag with 2 % each, the output gear takes the rest. At ratio 0.05 they are examples/paper/case*.toml, but for the start:
 runs begin at rest in the equilibrium, as the paper's counts of steps need it.
-
-Takes a number; gives a Model.
 """
 
 from __future__ import annotations
@@ -38,12 +36,8 @@ def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
 
     Parameters
     ----------
-    case
-        1, 2 or 3.
     ratio
         mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
-    loaded
-        whether the output gear carries the mean, or is loose.
     """
     mean = _decimal(ratio * LARGEST_HARMONIC)
     share = _decimal(HUB_SHARE * mean)

@@ -1,7 +1,4 @@
-"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4.
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 The mean of gamma^2 over five harmonics, four segments of 128 points (``signals.coherence``). Beside them the ceiling:
 exact against exact begun 1e-12 half-gaps away, which no algorithm can be expected to beat.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -63,10 +61,6 @@ def kappa(
 
     Parameters
     ----------
-    measurements
-        all runs.
-    setup, reference
-        which two.
     filtered
         whether samples pass an anti-aliasing filter before some are left out.
     """

@@ -2,8 +2,6 @@
 
 ``simulate`` runs whole periods; 800 and 850 units of 1/omega, and RK4's 819.2 and 857.6, are none. Here the solver of
 the shelf is told how many steps to take.
-
-Takes a case, an algorithm, a step and a number of steps; gives what they cost.
 """
 
 from __future__ import annotations
@@ -31,12 +29,10 @@ TABLEAUS = {"rk2": MIDPOINT, "rk4": CLASSICAL}
 
 @dataclass(frozen=True)
 class Counted:
-    """What the steps cost.
+    """Steps, calls and crossings, and their cost.
 
     Attributes
     ----------
-    steps, calls, crossings
-        counts.
     span
         time marched over, in units of 1/omega.
     seconds
@@ -57,18 +53,8 @@ def count_steps(
 
     Parameters
     ----------
-    case
-        of Table 2, under light load.
-    algorithm
-        "rk2" or "rk4".
     step
         in units of 1/omega.
-    steps
-        how many.
-    loaded
-        which of our loads.
-    tick
-        called with the finished share; what it raises ends everything.
     """
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle

@@ -7,8 +7,6 @@ D, and the mesh carries R F = D + J_4 theta_4''. Contact is therefore first lost
     D* = max over a period of -J_4 theta_4'',
 
 read off the smooth motion under the largest D: a figure that no crossing enters.
-
-Takes how much time there is; gives a section.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ and H1 from spectra). For a sine without mean, h = b/A <= 1,
 for large A they go to one as 1 - 2 h/pi and 1 - 4 h/pi.
 
 Points: exact motions of the mesh alone (``sweep``), whose shape is no assumption.
-
-Takes how much time there is; gives a section.
 """
 
 from __future__ import annotations
@@ -45,14 +43,8 @@ _DIGITS = 60
 
 
 def under_load(amplitude: float, load: float) -> Describing:
-    """How the gap answers a sine about the mean that carries a load, found by bisection.
-
-    Parameters
-    ----------
-    amplitude
-        in half-gaps.
-    load
-        mean force in units of K b, not negative.
+    """Contact ratios of the gap under a sine [half-gaps] about the mean that carries a load [K b, not negative], by
+    bisection.
     """
     low, high = 0.0, 1.0 + load + amplitude  # the mean force grows with the mean, and is at least load at high
     for _ in range(_DIGITS):
@@ -133,15 +125,7 @@ def _ranks(stops: Sequence[Stop]) -> tuple[float, float]:
 
 
 def curve(amplitudes: Array, load: float) -> tuple[Array, Array]:
-    """Mean slope and gain of the closed forms.
-
-    Parameters
-    ----------
-    amplitudes
-        (N,) [half-gaps].
-    load
-        mean force in units of K b.
-    """
+    """(N,) mean slope and gain of the closed forms at amplitudes [half-gaps], under a mean load [K b]."""
     results = [under_load(amplitude, load) if load else under_sine(GAP, amplitude) for amplitude in amplitudes.tolist()]
     return np.array([result.mean_slope for result in results]), np.array([result.gain for result in results])
 

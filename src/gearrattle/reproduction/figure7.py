@@ -1,8 +1,6 @@
 """Fig. 7: case 3, relative displacements by RK2 and RKV; spectra by RK2 and GRS. Ours, drawn the same way.
 
 Which displacement the paper draws and which cycles is not known to us (its text survives, its figures do not).
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations

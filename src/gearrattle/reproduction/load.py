@@ -1,7 +1,4 @@
-"""Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2.
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 Inertias, stiffnesses and ratios of the eight-inertia model are inferred by least squares from the frequencies and
 shapes the paper prints (examples/paper/eight_dof.toml is the same model with loads and clearances). No load is needed.
-
-Takes nothing; gives a section.
 """
 
 from __future__ import annotations

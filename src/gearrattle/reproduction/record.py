@@ -1,7 +1,4 @@
-"""What a reproduction is: rows of "paper, ours, why they differ", in sections, each row with an honest status.
-
-Takes text, tables and charts; gives frozen records to the page and to JSON.
-"""
+"""Result of a reproduction: sections with rows of "paper, ours, why they differ", each row with its status."""
 
 from __future__ import annotations
 
@@ -35,16 +32,10 @@ STATUSES = (REPRODUCED, CONSTRUCTED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABL
 
 @dataclass(frozen=True)
 class Row:
-    """One statement of the paper, and the result of its check.
+    """One statement of the paper with its place, and the result of its check.
 
     Attributes
     ----------
-    item
-        what, with its place in the paper.
-    paper
-        what is printed there.
-    ours
-        what was measured here.
     status
         how the two compare.
     why
@@ -77,18 +68,10 @@ class Section:
 
     Attributes
     ----------
-    key
-        anchor.
-    title
-        heading.
     words
         what was done, in a sentence or two.
-    rows
-        the comparison.
     tables
         numbers behind it.
-    charts
-        figures.
     """
 
     key: str
@@ -105,12 +88,8 @@ class Reproduction(Result):
 
     Attributes
     ----------
-    sections
-        in the order of the page.
     quick
         whether runs were shortened; their figures are then samples, not results.
-    seconds
-        how long everything took.
     """
 
     kind: ClassVar[str] = "reproduction"

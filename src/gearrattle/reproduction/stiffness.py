@@ -7,8 +7,6 @@ stiffness only), 8 x 8 with damping:
 
 and R_lambda the largest over the smallest |eigenvalue|, the rigid-body pair left out (it is 0 and the mean drag rate).
 Mixed coordinates x = R theta of the gears are T A T^-1: a similarity, which leaves every eigenvalue as it is.
-
-Takes nothing; gives a section.
 """
 
 from __future__ import annotations
@@ -29,12 +27,10 @@ _K, _C = np.array(list(STIFFNESS.values())), np.array(list(DAMPING.values()))
 
 
 def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = False) -> Array:
-    """(8, 8) Jacobian with stiffness contact ratios given.
+    """(8, 8) Jacobian with stiffness contact ratios Gamma_c, Gamma_g given.
 
     Parameters
     ----------
-    clutch, gear
-        Gamma_c, Gamma_g.
     time_scale
         omega for dimensionless time, 1 for seconds.
     mixed

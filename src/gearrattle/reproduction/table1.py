@@ -1,7 +1,5 @@
 """Tables 1 and 2: the sixteen dimensionless parameters, recomputed by eqs. (15)-(19) from round dimensional values
 (inferred), and the clearances of the three cases, read back from the models.
-
-Takes the values of ``cases``; gives a section.
 """
 
 from __future__ import annotations

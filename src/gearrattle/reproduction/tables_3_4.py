@@ -1,7 +1,4 @@
-"""Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850).
-
-Takes Measurements; gives a section.
-"""
+"""Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850)."""
 
 from __future__ import annotations
 
@@ -41,15 +38,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
 
 
 def section(measurements: Measurements, tick: Progress) -> Section:
-    """Compare both tables.
-
-    Parameters
-    ----------
-    measurements
-        all runs.
-    tick
-        called with the finished share of the steps counted here; what it raises ends everything.
-    """
+    """Compare both tables."""
     counts = _counts(measurements.scope, tick)
     rows = [
         _fixed_row(number, line, [counts[number, line.label, loaded] for loaded in (False, True)])

@@ -1,8 +1,6 @@
 """Sec. 9: "the TR yielded by the fixed step routines appear to encompass a larger bandwidth (rms to peak)".
 
 Measured on case 2 as TR_peak - TR_rms over the last eight cycles (eqs. (23)-(25)).
-
-Takes Measurements and the setups of case 2; gives rows.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""RK4 at the paper's step h = 0.0128: outside its stability region while the gears touch.
+"""RK4 at the paper's step h = 0.0128: outside its stability region while the gears are in contact.
 
 With R the stability polynomial, |R(h lambda)| <= 1 must hold for every eigenvalue of every region met. Where the mesh
 is in contact the paper's step gives 1.69; its limit there is found by bisection. The loaded cases show what follows:
 the exact teeth stay in contact, RK4's rattle.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations

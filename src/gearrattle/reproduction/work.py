@@ -2,8 +2,6 @@
 
 Case 3 over the first part of the motion, up to where perturbations have grown a thousandfold; light (0.05) and moderate
 (0.5) load. Calls are interpolated, log over log, between the runs on either side of an error.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The one loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
+"""Loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
 
 from __future__ import annotations
 
@@ -28,14 +28,6 @@ def integrate(
 
     Parameters
     ----------
-    task
-        system, start and output grid.
-    layout
-        names and constants of the driveline.
-    algorithm
-        a key of ``SOLVERS``.
-    discard
-        cycles criteria leave out.
     progress
         called with the fraction done after every slice; whatever it raises ends the run. Its method
         ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
@@ -61,16 +53,12 @@ def finish(
     begin: float,
     first_cycle: int = 0,
 ) -> Trajectory:
-    """Drive a run to its end; see ``integrate``.
+    """March a run that has just begun to its end; see ``integrate``.
 
     Parameters
     ----------
-    march
-        the run, just begun.
     task
         what it works on; its ``cycles`` are those of this trajectory.
-    layout, algorithm, discard, progress
-        as in ``integrate``.
     begin
         clock reading [s] from which its wall time counts.
     first_cycle

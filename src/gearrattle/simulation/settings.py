@@ -20,8 +20,6 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
 
     Parameters
     ----------
-    model
-        the model as loaded.
     arguments
         settings of the call by their names in the file; None where the call is silent.
 

@@ -1,4 +1,4 @@
-"""``simulate``: a model in, a run out."""
+"""Simulation of a model in time."""
 
 from __future__ import annotations
 
@@ -113,23 +113,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class Plan:
-    """A simulation about to begin.
-
-    Attributes
-    ----------
-    model
-        the model with every setting filled in.
-    task
-        what to integrate.
-    layout
-        names and constants of the driveline.
-    algorithm
-        a key of ``SOLVERS``.
-    discard
-        cycles criteria leave out.
-    notes
-        what must be noted before anything has moved.
-    """
+    """A simulation about to begin: settings filled in, task, layout, key of ``SOLVERS``, cycles to discard, notes."""
 
     model: Model
     task: Task
@@ -146,15 +130,6 @@ class Plan:
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     """Settle every setting, assemble the system and find the start.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    arguments
-        settings of the call by their names in the file; None where the call is silent.
-    audit
-        whether to audit the energy.
 
     Raises
     ------
@@ -178,12 +153,8 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
 
 
 def check_takes(driveline: Driveline, algorithm: str) -> None:
-    """Refuse a model that only ``exact`` takes to another algorithm.
-
-    Raises
-    ------
-    ModelError
-        friction, clipped contact damping, a torque over time or a sweep.
+    """Refuse another algorithm where only ``exact`` takes the model: friction, clipped contact damping, a torque over
+    time or a sweep (ModelError).
     """
     if algorithm != "exact" and (reason := needs_exact(driveline)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'

@@ -1,10 +1,8 @@
-"""What a new table or a new row holds: values that are valid where they stand, and change as little as they can.
+"""First values of a new table or row: valid where they stand, with as little effect as possible.
 
 Every table begins with what it must have, as the examples of the JSON Schema of model files give it. A further sine has
 the next order. Stages begin as the law that the coupling has, and a further stage goes on as the last one does: the law
 stays what it is until its values are changed.
-
-Takes the tables of a file as written and where the table or row is wanted; gives edits.
 """
 
 from __future__ import annotations
@@ -65,10 +63,6 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
 
     Parameters
     ----------
-    tables
-        of the file.
-    location
-        of the table or list, such as ``("coupling", 0, "stages")``.
     option
         which one of the tables that may stand there.
 

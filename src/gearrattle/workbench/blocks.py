@@ -2,8 +2,6 @@
 
 The blocks joined are the document again, letter by letter. A comment directly above a header belongs to that header,
 and a new key of a table goes below its last key, not below the comment on the next table.
-
-Takes text; gives blocks to ``editing``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A text is checked as ``gearrattle check`` does, and every problem is led to its field and its line.
-
-Takes a text; gives problems, the drawing and the tables as written, in JSON types.
-"""
+"""Check of a model text as ``gearrattle check`` does it, each problem with its field and line."""
 
 from __future__ import annotations
 
@@ -26,21 +23,8 @@ from gearrattle.workbench.together import groups_of
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
-    """Check a model file that may be incomplete.
-
-    Parameters
-    ----------
-    text
-        its content.
-    folder
-        the workspace; other files that the text names are read from there.
-    file
-        name of the file in it, to which names in the text are relative; empty: a file in the folder itself.
-
-    Raises
-    ------
-    ModelError
-        the name leads out of the folder.
+    """Check a model file that may be incomplete; data files that the text names are relative to ``file``, a name in the
+    workspace folder that may not lead out of it (ModelError).
 
     Returns
     -------

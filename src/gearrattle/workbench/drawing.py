@@ -1,9 +1,7 @@
-"""A model file as a drawing: bodies, what connects and drives them, and where each stands, in pixels.
+"""Drawing of a model file: bodies, elements and loads, with positions in pixels.
 
 The file may be incomplete or wrong: what can be read of it is drawn. Bodies stand as in the report's sketch
 (``report/plots/placement.py``), so a driveline looks the same while it is built and when it has been run.
-
-Takes the tables of a file as written; gives values in JSON types.
 """
 
 from __future__ import annotations
@@ -41,14 +39,10 @@ class Link:
 
     Attributes
     ----------
-    table, index
-        row of the component.
     ends
         two body numbers; -1 for ground, -2 for a body that does not exist.
     arms
         all bodies whose angles it reads.
-    element
-        what is known of a sound one.
     """
 
     table: str

@@ -1,4 +1,4 @@
-"""A model file is edited as its author would: one value or table changes, comments and layout stay.
+"""Edits of a model file that keep its comments and layout.
 
 Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table", "value"}``,
 ``{"op": "delete", "path"}``, ``{"op": "rename", "table", "name", "to"}`` and ``{"op": "begin", "path", "option"}``,
@@ -8,8 +8,6 @@ need be no sound model, only TOML. What is set may be a factor, ``{"factor": 3}`
 keeps its unit. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
 
 Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
-
-Takes a text; gives a text.
 """
 
 from __future__ import annotations
@@ -51,19 +49,8 @@ class Edited(NamedTuple):
 
 
 def edited(text: str, edits: Sequence[Edit]) -> Edited:
-    """Edit a model file.
-
-    Parameters
-    ----------
-    text
-        the content of the file, TOML.
-    edits
-        one after another, each on what the one before left.
-
-    Returns
-    -------
-    Edited
-        The text, comments kept, and sentences on what went with a deleted body.
+    """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what went with a deleted
+    body.
 
     Raises
     ------

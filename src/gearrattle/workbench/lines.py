@@ -1,7 +1,4 @@
-"""What the page lays over each other: the spectrum of a channel, and the shift of time that makes two channels agree.
-
-Takes a run or a recording; gives JSON.
-"""
+"""Spectrum of a channel, and the shift of time at which two channels agree, for curves over each other."""
 
 from __future__ import annotations
 
@@ -20,13 +17,6 @@ from gearrattle.trajectory import Array
 def density(source: Run | Recording, channel: str) -> dict[str, Any]:
     """Return the power spectral density of a channel, and the frequency of the shaft that orders refer to; None
     for it along a sweep.
-
-    Parameters
-    ----------
-    source
-        the run or the recording.
-    channel
-        its name.
     """
     data = psd(source, channel)
     layout = assemble(source.model).layout if isinstance(source, Run) else None

@@ -1,9 +1,7 @@
-"""``view``: a result in a notebook, as the page of the workbench shows it: tabs, figures to zoom, histories, sound.
+"""Interactive view of a result in a notebook: tabs, figures to zoom, histories, sound.
 
 It is an anywidget made of the same text as on the page; what it asks for it asks over the notebook's kernel, in the
 same messages that the page turns into requests. Without anywidget the static view of the result is shown.
-
-Takes a result of any kind; gives what a notebook shows.
 """
 
 from __future__ import annotations
@@ -53,13 +51,7 @@ class Static:
 
 
 class Answers:
-    """What a widget in a notebook asks for, of one result.
-
-    Attributes
-    ----------
-    motion
-        the run behind the result; None where there is none.
-    """
+    """Answers to the requests of a notebook's widget about one result, and the run behind it, if any."""
 
     def __init__(self, result: Any) -> None:
         self.presentation = presentation_of(result)

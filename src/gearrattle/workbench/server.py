@@ -1,7 +1,4 @@
-"""The server of the workbench: its socket, its start address, and its end.
-
-Takes a folder; serves it until it is interrupted.
-"""
+"""The server of the workbench: its socket, its start address, and its end."""
 
 from __future__ import annotations
 
@@ -132,13 +129,7 @@ def _check_limits(workers: int | None, memory: float | None) -> None:
 
 
 def _password(host: str) -> str:
-    """Return the password of a host; empty on loopback.
-
-    Raises
-    ------
-    ModelError
-        it is needed and missing, or short.
-    """
+    """Return the password of a host, empty on loopback; ModelError if it is needed and missing, or short."""
     if is_loopback(host):
         return ""
     password = os.environ.get(PASSWORD, "")

@@ -1,8 +1,6 @@
-"""Values of a model that are changed together, and what a change of a model is called.
+"""Groups of values that a factor changes together, and words for changes of a model.
 
 One key of all parts of a kind, such as the drag torque of all inertias, is a group, by a pattern with ``*``.
-
-Takes models; gives patterns and words.
 """
 
 from __future__ import annotations

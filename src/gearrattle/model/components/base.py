@@ -1,12 +1,10 @@
-"""What every component of a driveline gives: elements, each one deflection with its law.
+"""Base of components: each makes elements, and an element is one deflection with its law.
 
     delta = sum_i w_i theta_i - e(t),      torque on body i:  -w_i F(delta, delta')
 
 A component is a table of the model file. It says what it reads (its fields and ``rules``), which bodies it names and
 which elements it makes. The rest of the package knows elements only: what is particular to a component stands in its
 own file. ``COMPONENTS`` in ``__init__.py`` is the table of them.
-
-Takes value kinds from ``quantity``; gives ``Element`` and ``Component``.
 """
 
 from __future__ import annotations

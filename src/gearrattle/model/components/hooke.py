@@ -12,8 +12,6 @@ uniformly, and the torque -T de/dphi is that of the mean load: what fluctuates o
 
 Source: the series of arctan(p tan phi), p = 1 / cos beta, with (p - 1) / (p + 1) = tan^2(beta/2); Dubbel, Taschenbuch
 fuer den Maschinenbau, "Gelenkwellen".
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
 """
 
 from __future__ import annotations
@@ -67,15 +65,7 @@ class HookeJoint(Table):
 
 
 def joint_rules(table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breach]:
-    """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit.
-
-    Parameters
-    ----------
-    table
-        of the coupling, as written.
-    dimensionless
-        whether the model is.
-    """
+    """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit."""
     joint = table.get("hooke")
     if joint is None:
         return

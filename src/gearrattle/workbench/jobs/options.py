@@ -1,8 +1,6 @@
-"""Options of a task are checked before anything runs: their names, and what each may be.
+"""Check of a task's options before anything runs: their names and types.
 
 A task is a public function; what its arguments may be is what their annotations say, read for the values that JSON has.
-
-Takes a task and options; gives nothing, or every problem.
 """
 
 from __future__ import annotations
@@ -27,13 +25,6 @@ _LONGEST = 1_000_000  # characters of JSON: the record of a job keeps them, and 
 
 def check_options(task: str, options: Mapping[str, Any]) -> None:
     """Check a task and its options.
-
-    Parameters
-    ----------
-    task
-        its name.
-    options
-        by name, in JSON types.
 
     Raises
     ------

@@ -1,10 +1,8 @@
-"""A process that computes one thing after the other and stays warm; whoever asks may end it at any time.
+"""Warm process that computes one request after the other, and may be ended at any time.
 
 The process has imported gearrattle and loaded compiled loops before it is asked, so that the first answer comes at
 once; on Linux it is forked from one that has (``template.py``). Compiled loops do not hear a request to stop: to cancel
 is to end the process. Its memory is watched, and ends it as well.
-
-Takes what is to be done, by name; gives what it returned.
 """
 
 from __future__ import annotations
@@ -121,15 +119,7 @@ class Reserve:
 
 
 class WarmProcess:
-    """A process of one's own, another in its place when it has ended.
-
-    Parameters
-    ----------
-    memory
-        bytes that it may hold.
-    reserve
-        where the next process comes from.
-    """
+    """A process with a limit of memory [bytes], replaced from the reserve when it has ended."""
 
     def __init__(self, memory: float, reserve: Reserve) -> None:
         self._memory, self._reserve = memory, reserve
@@ -144,16 +134,8 @@ class WarmProcess:
         return self._started
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
-        """Return the answer to a request of the process that ``start`` has named, and of no other.
-
-        Whoever ends that process, even before it is asked, ends the request with it.
-
-        Raises
-        ------
-        FailedError
-            the work failed.
-        EndedError
-            the process ended.
+        """Return the answer of the process that ``start`` has named, and of no other: whoever ends it ends the request
+        (EndedError); FailedError if the work failed.
         """
         if self._started is None:
             raise EndedError("its process was not started")
