@@ -337,6 +337,7 @@ class _Source(NamedTuple):
 
 def _sources(model: Model) -> list[_Source]:
     """Every order of every source, those of one name and order together; what is zero is left out."""
+    # sources of the free inertias and of the elements
     free = free_of(model).tolist()
     names = [model.inertias[i].name for i in free]
     sources: dict[tuple[str, float], _Source] = {}
@@ -350,12 +351,14 @@ def _sources(model: Model) -> list[_Source]:
         if element >= 0:
             source.error[element] += amplitude
 
+    # torques, and joints on their driving shafts
     for table in model.torques:
         for harmonic in table.harmonics:
             add(f"torque on {table.on}", harmonic, body=table.on)
     for on, ripples in load_ripples(model).items():
         for ripple in ripples:
             add(f"torque of the joint on {on}", ripple, body=on)
+    # transmission errors and prescribed motions
     for k, element in enumerate(model.elements):
         for error in element.errors:
             add(element.error_words, error, element=k)
@@ -366,6 +369,7 @@ def _sources(model: Model) -> list[_Source]:
 
 def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array, Array]) -> Cause | None:
     """Return the cause of one body's acceleration; None of what nothing moves."""
+    # response of the body to every order of every source alone
     model = run.model
     layout = run.trajectory.layout
     stiffness, damping = slopes
@@ -380,6 +384,7 @@ def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array,
     power = sum(abs(amplitude) ** 2 for amplitude in together.values())
     if power == 0.0:
         return None
+    # shares of the mean square
     shares = [(item.acceleration * together[item.order].conjugate()).real / power for item in alone]
     shared = [replace(item, share=share) for item, share in zip(alone, shares, strict=True)]
     shared.sort(key=lambda item: -item.share)

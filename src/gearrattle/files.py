@@ -228,11 +228,13 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     """
     import h5py
 
+    # layout of a heap in this file
     (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
     header = 8 + width
     most = 2 ** (8 * width)
     insides = _insides(file)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        # objects of every heap, by their sizes
         heaps: list[tuple[int, int]] = []
         for begin in _places(content, _HEAP, insides):
             if heaps and begin < heaps[-1][1]:
@@ -249,6 +251,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 if not header <= padded < most // 2 or objects > size // header:
                     raise Refused("is damaged: an object of a global heap has an impossible size", "write it again")
                 at += padded
+        # lengths of strings in datasets
         for _, item in datasets(file):
             at, kind = item.id.get_offset(), item.id.get_type()
             if at and (kind.get_class() == h5py.h5t.VLEN or getattr(kind, "is_variable_str", bool)()):
@@ -256,6 +259,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 step = 8 + address
                 if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
                     raise Refused("is damaged: a string is longer than the file", "write it again")
+        # lengths of other strings that refer to a heap
         elsewhere = sorted([*heaps, *_numbers(file)])  # text and numbers: they may look like what is looked for
         searched = size - sum(end - first for first, end in elsewhere)
         for begin, _ in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
@@ -311,6 +315,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
     """
     import h5py
 
+    # groups from the root on, each object once
     rule, remedy = "points to data in another file", "copy the data into the file"
     visited: set[Any] = set()
     open_groups = [("", file, iter(list(file)))]
@@ -320,6 +325,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
         if key is None:
             open_groups.pop()
             continue
+        # links: external ones refused, soft ones left out
         name, link = f"{prefix}{key}", group.get(key, getlink=True)
         if isinstance(link, h5py.ExternalLink):
             raise Refused(f"{name}: {rule}", remedy)
@@ -330,6 +336,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
         if address in visited:
             continue
         visited.add(address)
+        # groups, and datasets without external data
         if isinstance(item, h5py.Group):
             open_groups.append((f"{name}/", item, iter(list(item))))
         elif isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):

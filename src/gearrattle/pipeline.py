@@ -148,12 +148,15 @@ def run(
     'double-sided'
     >>> page = findings.save("case3-results")
     """
+    # check the arguments
     check_arguments(progress=(CALLBACK, progress), phase=(CALLBACK, phase))
     check_negligible(negligible)
     model = model.with_negligible(negligible) if negligible else model
+    # rest and modes
     if phase is not None:
         phase("static rest and modes")
     linear = _linear(model)
+    # advice before the run
     settings: dict[str, Any] = {
         "algorithm": algorithm,
         "cycles": cycles,
@@ -166,9 +169,11 @@ def run(
     if phase is not None:
         phase("advising")
     advice = _advice(model, settings, progress)
+    # motion
     if phase is not None:
         phase("simulating")
     motion = simulate(model, **settings, progress=progress)
+    # verdict, and scores of the advice
     if phase is not None:
         phase("judging")
     if advice is not None:

@@ -228,11 +228,13 @@ def sweep(folder: Path) -> None:
     OSError
         results that a killed program had begun to move into the folder cannot be moved; it is as it was.
     """
+    # hidden folders and files of gearrattle
     try:
         with os.scandir(folder) as entries:
             left = [Path(entry.path) for entry in entries if _is_own(entry)]
     except OSError:
         return
+    # leave those that a living program has locked
     for path in left:
         try:
             handle = _opened_lock(path / _OWNER if path.is_dir() else path, make=path.is_dir())
@@ -241,6 +243,7 @@ def sweep(folder: Path) -> None:
         if _locked(handle) is not True:
             os.close(handle)
             continue
+        # remove a small file, complete a move that had begun
         if path.is_file():
             path.unlink(missing_ok=True)
             os.close(handle)

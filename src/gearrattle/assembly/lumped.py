@@ -47,9 +47,11 @@ def lumped_model(
     removed
         indices of the elements inside groups.
     """
+    # body kept and ratio of every body, by name
     names = [body.name for body in model.inertias]
     to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}
     to[GROUND] = (GROUND, 1.0)
+    # bodies kept, and components between their groups
     kept = sorted(set(owner))
     gone = {model.elements[k].name for k in removed}
     written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
@@ -59,6 +61,7 @@ def lumped_model(
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
             tables[kind] = rows
+    # torques and their means, harmonics, ramps and records times the ratio
     for row in tables.get("torque", []):
         row["on"], factor = to[row["on"]]
         if row.get("mean") != BALANCE:
@@ -70,6 +73,7 @@ def lumped_model(
         if signal := row.get("signal"):
             signal["scale"] = factor * signal.get("scale", 1.0)
             multiply(signal, {"static": factor})
+    # initial state of the bodies kept
     initial = tables.get("simulation", {}).get("initial")
     if isinstance(initial, Mapping):
         tables["simulation"]["initial"] = _initial(model, initial, owner, ratio, kept)

@@ -82,12 +82,14 @@ def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
 
 def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajectory:
     """Return the motion of ``dimensionless(model, scales)`` in SI, with the layout of the SI model."""
+    # units of deflections and forces, by element
     unit = scales.units()
     log = trajectory.events
     cost = trajectory.cost
     is_mesh = layout.is_mesh[layout.clearance]
     deflection = np.where(is_mesh, unit["length"], unit["angle"])
     force = np.where(is_mesh, unit["force"], unit["torque"])
+    # energy audit and steps of the algorithm
     energy = trajectory.energy
     if energy is not None:
         begin, end = (stored * unit["energy"] for stored in energy.stored)
@@ -97,6 +99,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
     auxiliaries = trajectory.auxiliaries
+    # samples, events and force integrals in SI
     return replace(
         trajectory,
         layout=layout,

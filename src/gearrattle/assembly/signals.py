@@ -144,6 +144,7 @@ def _swept(model: Model) -> Iterator[_Part]:
     ramp = ramp_of(model)
     if ramp is None:
         return
+    # torques on bodies over the sweep: drag, joints, means and harmonics
     range_ = speeds_of(ramp)
     bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
@@ -159,11 +160,13 @@ def _swept(model: Model) -> Iterator[_Part]:
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
+    # transmission errors and prescribed motions by harmonics
     for harmonics, error_of in _error_harmonics(model):
         driven.append((_unit(bodies), error_of))
         sounds.append(Sound(tones_of(harmonics, ramp), smooth=True))
     if not sounds:
         return
+    # piecewise polynomials of all of them along the sweep
     try:
         made = channels(ramp, sounds, end_of_run(model), period_of(model).period)
     except TooLong as error:

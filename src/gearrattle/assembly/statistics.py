@@ -152,6 +152,7 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
 
 def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     """The motion in the coordinates of the flow."""
+    # pieces at the start, and crossings of corners
     t = trajectory
     first = trajectory.layout.region_of_first_piece
     period = trajectory.layout.period
@@ -164,6 +165,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     time = log.time
     watch = log.clearance
     upward = (log.to_region > log.from_region).astype(np.int64)
+    # friction and alternating stiffness: states, passages and memories
     if auxiliaries is not None:
         pieces |= dict(zip(flow.system.places[len(first) :], auxiliaries.initial.tolist(), strict=True))
         passages = auxiliaries.passages
@@ -171,6 +173,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
         watch = passages.watch
         upward = passages.upward
         memories = auxiliaries.memory[:, list(flow.system.memories)] * flow.memory
+    # samples of the judged part in the coordinates of the flow
     count = len(flow.system.laws) + len(flow.system.auxiliaries)
     angle = t.angle[window]
     velocity = t.velocity[window]
@@ -186,6 +189,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
         np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
         samples[part, moving : flow.states] = memory[part]
     _write_inputs(flow, t, samples[:, flow.states :])
+    # crossings in periods
     return SampledMotion(
         tuple(int(pieces.get(k, 0)) for k in range(count)),
         samples,

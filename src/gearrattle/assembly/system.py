@@ -76,6 +76,7 @@ def _system(model: Model) -> PiecewiseSystem:
     common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
+    # sine and cosine parts of errors: transmission errors, then prescribed motions
     free = free_of(model)
     error = np.zeros((2, count, len(column)))
     for k, element in enumerate(elements):
@@ -83,11 +84,13 @@ def _system(model: Model) -> PiecewiseSystem:
             _add(error[:, k, column[harmonic.order]], harmonic)
     for k, factor, harmonic, _ in () if swept else motion_errors(model):
         _add(error[:, k, column[harmonic.order]], harmonic, factor)
+    # sine and cosine parts of torques, and of joints on their driving shafts
     torque = np.zeros((2, size, len(column)))
     sources = [(table.on, table.harmonics) for table in model.torques]
     for on, harmonics in () if swept else (*sources, *load_ripples(model).items()):
         for harmonic in harmonics:
             _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
+    # system of the free inertias
     mean = mean_torques(model)
     return PiecewiseSystem(
         inertia=inertia_of(model)[free],
@@ -108,9 +111,11 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
 
 def _layout(model: Model, system: PiecewiseSystem) -> Layout:
     elements, names = model.elements, [inertia.name for inertia in model.inertias]
+    # indices of bodies, and orders of the excitation
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
     common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
+    # names and constants of bodies, elements and clearances
     return Layout(
         inertia_names=tuple(names),
         inertia=inertia_of(model),

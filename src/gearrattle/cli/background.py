@@ -123,14 +123,17 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
         finally:
             ended.set()
 
+    # start the work in a thread of its own
     ended = threading.Event()
     context = contextvars.copy_context()  # which files may be read
     thread = threading.Thread(target=context.run, args=(body,), name=WORKER, daemon=True)
     display = _Display(watch)
     try:
         thread.start()
+        # show progress until it ends
         while not ended.wait(_TICK):  # a join that is interrupted takes the thread for ended (CPython 3.11)
             display.update()
+    # on Ctrl-C: stop the work, and show what is known
     except KeyboardInterrupt as interruption:
         watch.stop()
         if thread.ident is not None:  # else interrupted before it began
@@ -142,6 +145,7 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
         raise
     finally:
         display.close()
+    # hand on what the work returned or raised
     if failure:
         raise failure[0]
     return result[0]

@@ -141,9 +141,11 @@ def _numbers(
 
     if not use:
         return np.empty((0, 0)), ()
+    # columns of numbers and of time stamps
     stamps = _stamps(layout, use)
     wanted = list(dict.fromkeys([*use.values(), *stamps]))
     ask(len(wanted) + bool(stamps))  # steps of time stamps are looked at for midnights
+    # first as plain numbers, then with empty entries as NaN
     ways: list[Any] = [stamps or None, dict.fromkeys(wanted, _or_nan) | stamps] if gaps else [stamps or None]
     for converters in ways:
         try:
@@ -163,6 +165,7 @@ def _numbers(
         except ValueError:
             continue
         return _since_first(table.reshape(-1, len(wanted)), layout, use, stamps)
+    # find the first wrong line
     raise _first_wrong(path, layout, use, gaps=gaps)
 
 

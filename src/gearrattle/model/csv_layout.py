@@ -192,6 +192,7 @@ def layout_of(path: Path) -> Layout:
     OSError
         the file cannot be read.
     """
+    # encoding and first lines
     with opened(path) as binary:
         encoding = encoding_of(binary.read(_BYTES_LOOKED_AT))
     if encoding is None:
@@ -200,6 +201,7 @@ def layout_of(path: Path) -> Layout:
         lines = _first_lines(stream)
     if not lines:
         raise RecordError(str(path), "", "must begin with a line of column names and units", EXAMPLE)
+    # separator and number of columns, by the first row of numbers
     separator, first_row = _first_numbers([line for _, line in lines])
     rows = [cells_of(line, separator) for _, line in lines]
     count = len(rows[min(first_row, len(rows) - 1)])
@@ -209,6 +211,7 @@ def layout_of(path: Path) -> Layout:
         raise RecordError(f"{path}:{number}", f"{count} columns", rule, "a row has the samples of one time")
     while first_row > 0 and len(rows[first_row - 1]) == count and _has_gaps(rows[first_row - 1]):
         first_row -= 1
+    # rows of names and units above the numbers
     top = _top_of_heads(rows, first_row, count)
     if top is None:
         number, _ = lines[min(first_row, len(lines) - 1)]
@@ -222,6 +225,7 @@ def layout_of(path: Path) -> Layout:
         heads = _with_stamps(heads, stamps)
     comma = _has_decimal_comma(path, encoding, first_row, separator)
     quoted = any('"' in line for _, line in lines[first_row:]) or (comma and separator == ",")
+    # notes on what was assumed and left out
     used = [index for index in (kept[names], None if units is None else kept[units]) if index is not None]
     left_out = [(index, lines[index][0]) for index in range(first_row) if index not in used]
     notes = (

@@ -90,6 +90,7 @@ class OverSpeed(Quantity):
 
     def _tabled(self, table: Mapping[str, Any], dimensionless: bool, omega: float | None, last: float | None) -> float:
         """Read a table off at the model's speed."""
+        # keys of the table, and lengths of its lists
         unknown = [key for key in table if key not in _KEYS]
         if unknown or len(table) != 2:
             rule = "a table over speed has the keys speed and value, lists of equal length"
@@ -101,11 +102,13 @@ class OverSpeed(Quantity):
             or len(lists[0]) < 2
         ):
             raise breach("speed and value must be lists of equal length, of two points or more")
+        # points, ascending in speed
         speed = Quantity(units.ANGULAR_VELOCITY, "non-negative")
         speeds = tuple(speed.read(entry, dimensionless) for entry in lists[0])
         values = tuple(Quantity.read(self, entry, dimensionless) for entry in lists[1])
         if any(later <= sooner for sooner, later in pairwise(speeds)):
             raise breach("speeds must ascend")
+        # speeds of the model and of its sweep within the table
         if omega is None:  # the speed itself is wrong, and said to be
             return AtSpeed(values[0], speeds, values)
         if not speeds[0] <= omega <= speeds[-1]:
@@ -114,6 +117,7 @@ class OverSpeed(Quantity):
         if last is not None and not speeds[0] <= last <= speeds[-1]:
             rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the sweep ends at {last:.6g}"
             raise breach(rule, "extend the table: nothing is extrapolated")
+        # value at the model's speed
         return AtSpeed(AtSpeed(values[0], speeds, values).at(omega), speeds, values)
 
     def describe(self) -> dict[str, Any]:

@@ -260,6 +260,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     """Read one symbol or bracket and the whole power after it."""
     if not tokens:
         raise UnitError("must have a complete unit; something is missing at its end")
+    # base: a product in brackets, or one symbol
     head, rest = tokens[0], tokens[1:]
     if head == "(":
         base, rest = _product(rest)
@@ -271,6 +272,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     else:
         remedy = "write a speed in rpm, a frequency in Hz" if head == "1" else ""
         raise UnitError(f"must have a unit that can be read; {head!r} stands where a unit symbol should", remedy)
+    # exponent: after ^ or **, or as superscript digits
     exponent: str | None = None
     if rest and rest[0] in {"^", "**"}:
         exponent, rest = (rest[1] if len(rest) > 1 else ""), rest[2:]
@@ -278,6 +280,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
         exponent, rest = rest[0].translate(_SUPERSCRIPTS), rest[1:]
     if exponent is None:
         return base, rest
+    # whole powers only
     if not re.fullmatch(r"[+-]?\d{1,2}", exponent, re.ASCII) or abs(int(exponent)) > _LARGEST_POWER:
         raise UnitError(f"must have whole powers between -{_LARGEST_POWER} and {_LARGEST_POWER} in its unit")
     return _raise(base, int(exponent)), rest

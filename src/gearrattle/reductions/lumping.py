@@ -120,25 +120,30 @@ class _Rules:
 
     def bodies(self, merged: tuple[int, ...]) -> Grouping | str:
         """Group the bodies, or say why not."""
+        # groups of bodies; a closed loop must not lock
         rows = self.request.system.rows
         grouping = grouped(rows, merged)
         if grouping is None:
             return "locks"
         grouping = self._settled(grouping)
+        # kept clearances must keep a deflection
         reduced = rows @ grouping.basis
         size = np.abs(rows) @ np.abs(grouping.basis)
         silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
         if any(silent[k] and k not in merged for k in self.request.kept):
             return "silences"
+        # no other element with both ends in one group may be strained
         for row in rows[~silent]:
             ends = np.flatnonzero(row)
             if ends.size == 2 and grouping.owner[ends[0]] == grouping.owner[ends[1]]:
                 return "locks"
+        # elements between bodies of their own
         for k in self.own:
             bodies = np.flatnonzero(rows[k]).tolist()
             alike = all(abs(grouping.ratio[i] - 1.0) <= SAME for i in bodies)
             if not alike or len({grouping.owner[i] for i in bodies}) < len(bodies):
                 return "own"
+        # elements between equal speeds
         for k in self.level:
             entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
             if not silent[k] and np.ptp(entries) > SAME * entries.max():
@@ -147,6 +152,7 @@ class _Rules:
 
     def _settled(self, grouping: Grouping) -> Grouping:
         """Keep the body of a group at whose speed most couplings are tied; of equals a driven one, then the first."""
+        # weight of bodies by the couplings at them
         rows = self.request.system.rows
         weight = np.zeros(rows.shape[1])
         for k, row in enumerate(rows):
@@ -159,6 +165,7 @@ class _Rules:
                 and len({grouping.owner[i] for i in ends}) > 1
             ):
                 weight[ends] += 1000.0 if k in self.level else 1.0
+        # couplings that stay couplings if a body is kept
         ratios = np.array(grouping.ratio)
 
         def tied(body: int) -> float:
@@ -166,6 +173,7 @@ class _Rules:
             same = (np.array(grouping.owner) == grouping.owner[body]) & (np.abs(ratios / ratios[body] - 1.0) <= SAME)
             return float(weight[same].sum())
 
+        # body of the largest weight in every group
         for body in grouping.kept:
             members = [i for i, o in enumerate(grouping.owner) if o == body]
             best = max(members, key=lambda i: (tied(i), i in self.request.driven, -i))
@@ -196,10 +204,12 @@ def lump(
     Refused
         a forced element cannot be merged.
     """
+    # elements that may not be merged, and those that must
     rules = _Rules(request, level, own)
     shares, frequencies = _shares(request)
     reasons = _barred(request, forced, own)
     merged = _forced(rules, forced, reasons)
+    # merge by rising share of strain energy while Rayleigh's quotient predicts half the limit at most
     largest = shares.max(axis=0, initial=0.0)
     used = shares[:, list(merged)].sum(axis=1)
     for k in sorted((k for k, reason in enumerate(reasons) if not reason), key=lambda k: (largest[k], k)):
@@ -212,17 +222,20 @@ def lump(
             merged = (*merged, k)
             used = used + shares[:, k]
             reasons[k] = "stiff"
+    # measured error: take back the largest shares while it is beyond the limit
     grouping = rules.grouping(merged)
     error: Worst | None = None
     while merged[len(forced) :] and (error := error_within(request, grouping.basis, limit)) is None:
         reasons[merged[-1]] = "measured"
         merged = merged[:-1]
         grouping = rules.grouping(merged)
+    # elements between bodies that now turn as one
     for k, row in enumerate(request.system.rows):
         if k not in merged and np.max(np.abs(row @ grouping.basis)) <= SAME * np.max(
             np.abs(row) @ np.abs(grouping.basis)
         ):
             reasons[k] = "parallel"
+    # reasons by element
     fates = tuple(_fate(reason, shares[:, k], frequencies) for k, reason in enumerate(reasons))
     return Lumps(grouping, fates, error)
 

@@ -79,6 +79,7 @@ def reduce(
     >>> len(smaller.model.inertias)
     6
     """
+    # check names, limits and the excitation
     check_model(model)
     end = band_end(model, up_to)
     names = [element.name for element in model.elements]
@@ -97,6 +98,7 @@ def reduce(
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
     if problems:
         raise ModelError(problems)
+    # choose the bodies to merge
     request = requested(assemble(model), end, margin=margin, keep=keep, merge=merge)
     forced = tuple(dict.fromkeys(names.index(name) for name in merge))
     try:
@@ -104,9 +106,11 @@ def reduce(
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
+    # error in the band over all contact states
     achieved = accuracy(request, lumps.grouping.basis, lumps.grouping.kept, lumps.error)
     if achieved.frequency_error > limit:
         raise ModelError(_too_much(achieved, lumps, names, limit))
+    # write the smaller model
     return _reduction(model, request, lumps, achieved, limit=limit, check=check)
 
 
@@ -191,6 +195,7 @@ def _reduction(
 
 def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list[str]:
     """What the record must say beside the numbers."""
+    # elements that were merged: clearances and friction given up
     elements, notes = model.elements, []
     merged = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     if not merged:
@@ -203,6 +208,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     )
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
+    # components left out or changed
     notes += left_out(model)
     for component in model.components.values():
         if added := component.added_inertia():
@@ -220,6 +226,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
         notes.append(
             f"now between shafts of different speeds and written as a mesh with radii in ratio: {', '.join(turned)}."
         )
+    # excitation above the band
     if request.system.signals is not None:
         notes.append("records are no harmonics: whether they excite above the band is not known.")
     end = request.up_to * request.system.inputs.period / (2.0 * np.pi)

@@ -56,6 +56,7 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
     up_to
         end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """
+    # combinations of pieces of different slope, while there are few
     factors = [_factors(system, k) for k in varied]
     chosen: dict[tuple[float, ...], None] = {(1.0,) * len(varied): None}
     if np.prod([len(f) for f in factors], dtype=float) <= _MOST_COMBINATIONS:
@@ -65,15 +66,18 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
         for i, choices in enumerate(factors):
             chosen.update({(1.0,) * i + (x,) + (1.0,) * (len(varied) - i - 1): None for x in choices})
             chosen.update({(*(f[0] for f in factors[:i]), 1.0, *(f[0] for f in factors[i + 1 :])): None})
+    # ladder of contact ratios: all clearances together, then each alone
     for rung in LADDER:
         chosen[(rung,) * len(varied)] = None
         for i in range(len(varied)):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
+    # contact ratios at which a mode passes the end of the band
     centre = tuple(f[0] for f in factors)
     for i, k in enumerate(varied):
         for rung in _passing(system, k, up_to):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
             chosen[(*centre[:i], rung, *centre[i + 1 :])] = None
+    # evenly spread choice of very many states
     factors_of = list(chosen)
     if (most := most_states(system)) < len(factors_of):
         alike = [choices for choices in factors_of if len(set(choices)) == 1]

@@ -39,17 +39,20 @@ def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
     ratio
         mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
     """
+    # means and drag torques that balance
     mean = _decimal(ratio * LARGEST_HARMONIC)
     share = _decimal(HUB_SHARE * mean)
     drags = {"hub": share, "input_gear": share} if loaded else {"hub": share, "output_gear": LOOSE_DRAG}
     bearer = "output_gear" if loaded else "input_gear"
     rest = _decimal(sum(drags.values()) - mean)
+    # inertias, and harmonics on the flywheel
     inertias = [{"name": name, "J": inertia, "drag": DRAG[name]} for name, inertia in J.items()]
     for table in inertias:
         if table["name"] in drags:
             table["drag_torque"] = drags[str(table["name"])]
     harmonics = [{"order": order, "amplitude": amplitude} for order, amplitude in _HARMONICS]
     kind = f"a {'loaded' if loaded else 'loose'} output gear, mean {ratio:g}"
+    # the case as a model
     return Model.from_tables(
         {
             "schema": 1,

@@ -104,6 +104,7 @@ def _all(measurements: Measurements) -> Iterator[tuple[Key, tuple[float, ...] | 
 
 
 def _rows(label: str, coherences: Found) -> Iterator[Row]:
+    # coherences of one body under either load
     for i, (body, printed_value) in enumerate(zip(BODIES, printed.COHERENCES[label][1], strict=True)):
         parts: list[str] = []
         figures: dict[str, float] = {}
@@ -113,6 +114,7 @@ def _rows(label: str, coherences: Found) -> Iterator[Row]:
             if len(values) == len(keys):
                 parts.append(f"{kind}: {values[0]:.2f} with RK2 (aliased {values[2]:.2f}), {values[1]:.2f} with exact")
                 figures |= {f"{kind}_rk2": values[0], f"{kind}_exact": values[1], f"{kind}_aliased": values[2]}
+        # at the level of chance, or undecided
         noise = printed_value <= CHANCE.mean_high
         status = NOISE if noise else UNDECIDED if parts else UNAVAILABLE
         why = (
@@ -169,6 +171,7 @@ def _aliased(coherences: Found) -> Row:
 
 def _hardest(coherences: Found) -> Row:
     """Sec. 9: it is more difficult to find the solution at I_2."""
+    # body of the lowest coherence, of runs with any below the limit
     parts: list[str] = []
     most: list[bool] = []
     figures: dict[str, float] = {}
@@ -181,6 +184,7 @@ def _hardest(coherences: Found) -> Row:
         parts.append(f"{name} {hub} of {total}")
         most.append(2 * hub > total)
         figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}
+    # the hub, in more than half of them
     return row(
         "Sec. 9, the solution at I_2 is the hardest",
         "lowest coherence at theta_2''",

@@ -249,12 +249,14 @@ def _values() -> Row:
 
 
 def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
+    # loads and amplitudes of both kinds of impact
     panels = []
     reach = max(10.0, 1.1 * max(stop.amplitude for stop in double))
     plans = (
         ("Single-sided", single, LOAD, np.linspace(LOAD, widest(LOAD), 80), (0.0, 1.6)),
         ("Double-sided", double, 0.0, np.geomspace(1.0, reach, 80), (1.0, reach)),
     )
+    # closed forms as lines, exact motions as points
     for title, stops, load, amplitudes, x_range in plans:
         lines = []
         at = np.array([stop.amplitude for stop in stops])
@@ -274,6 +276,7 @@ def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
                 y_range=(0.0, 1.05),
             )
         )
+    # caption and legend
     caption = (
         f"Lines: closed forms for a sine, single-sided under a mean load of {LOAD:g} K b until it reaches the other "
         "side. Points: exact motions of the mesh alone."

@@ -78,6 +78,7 @@ def section() -> Section:
 
 
 def _rows() -> tuple[Row, ...]:
+    # R_lambda in three formulations
     forms = {
         "dimensional": jacobian(0.1, 1.0),
         "dimensionless": jacobian(0.1, 1.0, SPEED),
@@ -85,8 +86,10 @@ def _rows() -> tuple[Row, ...]:
     }
     ratio = {name: stiffness_ratio(a) for name, a in forms.items()}
     summary = ", ".join(f"{value:.1f} {name}" for name, value in ratio.items())
+    # spread of natural frequencies, and condition numbers
     apart = [float(f[-1] / f[0]) for f in (natural(0.1, 0.05), natural(0.1, 1.0))]
     condition = [conditioning(forms[name]) for name in ("dimensional", "dimensionless")]
+    # rows against the printed values
     return (
         row(
             "Fig. 6(b), largest R_lambda, Gamma_c = 0.1",
@@ -129,6 +132,7 @@ def _rows() -> tuple[Row, ...]:
 
 
 def _chart() -> Chart:
+    # R_lambda and natural frequencies over Gamma_g
     gamma = np.linspace(0.02, 1.0, 50)
     ratios = [
         Line(gamma, np.array([stiffness_ratio(jacobian(c, g)) for g in gamma]), f"Gamma_c = {c:g}", COLOURS[i])
@@ -137,6 +141,7 @@ def _chart() -> Chart:
     waves = np.array([natural(0.1, g) for g in gamma])
     modes = tuple(Line(gamma, waves[:, i], f"mode {i + 1}", INK) for i in range(3))
     rules = tuple(Rule(at, label=f"paper: {at:g}") for at in (printed.R_LAMBDA_MIXED, printed.R_LAMBDA_DIMENSIONAL))
+    # panels of Figs. 5 and 6
     panels = (
         Panel(
             "Natural frequencies, Gamma_c = 0.1",
@@ -149,6 +154,7 @@ def _chart() -> Chart:
         ),
         Panel("R_lambda", "", "Gamma_g", tuple(ratios), rules=rules, x_range=(0.0, 1.0), y_range=(0.0, 400.0)),
     )
+    # caption and legend
     caption = (
         "Left: Fig. 5, undamped. Right: Fig. 6, both parts, in every formulation; dashed: the largest values the paper "
         "names for Gamma_c = 0.1, dimensional and dimensionless."

@@ -78,6 +78,7 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
     """The paper's gear pair without the rest of the driveline: the load has a frequency in units of the resonance in
     contact, mean and amplitude on the deflection in units of K b.
     """
+    # load on the deflection as a torque on the input gear
     torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
     mesh: dict[str, Any] = {
         "name": GEAR,
@@ -87,6 +88,7 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
         "damping": DAMPING[GEAR],
         "backlash": 2.0 * HALF_GAP,
     }
+    # gear pair as a model
     return Model.from_tables(
         {
             "schema": 1,

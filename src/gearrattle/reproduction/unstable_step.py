@@ -84,6 +84,7 @@ def separations(run: Run) -> int:
 
 
 def _row(measurements: Measurements, case: int) -> Row:
+    # loaded runs of three algorithms
     item = f"Sec. 9, RK4 gives compatible solutions, loaded case {case}"
     runs = {name: measurements.run(setup_of(measurements.scope, case, name)) for name in ("exact", "rk4", "rk2")}
     exact = runs["exact"]
@@ -91,10 +92,12 @@ def _row(measurements: Measurements, case: int) -> Row:
     rk2 = runs["rk2"]
     if exact is None or rk4 is None or rk2 is None:
         return row(item, "compatible", "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    # contact and deflection of the gears under RK4
     t = rk4.trajectory
     gear = t.layout.clearance_names.index("gear")
     share = float(np.mean(t.region[t.time > SETTLED * t.layout.period, gear] != 0))
     reach = np.max(np.abs(t.deflection[:, gear])) / HALF_GAP
+    # separations of the teeth
     none = separations(exact)
     some = separations(rk4)
     fine = separations(rk2)

@@ -139,8 +139,10 @@ class Grid(NamedTuple):
 
 def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
     """Return the trajectory of a motion: everything in it named after the driveline."""
+    # labels of regions from indices of pieces
     first, crossings = layout.region_of_first_piece, motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
+    # time, forces of clearances, regions and torques, slice by slice
     per_cycle, samples = grid.samples_per_cycle, len(motion.angle)
     time, torque = np.empty(samples), np.empty_like(motion.force)
     force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
@@ -151,6 +153,7 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
         force[part] = motion.force[part][:, layout.clearance]
         region[part] = motion.piece[part] + first
         torque[part] = motion.force[part] * layout.radii[:, 0]
+    # trajectory under the names of the driveline
     return Trajectory(
         layout=layout,
         time=time,

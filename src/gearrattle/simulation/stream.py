@@ -201,16 +201,19 @@ class Stream:
         ConvergenceError
             the algorithm failed.
         """
+        # end of the motion
         if self.done >= self.cycles:
             if self._store is not None:
                 self._store.release()
             raise StopIteration
         if self._store is not None:
             self._store.check_there()
+        # begin the next chunk, unless a failed call has begun it
         plan, cycles = self._plan, self._next
         if not self._ready:
             self._march.extend(cycles)
             self._ready = True
+        # march and name the chunk
         discard = min(max(plan.discard - self.done, 0), cycles)
         run = plan.run(
             finish(
@@ -224,6 +227,7 @@ class Stream:
                 first_cycle=self.done,
             )
         )
+        # judge it, and store it before it counts
         sums = add(run.trajectory, self._sums)
         if self._store is not None:
             self._store.keep(run, self._march.snapshot(), sums.packed(), self.done + cycles)

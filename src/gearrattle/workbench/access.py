@@ -184,6 +184,7 @@ class Access:
         is_whole = False
         end = time.monotonic() + _LONGEST_BODY
 
+        # one message of the body, within the limits of time, size and memory
         async def limited() -> Message:
             nonlocal size, is_whole
             if is_whole:  # what comes now is the end of the connection
@@ -202,6 +203,7 @@ class Access:
                 raise _refused(503, "too much is uploaded at once; try again in a moment")
             return message
 
+        # free the memory that the body held
         try:
             await self._application(scope, limited, send)
         finally:

@@ -34,6 +34,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         path (none where something is wrong), and ``groups``, patterns of values that a factor changes
         together, with their words.
     """
+    # text to tables
     name = file or NAME
     path = name if folder is None else str(folder.path(name))
     with allowed_root(None if folder is None else folder.root):
@@ -41,6 +42,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
             tables, positions = read_tables(text, path)
         except ModelError as error:
             return _answer(error.problems, path, name)
+        # tables to a model, its notes and groups
         problems: Sequence[Problem] = ()
         notes: Sequence[str] = ()
         groups: Mapping[str, str] = {}
@@ -52,6 +54,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
             problems = error.problems
         except ConvergenceError as error:
             problems = [Problem("model", "", error.message, error.remedy)]
+    # answer for the page
     return _answer(problems, path, name) | {
         "notes": list(notes),
         "drawing": drawing(tables),

@@ -157,6 +157,7 @@ def _connections(links: Sequence[Link], count: int, driven: int) -> _Connections
 
 def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placement: Placement) -> list[dict[str, Any]]:
     """Return bodies with the discs on their shafts."""
+    # J of bodies that can be read
     is_dimensionless = tables.get("units") == "dimensionless"
     context = {"dimensionless": is_dimensionless, OMEGA: None}
     sizes = np.full(len(rows), np.nan)
@@ -165,9 +166,11 @@ def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placem
             sizes[number] = Inertia.model_validate({"name": "a", "J": row.get("J")}, context=context).J
         except ValidationError:
             continue
+    # heights of discs, the median for unknown J
     known = sizes[np.isfinite(sizes)]
     usual = float(np.median(known)) if known.size else 1.0
     heights = disc_heights(np.where(np.isfinite(sizes), sizes, usual)) if rows else np.empty(0)
+    # discs on every shaft
     discs: dict[int, set[int]] = {}
     for number, (column, _) in placement.bodies.items():
         below = {foot[0] - column for foot in placement.feet.get(number, ())}

@@ -140,6 +140,7 @@ def _widget_class() -> Any:
     class View(AnyWidget):
         """A result as an anywidget; ``chosen`` holds what was clicked in a map, or in branches."""
 
+        # state shared with the browser
         _esm = widgets.text("result")
         _css = widgets.style()
         view = Dict().tag(sync=True)
@@ -150,6 +151,7 @@ def _widget_class() -> Any:
         has_sound = Bool(False).tag(sync=True)
         has_cases = Bool(False).tag(sync=True)
 
+        # questions of the browser over the kernel
         def __init__(self, answers: Answers, **values: Any) -> None:
             super().__init__(**values)
             self._answers = answers

@@ -57,6 +57,7 @@ def serve(
     ModelError
         the folder, the host or the port cannot be served, or a limit is no possible one; an extra is missing.
     """
+    # check the extra and the arguments
     try:
         import uvicorn
 
@@ -69,10 +70,12 @@ def serve(
     if not folder.is_dir():
         raise ModelError(Problem("FOLDER", f'"{folder}"', "must be a folder", "make it first"))
     _check_limits(workers, memory)
+    # lock the folder and open the socket
     password = _password(host)
     workspace = Folder(folder.resolve())
     lock = _locked(workspace)
     listening = _listening(host, port)
+    # application behind its access checks
     token, number = secrets.token_urlsafe(32), listening.getsockname()[1]
     limits = Limits(workers or max(1, (os.cpu_count() or 2) - 1), memory or 0.5 * _memory())
     app = application(workspace, limits)
@@ -90,6 +93,7 @@ def serve(
         server_header=False,
         date_header=False,
     )
+    # announce the start address, and serve until interrupted
     try:
         announce(f"http://{_shown(host)}:{number}/?token={token}")
         if password:

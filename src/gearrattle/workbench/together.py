@@ -47,6 +47,7 @@ def change_words(before: Model, after: Model) -> str:
     'drag torque of 3 inertias x3'
     """
     # parts that are new or gone
+    # parts added and removed
     old = before.to_tables()
     new = after.to_tables()
     words = []
@@ -69,6 +70,7 @@ def change_words(before: Model, after: Model) -> str:
             words.append(f"{path_label(pattern, before).words} x{ratio:.{_DIGITS}g}")
             differing = [path for path in differing if path not in members]
     words += [_value_words(path, values.get(path), old, after) for path in differing]
+    # the first changes, and the number of the others
     said = words if len(words) <= _MOST_SAID else [*words[: _MOST_SAID - 1], f"{len(words) - _MOST_SAID + 1} more"]
     return listed(said)
 

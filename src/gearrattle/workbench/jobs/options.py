@@ -40,11 +40,13 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
         ...
     gearrattle.errors.ModelError: options.axes: found mesh.gear.backlash; must be an object or null
     """
+    # known task, options of bounded length
     if task not in TASKS:
         raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
     if len(json.dumps(options)) > _LONGEST:
         rule = f"are longer than {_LONGEST / 1e6:.0f} MB together"
         raise ModelError(Problem("options", "", rule, "name long tables as files, or ask for fewer values"))
+    # names and types of options
     kinds = _kinds(task)
     problems = [
         Problem(f"options.{name}"[:80], "", "is no option of this task", _meant(name, list(kinds)))
@@ -56,6 +58,7 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
         for name, kind in kinds.items()
         if name in options and not _holds(kind, options[name])
     ]
+    # options that are missing
     signature = inspect.signature(TASKS[task].callable())
     problems += [
         Problem(f"options.{name}", "", f"is missing; it must be {listed(_words(kind), 'or')}")

@@ -137,16 +137,19 @@ class WarmProcess:
         """Return the answer of the process that ``start`` has named, and of no other: whoever ends it ends the request
         (EndedError); FailedError if the work failed.
         """
+        # process that has been started
         if self._started is None:
             raise EndedError("its process was not started")
         try:
             process, connection = self._started.result()
         except CancelledError:
             raise EndedError("its process was ended before it was warm") from None
+        # send the request
         try:
             with self._sending:
                 connection.send((what, content))
                 self._is_asked = True
+            # pass progress on until the answer comes
             while True:
                 while not connection.poll(_LOOKED):
                     self._check(process)
@@ -160,6 +163,7 @@ class WarmProcess:
                     raise FailedError(value)
                 else:
                     return value
+        # the process has ended
         except (EOFError, OSError):
             process.join(5.0)
             raise EndedError(_how(process.exitcode)) from None
