@@ -7,9 +7,8 @@ source does, and their sum is compared with the motion's own amplitude at the or
 
     share_jk = Re(a_jk conj(sum_k a_jk)) / sum_j |sum_k a_jk|^2
 
-The state that the motion is in most of the time would be no such driveline: in it a gear that rattles flies free, and
-its shaft may be cut off from the engine; yet the impacts carry the gear along, and at these orders it is as good as
-tied.
+The contact state of most of the time is no such driveline: in it a rattling gear is free, and its shaft may be cut off
+from the engine. But the impacts carry the gear along, and at these orders it moves almost as if it were tied.
 """
 
 from __future__ import annotations
@@ -152,7 +151,7 @@ class Cause(Result):
 
     @property
     def is_poor(self) -> bool:
-        """Whether the estimate misses the motion so far that it tells of no mode."""
+        """Whether the estimate misses the motion so far that no mode can be named."""
         return self.error > POOR
 
     @property
@@ -207,7 +206,7 @@ def _named(contributions: Sequence[Contribution]) -> tuple[float, ...]:
 
 
 def _through(item: Contribution, *, si: bool) -> str:
-    """Through which mode, and how far the order is from its resonance."""
+    """Mode through which an order acts, and how far the order is from its resonance."""
     mode = item.through
     if mode is None:
         return ", as prescribed"
@@ -297,11 +296,6 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     Of a loose gear's mesh it is the gear's driver. Else it is the end that the excitation moves with more force along
     the deflection while the element is open, J |a| / |w|, root mean square over the orders, in the equivalent
     driveline: one that is moved as prescribed before all others, of equals the first.
-
-    Parameters
-    ----------
-    slopes
-        of its equivalent driveline.
     """
     model = run.model
     layout = run.trajectory.layout
@@ -472,7 +466,7 @@ def _prescribed(model: Model, body: int) -> list[Contribution]:
 
 
 def _working(names: tuple[str, ...], strain: Array) -> tuple[str, ...]:
-    """The elements that give a mode its name: that with most strain energy, and another with much of it."""
+    """Elements that give a mode its name: that with most strain energy, and another with much of it."""
     order = np.argsort(-strain, kind="stable")[:2].tolist()
     return tuple(names[k] for j, k in enumerate(order) if strain[k] > (0.0 if j == 0 else _ALONE))
 

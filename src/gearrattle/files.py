@@ -1,8 +1,7 @@
 """Files that are read: regular ones only, under folders that are allowed, no larger than memory can bear.
 
-A path in an input file may name anything: a pipe that never ends, a device, a file that is none of the reader's
-business, or a few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library
-opens it.
+A path in an input file may name anything: a pipe that never ends, a device, a file that the reader must not see, or a
+few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library opens it.
 """
 
 from __future__ import annotations
@@ -73,7 +72,7 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def _loop() -> Refused:
-    """Return the refusal of a symbolic link that ends nowhere."""
+    """Refusal of a symbolic link that leads back to itself."""
     return Refused("is a symbolic link that leads back to itself", "let it name a file, or copy the file in its place")
 
 
@@ -382,7 +381,7 @@ def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
 
 
 def allowed_roots() -> tuple[Path, ...]:
-    """Return the folders of ``allowed_root``: what another process must be told, for a context ends at its own."""
+    """Return the folders of ``allowed_root``, to be passed to another process, in which the context does not hold."""
     return _ROOTS.get()
 
 

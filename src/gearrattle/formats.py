@@ -3,7 +3,7 @@
 The name is ``gearrattle KIND VERSION``: the attribute ``format`` of netCDF, HDF5 and Zarr, the key ``format`` of JSON,
 the entry ``format`` of .npz and .mat. A version rises when an earlier gearrattle would misread the file. Files that
 people write (models, studies, mappings, data) have the number ``schema`` in its place, checked where TOML is read.
-docs/reference/formats.md tells what each kind holds.
+docs/reference/formats.md describes the content of each kind.
 """
 
 from __future__ import annotations
@@ -18,12 +18,10 @@ from gearrattle.errors import ModelError, Problem
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of saved file.
+    """A kind of saved file: the version that is written, and how such a file is made anew.
 
     Attributes
     ----------
-    again
-        how such a file is made anew.
     oldest
         the earliest version that can be read; 0 if files of the first versions name no format.
     """
@@ -61,17 +59,8 @@ def version_of(package: str) -> str:
 
 
 def check_format(name: object, source: object, *kinds: str) -> None:
-    """Refuse a file whose format cannot be read.
-
-    Parameters
-    ----------
-    name
-        of its format, as the file tells it; empty if it tells none.
-
-    Raises
-    ------
-    ModelError
-        a file of another kind or origin, or of a version that is not read; the remedy says what to do.
+    """Refuse a file that is none of these kinds, or of a version that is not read, by a ModelError with what to do;
+    ``name`` is the format as the file has it, empty if it has none.
     """
     text = str(name)
     if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):

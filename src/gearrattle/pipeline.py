@@ -188,7 +188,7 @@ def judged(motion: Run) -> Findings:
 
 
 def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
-    """Where a driveline rests, how it would vibrate about that, and with every clearance closed."""
+    """Static rest, and modes about it and with every clearance closed."""
     rest = equilibrium(model)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
     return rest, modes(model, region=rest.region), in_contact

@@ -2,8 +2,8 @@
 
 A spawned process imports the main module of its parent and what its task needs: seconds in which the parent may be
 killed. Therefore it watches its parent before it imports any of that. Unpickling a ``Worker`` begins with ``_arrived``,
-which gets the parent's id. ``multiprocessing`` would import the main module even before that, so it is not told of one:
-``_arrived`` has it imported.
+which gets the parent's id. ``multiprocessing`` would import the main module even earlier, so that module is hidden from
+it, and ``_arrived`` imports it.
 
 On Linux, processes can be forked from one that has imported what they use: ``multiprocessing``'s fork server. It has
 one thread, so that a fork is safe. On macOS, libraries of the system are not safe after a fork.

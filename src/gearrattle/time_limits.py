@@ -1,7 +1,7 @@
 """Limits of computing time: long computations check them now and then, and stop when the time is up.
 
-A limit holds for all that is called within its block, in this thread; another thread takes it along (``carrying``).
-The time in which kernels are compiled, once after an installation, does not count.
+A limit holds for all calls within its block, in this thread; ``carrying`` takes it to another thread. The time in which
+kernels are compiled, once after an installation, does not count.
 """
 
 from __future__ import annotations

@@ -102,8 +102,6 @@ def columns(
 
     Parameters
     ----------
-    head
-        titles of the columns; if all are empty, there is no line of titles.
     width
         of a line, in characters: if lines are longer, cells of words are wrapped, in columns of at least 24
         characters. None: no limit.

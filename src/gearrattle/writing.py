@@ -65,7 +65,7 @@ def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[P
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Give an empty folder that is removed in the end, and those of programs that were killed now."""
+    """Give an empty folder that is removed in the end, and first remove those left by killed programs."""
     home = Path(tempfile.gettempdir())
     with suppress(OSError):
         sweep(home)
@@ -85,16 +85,8 @@ def in_temporary_folder(path: Path) -> bool:
 
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile.
-
-    Raises
-    ------
-    FileNotFoundError
-        there is no such folder.
-    IsADirectoryError
-        it is a folder.
-    OSError
-        it cannot be written.
+    """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile; FileNotFoundError
+    without its folder, IsADirectoryError where it is a folder, OSError if it cannot be written.
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -119,14 +111,8 @@ class Staging:
         self._owner = -1
 
     def __enter__(self) -> Self:
-        """Make the hidden folder, and see to what killed programs have left beside it.
-
-        Raises
-        ------
-        NotADirectoryError
-            a file stands where the folder should be.
-        OSError
-            the place cannot be written.
+        """Make the hidden folder, and clean up after killed programs; NotADirectoryError if a file has the name of the
+        folder, OSError if it cannot be written.
         """
         anchor = _existing(self.destination)
         if not anchor.is_dir():
@@ -221,12 +207,8 @@ def is_left(name: str) -> bool:
 
 
 def sweep(folder: Path) -> None:
-    """Complete or remove what programs that are no more have left in a folder; nothing if it cannot be read.
-
-    Raises
-    ------
-    OSError
-        results that a killed program had begun to move into the folder cannot be moved; it is as it was.
+    """Complete or remove what killed programs have left in a folder, nothing if it cannot be read; OSError if results
+    cannot be moved into the folder, which is then as it was.
     """
     # hidden folders and files of gearrattle
     try:
@@ -337,7 +319,7 @@ def _move_back(hidden: Path, names: list[str]) -> None:
 
 @contextmanager
 def _turn(folder: Path) -> Iterator[None]:
-    """Let one program at a time move results into a folder, where the file system can lock folders."""
+    """Lock a folder, where the file system can, so that one program at a time moves results into it."""
     handle = -1
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)

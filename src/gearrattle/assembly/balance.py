@@ -5,11 +5,11 @@ its bodies do no work on that motion. With phi_b = 1 the sum of all on body b ha
 
     T_b = -sum_i phi_i T_i
 
-over the means of the other bodies, drag torques and means of records included; the torque that balances takes what else
-acts on b from it. Every product is rounded, and their sum is that of twice the digits (T. Ogita, S. M. Rump, S. Oishi,
-SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of variants. A
-train that turns in more ways has a further condition for each, with b at rest: what is left over there, no torque on b
-can balance.
+over the means of the other bodies, drag torques and means of records included; the torque that balances is this sum
+less all other torques on b. Every product is rounded, and their sum is that of twice the digits (T. Ogita, S. M. Rump,
+S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of
+variants. A train with more rigid motions has a further condition for each, with b at rest: no torque on b can balance
+what remains there.
 """
 
 from __future__ import annotations
@@ -59,7 +59,9 @@ class Balance(NamedTuple):
         return 0.0 - _sum([0.0 * loads[self.body], *works])
 
     def left_over(self, loads: Sequence[float]) -> Iterator[tuple[float, int]]:
-        """Yield what no torque on the body balances, and the index of the inertia at which it is left over."""
+        """Yield each residual torque that no torque on the body balances, and the index of the inertia at which it
+        remains.
+        """
         for motion in self.others:
             works = [phi * loads[i] for i, phi in zip(self.bodies, motion, strict=True)]
             left = _sum(works)
@@ -107,12 +109,7 @@ def balances_of(model: Model) -> tuple[Balance, ...]:
 
 
 def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> None:
-    """Refuse a train that one torque does not balance.
-
-    Parameters
-    ----------
-    loads
-        (n,) all others on the inertias [N m].
+    """Refuse a train that one torque does not balance under all other loads (n,) on the inertias [N m].
 
     Raises
     ------

@@ -32,7 +32,7 @@ def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) 
 
 
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
-    """What an element sees of its bodies, less its error: harmonics, and what moves as prescribed."""
+    """Subtract the error of an element from the deflection of its bodies: harmonics, and prescribed motions."""
     system = assemble(model).system
     inputs, signals = system.inputs, system.signals
     seen = moved[:, free_of(model)] @ system.rows[element]

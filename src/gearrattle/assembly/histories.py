@@ -18,12 +18,8 @@ _LINES = 'interpolation = "linear" stays between the points'
 
 @kept
 def torque_histories(model: Model) -> dict[int, Signal]:
-    """What torques have beside mean and sines, by the index of the torque: a record, or ramps from the mean.
-
-    Raises
-    ------
-    ModelError
-        ramps from a mean that follows a sweep of the speed.
+    """Return records and ramps of torques by the index of the torque; ModelError for ramps from a mean that follows a
+    sweep of the speed.
     """
     signals: dict[int, Signal] = {}
     for index, torque in enumerate(model.torques):

@@ -146,14 +146,14 @@ def places(model: Model) -> IntArray:
 
 
 def whole(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
-    """(..., n) values of all inertias from those of the free ones and of those with a motion."""
+    """(..., n) values of all inertias from those of the free ones and of those with a prescribed motion."""
     out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
     out[..., free_of(model)], out[..., places(model)] = free, prescribed
     return out
 
 
 def whole_trajectory(model: Model, trajectory: Trajectory) -> Trajectory:
-    """A trajectory of the free inertias with those of prescribed motion in their places; itself if there are none."""
+    """Trajectory of all inertias, from that of the free ones; the same if no motion is prescribed."""
     if not model.motions:
         return trajectory
     angle, velocity, acceleration = (

@@ -21,12 +21,8 @@ from gearrattle.remember import kept
 
 @kept
 def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
-    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body.
-
-    Raises
-    ------
-    ModelError
-        no static equilibrium, so that a joint has no mean load.
+    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body; ModelError without
+    a static equilibrium, from which joints have their mean load.
     """
     joints = [k for k, element in enumerate(model.elements) if element.load_ripple]
     if not joints:

@@ -60,7 +60,7 @@ def dimensional(model: Model, scales: Scales) -> Model:
 
 
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
-    """Write the tables anew; a frequency becomes the speed it stands for, a table over speed its value at that."""
+    """Convert the tables: a frequency becomes a speed, a table over speed its value at the model's speed."""
     swept = model.excitation.sweep is not None
     tables = {**written_out(model, at_speed=not swept), "units": units}
     if not swept:

@@ -68,12 +68,8 @@ class _Part(NamedTuple):
 
 @kept
 def signals_of(model: Model) -> Signals | None:
-    """All inputs that are no harmonics of one speed.
-
-    Raises
-    ------
-    ModelError
-        a run-up of more intervals than can be held, or inputs that their polynomials do not represent.
+    """Inputs that are no harmonics of one speed; ModelError for a run-up of too many intervals, or for inputs that
+    their polynomials do not represent.
     """
     parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
@@ -140,7 +136,7 @@ def check_length(model: Model, end: float) -> None:
 
 
 def _swept(model: Model) -> Iterator[_Part]:
-    """The harmonics, and what tables say over the speed, along a sweep."""
+    """Channels of all harmonics, and of all means that are tables over speed, along a sweep."""
     ramp = ramp_of(model)
     if ramp is None:
         return
@@ -187,6 +183,6 @@ def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]
 
 
 def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
-    """What a mean that is a table over speed adds to its value at the first speed."""
+    """Tones of what a mean that is a table over speed adds to its value at the first speed."""
     if isinstance(value, AtSpeed):
         yield tone(0.0, sign * pi / 2.0, value, speeds, float(value))

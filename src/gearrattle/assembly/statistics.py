@@ -41,7 +41,7 @@ class Between:
         self._told: dict[tuple[Any, ...], Statistics | None] = {}  # of the motion that was walked last
 
     def __reduce__(self) -> tuple[type[Between], tuple[Model]]:
-        """Another process walks by itself."""
+        """Leave the cached walk out of copies and pickles: another process makes its own."""
         return Between, (self.model,)
 
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
@@ -151,7 +151,7 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
 
 
 def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
-    """The motion in the coordinates of the flow."""
+    """Sampled motion in the coordinates of the flow."""
     # pieces at the start, and crossings of corners
     t = trajectory
     first = trajectory.layout.region_of_first_piece

@@ -1,8 +1,8 @@
 """Steady model for linear analyses and forecasts: harmonics of one speed are its only inputs.
 
 A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
-whose motion is a record is held fast.
-``unsteady`` says so in words. Harmonics of a prescribed motion stay: they are errors of the elements at the inertia.
+whose motion is a record is held fast. ``unsteady`` lists what is left out. Harmonics of a prescribed motion stay: they
+are errors of the elements at the inertia.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from gearrattle.remember import kept
 
 
 def unsteady(model: Model) -> tuple[str, ...]:
-    """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
+    """Name the inputs that ``steady`` takes out, one phrase each; none for a model under harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
     notes += [f"the ramps of the torque on {torque.on} are left out" for torque in model.torques if torque.ramps]
     notes += [f"{motion.on} is held fast" for motion in model.motions if motion.signal is not None]

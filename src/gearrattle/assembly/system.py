@@ -33,7 +33,7 @@ from gearrattle.trajectory import Layout
 
 @kept
 def auxiliaries(model: Model) -> tuple[Named, ...]:
-    """Everything beside the laws, in element order."""
+    """Auxiliaries of a model, for friction, clipped damping and alternating stiffness, in element order."""
     period, auxiliaries = period_of(model).period, list[Named]()
     for k, element in enumerate(model.elements):
         auxiliaries += auxiliaries_of(k, element, law_of(element), period)
@@ -43,7 +43,7 @@ def auxiliaries(model: Model) -> tuple[Named, ...]:
 
 
 def _clock(model: Model) -> Clock | None:
-    """When meshes whose stiffness alternates change."""
+    """Instants at which meshes with alternating stiffness change."""
     names = [named.name for named in auxiliaries(model)]
     places = [(names.index(pairs_name(e)), e, e.alternation) for e in model.elements if e.alternation is not None]
     return clock_of(model, places)

@@ -4,8 +4,8 @@ Every number of a model is one *leaf*; a path that is varied replaces its leaf b
 the same sums and products as in ``assembly.system`` make columns of coefficients of them, in the same order: the same
 bits as if every variant were written, checked and assembled by itself (``tests/assembly/test_variants.py``).
 
-Only numbers may differ. Where a variant would have another structure - a gap that closes, a slope that vanishes - or
-could be refused by the model, it is marked as one that must go the general way, and so is every path that is no such
+Only numbers may differ. A variant that would have another structure - a gap that closes, a slope that vanishes - or
+that the model could refuse is marked: it must be assembled by itself. So must variants of paths that are no such
 number.
 """
 
@@ -62,7 +62,7 @@ _ERRORS = ("transmission_error", "kinematic_error")
 
 
 def bound_of(model: Model, path: str) -> str | None:
-    """What the model asks of the number at a path; None where it is no number that may vary here."""
+    """Bound of the number at a path in the model; None where it is no number that may vary here."""
     parts = path.split(".")
     kind, key = parts[0], parts[-1]
     if kind == "excitation" and len(parts) == 2:
@@ -288,7 +288,7 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
 
 
 def _balance(columns: Columns, out: Coefficients) -> None:
-    """Let means that balance their trains do so; where one torque might not, mark the variants."""
+    """Write the means that balance trains; mark the variants in which one torque might not balance."""
     free = free_of(columns.model).tolist()
     for balance in balances_of(columns.model):
         if f"torque.{balance.torque}.mean" in columns.varied:

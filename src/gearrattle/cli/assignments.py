@@ -75,7 +75,7 @@ def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _as_in_file(text: str) -> Any:
-    """Return what a word is in a model file: a number, whole or not, a list, a table, a text; or a factor."""
+    """Return the value of a word as in a model file: a number, whole or not, a list, a table, a text; or a factor."""
     import tomllib
 
     try:

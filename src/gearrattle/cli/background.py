@@ -32,7 +32,7 @@ _LINE_EVERY = 5.0
 
 
 class Watch:
-    """Where the work tells how far it is, and learns that it should stop. Call it with the finished share, 0 to 1."""
+    """Progress of the work and the request to stop it; call it with the finished share, 0 to 1."""
 
     def __init__(self) -> None:
         self.phase = _FIRST
@@ -210,7 +210,7 @@ class _Display:
 
 
 def _duration(seconds: float) -> str:
-    """Say a duration in the unit that fits."""
+    """Write a duration in the unit that fits."""
     for unit, size in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
             return f"{seconds / size:.0f} {unit}"

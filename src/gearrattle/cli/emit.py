@@ -1,7 +1,7 @@
 """Computation, saving and printing of a command's result: in the background, whole or not at all.
 
-A terminal gets the sentence and the short tables of the result's presentation, notes on stderr; ``--json`` gives what
-summary.json holds.
+A terminal gets the sentence and the short tables of the result's presentation, notes on stderr; ``--json`` prints the
+content of summary.json.
 """
 
 from __future__ import annotations

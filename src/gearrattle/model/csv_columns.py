@@ -1,7 +1,7 @@
 """Columns of a measured record: CSV whose header names the units.
 
-Numbers are read in one go; only where that fails is the file read line by line to say where. How the file is written is
-the business of ``csv_layout``.
+Numbers are read in one go; only where that fails is the file read line by line to say where. ``csv_layout`` determines
+how the file is written.
 """
 
 from __future__ import annotations
@@ -298,7 +298,7 @@ def _wrong_row(
 
 
 def _is_read(cell: str, stamp: FromFirst) -> bool:
-    """Tell whether an entry is a time stamp like the first."""
+    """Whether an entry is a time stamp like the first."""
     try:
         stamp(cell)
     except ValueError:

@@ -53,7 +53,7 @@ def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int 
 
 
 def is_name_of_time(name: str) -> bool:
-    """Tell what a column of times or time stamps is usually called."""
+    """Whether a name is usual for a column of times or time stamps."""
     return _TIME.fullmatch(name) is not None
 
 
@@ -80,17 +80,17 @@ def _likeness(rows: Sequence[Sequence[str]], index: int, units: Sequence[int]) -
 
 
 def _is_timed(row: Sequence[str]) -> bool:
-    """Tell a row with a name of time."""
+    """Whether a row has a name of time."""
     return any(is_name_of_time(_head(cell).name) for cell in row)
 
 
 def _are_types(row: Sequence[str]) -> bool:
-    """Tell a row of types."""
+    """Whether a row holds types."""
     return any(row) and all(_TYPE.fullmatch(cell) for cell in row if cell)
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    """Tell a row of units: one of time or angle among them, or nothing but units."""
+    """Whether a row holds units: one of time or angle among them, or nothing but units."""
     entries = [cell for cell in row if cell]
     if any(_unit(cell) in _OF_TIME_OR_ANGLE for cell in entries):
         return True

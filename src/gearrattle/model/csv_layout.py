@@ -4,9 +4,9 @@
     0.000, 12.1             s;Nm
     0.001, 12.4             0,000;12,1
 
-The first line with two numbers or more tells the rest: what parts its columns, and how many there are; a time stamp
-counts as one. Which of the lines above it has the names, ``csv_heads`` tells. What stands above the names is left out.
-Lines that begin with # are comments. Entries in double quotes may hold what parts the columns (RFC 4180).
+The first line with two numbers or more gives the separator and the number of columns; a time stamp counts as a number.
+``csv_heads`` finds the names in the lines above it. Lines above the names are left out. Lines that begin with # are
+comments. Entries in double quotes may hold what parts the columns (RFC 4180).
 """
 
 from __future__ import annotations
@@ -49,12 +49,10 @@ class RecordError(ValueError):
 
 
 class Stamps(NamedTuple):
-    """Columns of the time stamps.
+    """Index of the column of time stamps, and the first stamp.
 
     Attributes
     ----------
-    first
-        the first one.
     day_index, first_day
         of the column of dates, where dates and clock times stand in two columns.
     """
@@ -145,14 +143,8 @@ def encoding_of(head: bytes) -> str | None:
 
 
 def count_lines(path: Path) -> int:
-    """Return how many lines a file has, by its line ends, without reading a whole line.
-
-    Raises
-    ------
-    RecordError
-        a line that is too long to be one of a table.
-    OSError
-        the file cannot be read.
+    """Return how many lines a file has, by its line ends, without reading a whole line; RecordError for a line too long
+    for a table, OSError if the file cannot be read.
     """
     ends = 0
     open_line = 0
@@ -183,14 +175,8 @@ def _first_lines(stream: Iterator[str]) -> list[tuple[int, str]]:
 
 
 def layout_of(path: Path) -> Layout:
-    """Find out how a file is written.
-
-    Raises
-    ------
-    RecordError
-        no text, or no line of names above the numbers.
-    OSError
-        the file cannot be read.
+    """Determine how a file is written; RecordError if it is no text or has no line of names above the numbers, OSError
+    if it cannot be read.
     """
     # encoding and first lines
     with opened(path) as binary:
@@ -256,7 +242,7 @@ def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
 
 
 def _has_gaps(row: Sequence[str]) -> bool:
-    """Tell a row of one number or time stamp, with gaps for the others."""
+    """Whether a row has one number or time stamp, and gaps for the others."""
     entries = [cell for cell in row if cell]
     return bool(entries) and all(_is_number(cell) or instant_of(cell) is not None for cell in entries)
 
@@ -305,12 +291,8 @@ def _is_number(cell: str) -> bool:
 
 
 def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str) -> bool:
-    """Tell by the first row with a number that has a comma or a point in it.
-
-    Raises
-    ------
-    RecordError
-        commas stand in quotes where they part columns, and all numbers with one may have separators of thousands.
+    """Whether numbers have a decimal comma, by the first row with a number that has a comma or a point in it;
+    RecordError where commas in quotes also part columns, and may be separators of thousands in all numbers.
     """
     unsure: tuple[int, str] | None = None
     with opened_text(path, encoding, "replace") as stream:

@@ -1,6 +1,6 @@
 """Factors of values of a model: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
 
-``paths.resolved`` multiplies each by the value at its path.
+``paths.resolved`` multiplies the value at the path by it.
 """
 
 from __future__ import annotations
@@ -75,11 +75,5 @@ def is_factor(value: object) -> bool:
 
 
 def factor_in(value: Any) -> Factor:
-    """Return the factor that a value is or a table stands for, see ``is_factor``.
-
-    Raises
-    ------
-    ModelError
-        its number is none.
-    """
+    """Return the factor that a value is or a table stands for, see ``is_factor``; ModelError if its number is none."""
     return value if isinstance(value, Factor) else factor(value[FACTOR])

@@ -27,15 +27,7 @@ _KEYS = ("speed", "value")
 
 
 class AtSpeed(float):
-    """A number read off a table at the model's speed.
-
-    Attributes
-    ----------
-    speeds
-        ascending [rad/s].
-    values
-        at these speeds.
-    """
+    """A number at the model's speed, from a table over ascending speeds [rad/s]."""
 
     speeds: tuple[float, ...]
     values: tuple[float, ...]
@@ -65,13 +57,7 @@ class AtSpeed(float):
 
 @dataclass(frozen=True)
 class OverSpeed(Quantity):
-    """A quantity, or a table of it over the reference speed.
-
-    Attributes
-    ----------
-    swept
-        whether it can follow a sweep.
-    """
+    """A quantity, or a table of it over the reference speed; ``swept`` if it can follow a sweep."""
 
     swept: bool = True
 

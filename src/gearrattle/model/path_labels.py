@@ -2,8 +2,8 @@
 
 ``mesh.gear.backlash`` is "backlash of mesh gear" [m], ``torque.0.harmonics.1.amplitude`` "torque amplitude on flywheel,
 order 2" [N m]. Units come from the classes that read the file. Quantities of a state (``deflection.gear``,
-``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths. So have
-patterns, ``mesh.*.backlash`` "backlash of all meshes", where that is true; and factors, "..., times".
+``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths. Patterns have
+labels, ``mesh.*.backlash`` is "backlash of all meshes" if all match; so have factors, "..., times".
 """
 
 from __future__ import annotations
@@ -73,8 +73,6 @@ class PathLabel(NamedTuple):
 
     Attributes
     ----------
-    words
-        e.g. ``"backlash of mesh gear"``.
     unit
         of plain numbers there, as it is printed, e.g. ``"N m/rad"``; empty for counts, ratios and words, and in
         dimensionless models.

@@ -29,17 +29,9 @@ def in_si(path: str, value: Any, model: Model) -> Any:
 
 
 def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) -> float:
-    """Read by how much a number at a path changes, such as a step or a standard deviation: no rule of the number holds.
-
-    Parameters
-    ----------
-    change
-        a plain number in SI, a string with a unit, or a factor of the model's own number.
-
-    Raises
-    ------
-    ModelError
-        it is no such change.
+    """Read the change of a number at a path, such as a step or a standard deviation: a plain number in SI, a string
+    with a unit, or a factor of the model's number. No rule of the number itself holds; ModelError if it is no such
+    change.
     """
     if is_factor(change):
         change = abs(in_si(path, change, model))
@@ -84,12 +76,8 @@ class Varied:
         return values[0] if all(value == values[0] for value in values) else None
 
     def targets(self, model: Model) -> dict[str, float | None]:
-        """Return the plain paths with the numbers that factors are of; None where values are set as they are.
-
-        Raises
-        ------
-        ModelError
-            a pattern that matches nothing, or a factor of what is no number.
+        """Return the plain paths with the numbers that factors multiply, None where values are set as they are;
+        ModelError for a pattern that matches nothing, or a factor of what is no number.
         """
         tables = model.to_tables()
         return {**factored(tables, self.path)} if self.by_factor else dict.fromkeys(paths_at(tables, self.path))

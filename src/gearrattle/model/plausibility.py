@@ -1,8 +1,8 @@
 """Values that no driveline is likely to have: a forgotten unit, millimetres taken as metres, degrees as radians.
 
 A model file takes any number of the right sign. ``RANGES`` says, kind by kind of value, between which ends the parts of
-real machines lie, from watches to ships, with a wide margin, and what a value beyond them mostly comes from. What lies
-outside is told, as a note; it is never refused. A dimensionless model has no such ranges.
+real machines lie, from watches to ships, with a wide margin, and what a value beyond them mostly comes from. A value
+outside gets a note; it is never refused. A dimensionless model has no such ranges.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def _as_float(value: Real) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    """Tell numbers from truth values, which Python counts among them."""
+    """Whether a value is a number and no truth value, which Python counts among them."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
@@ -216,7 +216,7 @@ class SchemaVersion(Reader):
 
 
 def is_newer_schema(version: object) -> bool:
-    """Tell whether a file was written for a later version of its format: then nothing else in it can be judged."""
+    """Whether a file was written for a later version of its format: then nothing else in it can be judged."""
     return isinstance(version, int) and version > SCHEMA_VERSION
 
 

@@ -2,7 +2,7 @@
 
     ramps = [{ at = "0.5 s", over = "0.2 s", to = "80 N*m" }]
 
-Between ramps the level stays, after the last one for ever. A ramp without ``at`` begins when the one before it has
+Between ramps, and after the last one, the level is constant. A ramp without ``at`` begins when the one before it has
 ended: so a curve of several pieces stays in one piece whatever their durations are.
 """
 

@@ -3,10 +3,10 @@
     signal = { file = "torque.csv", time = "t", value = "T" }
     signal = { time = [0.0, 1.0, 1.05, 3.0], value = [0.0, 0.0, 50.0, 50.0], interpolation = "linear" }
 
-A file is read once, when the model is; from then on the model carries the points and needs the file no more. What
-stands between the points says ``interpolation``: the cubic spline through all of them, straight lines, or steps, where
-each value holds until the next point. Beyond the points there is nothing, and a longer run is refused; only the last
-value of steps goes on.
+A file is read once, when the model is; from then on the model carries the points and needs the file no more.
+``interpolation`` defines the curve between the points: the cubic spline through all of them, straight lines, or steps,
+where each value holds until the next point. A run longer than the points is refused; only the last value of steps goes
+on.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class Signal:
 
     @cached_property
     def digest(self) -> str:
-        """The points in 32 characters; worked out once."""
+        """Digest of the points in 32 characters; computed once."""
         return sha256(self.time.tobytes() + self.value.tobytes()).hexdigest()[:32]
 
     def _settings(self) -> tuple[Any, ...]:

@@ -1,7 +1,7 @@
 """Default settings of a model's simulation: algorithm, start, length, output, accuracy.
 
-Every key is optional. What a file leaves out is None here, so that the order of precedence (call, file, default)
-can be applied by callers; ``DEFAULTS`` are the values of last resort.
+Every key is optional. A key that the file leaves out is None, so that callers can apply the order of precedence: call,
+file, default. ``DEFAULTS`` holds the defaults.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Symbol and template of a table of the model file, for drawings and the editor.
 
-A symbol is drawn along the line from the first end of an element to the second; a template is what a new table holds.
+A symbol is drawn along the line from the first end of an element to the second; a template holds the first values of a
+new table.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Base of all tables of a model file: frozen, without unknown keys, with every breach reported at once.
 
 A pydantic class checks its fields one by one and its cross-field rules only if all fields are sound. Here both are
-collected: each ``Table`` may state ``rules`` on the table as written, and whatever they and the fields find leaves
-as one error, in which every entry carries a rule and a remedy in the words of this project.
+collected: each ``Table`` may have ``rules`` on the table as written. The breaches of rules and fields are raised as one
+error, each with its rule and remedy.
 """
 
 from __future__ import annotations

@@ -107,13 +107,7 @@ class FromFirst:
         self.first = instant
 
     def __call__(self, text: str) -> float:
-        """Return the seconds of one stamp.
-
-        Raises
-        ------
-        ValueError
-            the text is no stamp of the form of the first.
-        """
+        """Return the seconds of one stamp; ValueError if the text does not have the form of the first."""
         instant = instant_of(text)
         if instant is None or instant.form != self.first.form:
             raise ValueError(text)

@@ -29,12 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a key measures.
+    """Dimension of a key's values: what it measures, and its SI unit.
 
     Attributes
     ----------
-    si
-        the SI unit a plain number is in.
     exponents
         powers of kg, m, s, rad.
     symbols

@@ -22,7 +22,7 @@ def toml_text(tables: Mapping[str, Any]) -> str:
 
 
 def _is_block(value: Any) -> bool:
-    """Tell tables and non-empty arrays of tables, which get headers of their own, from values."""
+    """Whether a value is a table or a non-empty array of tables, which get headers of their own."""
     is_array = isinstance(value, (list, tuple)) and bool(value) and isinstance(value[0], Mapping)
     return is_array or isinstance(value, Mapping)
 

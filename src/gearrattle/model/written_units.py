@@ -1,7 +1,7 @@
 """The units that a model file was written in: tables that go back to its author show numbers in them.
 
 A model has all numbers in SI. Which unit each was written with is kept beside it, by path; it is no part of the model:
-models that differ in it alone are equal. What was written without a unit, or in a dimensionless model, has none.
+models that differ in it alone are equal. Numbers without a unit, and those of a dimensionless model, have none.
 """
 
 from __future__ import annotations

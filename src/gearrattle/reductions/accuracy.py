@@ -150,7 +150,7 @@ def _worst_in(request: Request, basis: Array, states: Sequence[State]) -> list[W
 
 
 def _none_in(state: State) -> Worst:
-    """No elastic mode lies in the band."""
+    """Result where no elastic mode lies in the band."""
     return Worst(0.0, np.nan, state.words, 1)
 
 

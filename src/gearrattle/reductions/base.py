@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a reduction.
+    """Request to a reduction.
 
     Attributes
     ----------

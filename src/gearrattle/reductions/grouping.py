@@ -23,7 +23,7 @@ SAME = 1e-9  # ratios this close are one
 
 @dataclass(frozen=True)
 class Grouping:
-    """Which body turns with which.
+    """Groups of bodies that turn as one.
 
     Attributes
     ----------

@@ -1,7 +1,8 @@
 """Lumping: bodies with no relative motion in the modes that matter are merged through their kinematic ratios.
 
-The step of Padmanabhan et al. 1995, sec. 3, where a person reads mode shapes: gears that move alike are lumped onto
-their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element is asked for its share of the strain energy,
+The step of Padmanabhan et al. 1995, sec. 3, where a person did it from mode shapes: gears that move alike are lumped
+onto their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element is asked for its share of the strain
+energy,
 
     s_k = k_k delta_k^2 / sum_j k_j delta_j^2,
 
@@ -35,7 +36,7 @@ _PREDICTED = (
 
 
 class Refused(Exception):
-    """An element that was asked to be merged cannot be: which, and a key of ``REASONS``."""
+    """Refusal to merge a forced element: its index, and a key of ``REASONS``."""
 
     def __init__(self, element: int, reason: str) -> None:
         self.element, self.reason = element, reason
@@ -119,7 +120,7 @@ class _Rules:
         return grouping
 
     def bodies(self, merged: tuple[int, ...]) -> Grouping | str:
-        """Group the bodies, or say why not."""
+        """Group the bodies, or return the reason why not."""
         # groups of bodies; a closed loop must not lock
         rows = self.request.system.rows
         grouping = grouped(rows, merged)
@@ -190,7 +191,7 @@ def lump(
     own: frozenset[int] = frozenset(),
     limit: float = LIMIT,
 ) -> Lumps:
-    """Choose what to merge.
+    """Choose the elements to merge; Refused if a forced one cannot be merged.
 
     Parameters
     ----------
@@ -198,11 +199,6 @@ def lump(
         elements that must stay between equal speeds, because their law cannot be written otherwise.
     own
         elements that must stay between bodies of their own, at the speeds these have.
-
-    Raises
-    ------
-    Refused
-        a forced element cannot be merged.
     """
     # elements that may not be merged, and those that must
     rules = _Rules(request, level, own)
@@ -267,7 +263,7 @@ def _shares(request: Request) -> tuple[Array, Array]:
 
 
 def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> list[str]:
-    """Why an element cannot be merged at all; an empty word where it may be."""
+    """Return the reason why an element cannot be merged at all; empty where it may be."""
     system = request.system
     order = 2.0 * np.pi * system.inputs.cycles / system.inputs.period
     inside = order <= request.margin * request.up_to

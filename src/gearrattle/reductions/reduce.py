@@ -133,7 +133,7 @@ def requested(
     keep: Sequence[str] | None,
     merge: Sequence[str] = (),
 ) -> Request:
-    """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
+    """Request of a reduction by indices from names; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names
@@ -149,7 +149,7 @@ def requested(
 
 
 def unknown(key: str, entries: Sequence[str], names: Sequence[str]) -> list[Problem]:
-    """Name what no element is called."""
+    """Problems of names that no element has."""
     rule = f"there is no such element; there are {', '.join(names) or 'none'}"
     return [Problem(key, shown(name), rule, did_you_mean(name, names)) for name in entries if name not in names]
 
@@ -194,7 +194,7 @@ def _reduction(
 
 
 def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list[str]:
-    """What the record must say beside the numbers."""
+    """Notes of the record beside its numbers."""
     # elements that were merged: clearances and friction given up
     elements, notes = model.elements, []
     merged = [k for k, fate in enumerate(lumps.fates) if fate.merged]

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 class ReductionError:
     """Errors of the reduced model against the full one, inside the band.
 
-    ``float()`` of it is ``frequency``.
+    ``float()`` of it gives ``frequency``.
 
     Attributes
     ----------

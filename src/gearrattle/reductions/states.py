@@ -2,10 +2,10 @@
 
 A driveline with clearances has one linear system for every region vector, and on the average slopes between them (the
 contact ratio Gamma of Padmanabhan et al. 1995, sec. 6). A reduction must hold in all of them. Taken are every
-combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances
-together and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low
-while a gap hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are more than
-can be treated in some seconds: then some of them, evenly spread.
+combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances together
+and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low while a gap
+hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are too many for some
+seconds of computing; then an evenly spread selection is taken.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ KINDS = {"rattling": False, "loaded": True}
 
 
 def tolerances(scope: Scope) -> tuple[float, ...]:
-    """Those tried."""
+    """Tolerances that are tried."""
     return QUICK if scope.quick else TOLERANCES
 
 

@@ -32,12 +32,8 @@ _ERROR = {"order": 20, "amplitude": 5e-6, "phase": 0.0}  # Table 2: 0.1 half-gap
 
 
 def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
-    """Return a case of Table 2 under a mean load.
-
-    Parameters
-    ----------
-    ratio
-        mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
+    """Return a case of Table 2 under a mean load, ``ratio`` times the largest harmonic: 0.05 is the paper's light load,
+    0.5 its moderate one.
     """
     # means and drag torques that balance
     mean = _decimal(ratio * LARGEST_HARMONIC)
@@ -68,7 +64,7 @@ def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
 
 
 def _decimal(value: float) -> float:
-    """The short decimal that was meant."""
+    """Round to the short decimal that was meant."""
     return round(value, 9)
 
 

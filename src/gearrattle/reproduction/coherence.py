@@ -28,7 +28,7 @@ _HIGH = 0.9
 
 @dataclass(frozen=True)
 class Key:
-    """Which two motions, and how they were sampled."""
+    """Pair of motions, and how they were sampled."""
 
     label: str
     kind: str
@@ -57,12 +57,8 @@ def needs(scope: Scope) -> Iterator[Setup]:
 def kappa(
     measurements: Measurements, setup: Setup, reference: Setup, *, filtered: bool = True
 ) -> tuple[float, ...] | None:
-    """(4,) mean coherences of a run with a reference; None without either.
-
-    Parameters
-    ----------
-    filtered
-        whether samples pass an anti-aliasing filter before some are left out.
+    """(4,) mean coherences of a run with a reference, by default with an anti-aliasing filter before decimation; None
+    without either run.
     """
     mine, theirs = measurements.run(setup), measurements.run(reference)
     if mine is None or theirs is None:
@@ -138,7 +134,7 @@ def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
 
 
 def _meaning(coherences: Found) -> Row:
-    """What a coherence says of an algorithm: RK4's motion is invented, its harmonics are not."""
+    """Say what a coherence tells about an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
         "Sec. 9, coherence as a measure of agreement",
         "solutions are compared by it",
@@ -150,7 +146,7 @@ def _meaning(coherences: Found) -> Row:
 
 
 def _aliased(coherences: Found) -> Row:
-    """Whether low coherences are the algorithms'."""
+    """Whether low coherences are due to the algorithms, or to aliasing."""
     figures = {
         f"{kind}_{body}_{'filtered' if filtered else 'aliased'}": value
         for kind in KINDS

@@ -49,13 +49,7 @@ class Counted:
 def count_steps(
     case: int, algorithm: str, step: float, steps: int, *, loaded: bool, tick: Callable[[float], None]
 ) -> Counted:
-    """Take so many steps from static rest, several times over.
-
-    Parameters
-    ----------
-    step
-        in units of 1/omega.
-    """
+    """Take so many steps, each in units of 1/omega, from static rest, several times over."""
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle
     cycles = math.ceil(steps * step / (2.0 * math.pi)) + 1

@@ -42,7 +42,7 @@ _FEWEST = 8
 
 @dataclass(frozen=True)
 class Scope:
-    """How long runs are. ``cycles`` shortens the paper's lengths in a quick run."""
+    """Lengths of runs; ``cycles`` shortens those of the paper in a quick run."""
 
     quick: bool
 
@@ -102,7 +102,7 @@ class Measurements:
     wall_times: Mapping[Setup, tuple[float, ...]]
 
     def result(self, setup: Setup) -> Result:
-        """How a run went."""
+        """Status and run of a setup."""
         return self.results[setup]
 
     def times(self, setup: Setup) -> tuple[float, ...]:

@@ -24,18 +24,14 @@ _SLOW = 60.0  # seconds a cycle: of machines it takes milliseconds
 def integrate(
     task: Task, layout: Layout, algorithm: str, discard: int = 0, progress: Progress | None = None
 ) -> Trajectory:
-    """Integrate a task and name the result after its driveline.
+    """Integrate a task and name the result after its driveline; ConvergenceError, with time, state and remedy, if the
+    algorithm becomes unstable or stalls.
 
     Parameters
     ----------
     progress
         called with the fraction done after every slice; whatever it raises ends the run. Its method
         ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
-
-    Raises
-    ------
-    ConvergenceError
-        the algorithm went unstable or stalled; carries time, state and what to try.
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)
@@ -82,7 +78,9 @@ def finish(
 
 
 def _reason(position: Position, layout: Layout, least: float, cycles: float) -> str:
-    """Say why a march is slow that has gone fewer cycles than the least; empty where it is not, or that is unknown."""
+    """Say why a march is slow that has done fewer cycles than the least; empty where it is fast, or the reason is
+    unknown.
+    """
     if cycles >= least or position.fastest is None:
         return ""
     return f"a cycle takes minutes: {layout.element_names[position.fastest]} moves very fast for its inertias"

@@ -1,7 +1,7 @@
 """Drift of the mean speed of freely turning bodies over the judged part of a run.
 
-Their velocities are fluctuations about that speed, and their mean is zero if the motion repeats. What is left of it
-shifts torque orders against the motion, so a mean above a thousandth of the fluctuation is told.
+Their velocities are fluctuations about that speed, and their mean is zero if the motion repeats. A mean that is not
+zero shifts torque orders against the motion; above a thousandth of the fluctuation it gets a note.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
 
 @kept
 def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
-    """The model as settled last, by the arguments of the call."""
+    """Cache of the model as it was settled last, with the arguments of that call."""
     return {}
 
 

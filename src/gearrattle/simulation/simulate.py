@@ -123,18 +123,14 @@ class Plan:
     notes: tuple[str, ...]
 
     def run(self, trajectory: Trajectory, notes: tuple[str, ...] = ()) -> Run:
-        """The run a trajectory of this plan makes, with what must be noted besides."""
+        """Run of a trajectory of this plan, with the notes of the plan."""
         every = whole_trajectory(self.model, trajectory)
         return Run(replace(every, notes=(*self.notes, *trajectory.notes, *notes)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
-    """Settle every setting, assemble the system and find the start.
-
-    Raises
-    ------
-    ModelError
-        bad settings, or no static equilibrium.
+    """Settle every setting, assemble the system and find the start; ModelError for bad settings, or without a static
+    equilibrium.
     """
     used = settled(model, arguments)
     settings = used.simulation
@@ -162,7 +158,7 @@ def check_takes(driveline: Driveline, algorithm: str) -> None:
 
 
 def needs_exact(driveline: Driveline) -> str:
-    """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
+    """Reason why only ``exact`` takes a model; empty where every algorithm does."""
     if driveline.system.auxiliaries:
         name = driveline.layout.auxiliary_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
@@ -171,13 +167,13 @@ def needs_exact(driveline: Driveline) -> str:
 
 @kept
 def _notes_of(model: Model) -> tuple[str, ...]:
-    """What must be noted of every run of a model."""
+    """Notes on every run of a model."""
     of_parts = (*component_notes(model), *decay_notes(model))
     return (*period_of(model).notes, *of_parts, *_sweep_notes(model), *record_notes(model))
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:
-    """What a sweep of the speed means for a count in cycles."""
+    """Notes on a sweep of the speed whose length is given in cycles."""
     sweep = model.excitation.sweep
     if sweep is None:
         return ()

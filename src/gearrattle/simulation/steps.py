@@ -46,12 +46,8 @@ def step_limits(
     model: Model, regions: Sequence[RegionStiffness], step: float | str | None = None
 ) -> tuple[StepLimit, ...]:
     """Return one limit for every fixed-step algorithm, none for a driveline that only ``exact`` takes; ``step`` in s,
-    with a unit, or None for the file's, else the algorithm's own.
-
-    Raises
-    ------
-    ModelError
-        bad settings, or no static equilibrium.
+    with a unit, or None for the file's, else the algorithm's own. ModelError for bad settings, or without a static
+    equilibrium.
     """
     if needs_exact(assemble(model)):
         return ()

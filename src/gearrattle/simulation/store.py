@@ -250,7 +250,7 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
 
 
 def _owner(model: Model, settings: Mapping[str, Any]) -> str:
-    """Everything that decides the bits, as lines of text."""
+    """Lines of text on everything that decides the bits of a motion."""
     versions = {name: version_of(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     content = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join(
@@ -263,7 +263,7 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
 
 
 def _others(folder: Path) -> list[str]:
-    """Names of what is in a folder and was left there by no stream, ascending; a first chunk may lack its state."""
+    """Names in a folder that no stream has written, ascending; a first chunk may lack its state."""
     if not folder.exists():
         return []
     own = re.compile(rf"chunk-\d{{6}}\.nc|{re.escape(PREFIX)}.*|\.lock")

@@ -4,7 +4,7 @@ A request passes if its ``Host`` names this server, its ``Origin`` (where there 
 the token: as a cookie, or as ``Authorization: Bearer``. The start address carries the token once and exchanges it for
 the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit of
 size and of time while they are read, and together hold so much memory at most. Requests end at a rate: those with the
-token at one of their own, those without it at one for each address, so that nobody spends what others may ask.
+token at one of their own, those without it at one for each address, so that nobody uses up the rate of others.
 """
 
 from __future__ import annotations

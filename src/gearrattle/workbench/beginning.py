@@ -59,17 +59,8 @@ trees in two threads at once (``SystemError: AST constructor recursion depth mis
 
 
 def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Begun:
-    """Return the edits that begin a table or a list, or add a row to the list that stands there.
-
-    Parameters
-    ----------
-    option
-        which one of the tables that may stand there.
-
-    Raises
-    ------
-    LookupError
-        no table or list may stand there.
+    """Return the edits that begin a table or a list, or add a row to it; ``option`` chooses among the tables that may
+    stand there. LookupError if none may.
     """
     if location[:1] == ("coupling",) and location[2:] in (("stages",), ("coast_stages",)):
         return list(_staged(_found(tables, location[:2]), location))

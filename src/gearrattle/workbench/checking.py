@@ -100,7 +100,7 @@ def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:
 
 
 def plain(tables: Mapping[str, Any]) -> Any:
-    """Return tables in the types that JSON has: dates as text, numbers that are none as text."""
+    """Return tables in the types that JSON has: dates as text, infinite numbers and NaN as text."""
     if isinstance(tables, Mapping):
         return {key: plain(value) for key, value in tables.items()}
     if isinstance(tables, list):

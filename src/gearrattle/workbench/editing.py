@@ -7,7 +7,7 @@ which begins a table or a list with values that are valid there (``beginning``),
 need be no sound model, only TOML. What is set may be a factor, ``{"factor": 3}``, and its path a pattern: every value
 keeps its unit. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
 
-Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
+After every edit of the text its values are compared with those of the same edit of plain tables.
 """
 
 from __future__ import annotations
@@ -49,13 +49,8 @@ class Edited(NamedTuple):
 
 
 def edited(text: str, edits: Sequence[Edit]) -> Edited:
-    """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what went with a deleted
-    body.
-
-    Raises
-    ------
-    ModelError
-        the text is no TOML, an edit is none, or its path leads nowhere.
+    """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what a deleted body took
+    along. ModelError if the text is no TOML, an edit is none, or its path leads nowhere.
     """
     if not isinstance(edits, Sequence) or isinstance(edits, str) or len(edits) > _MOST:
         raise _refused("edits", "", f"must be a list of at most {_MOST} edits")
@@ -261,7 +256,7 @@ def _carried_out(text: str, step: Step) -> str:
 
 
 def _last_of_its_kind(tables: Mapping[str, Any], location: Location) -> Location:
-    """Return the array in place of its only entry: it goes with it."""
+    """Return the array in place of its only entry, which is deleted with it."""
     only = isinstance(location[-1], int) and _value_at(tables, location[:-1])
     return location[:-1] if isinstance(only, list) and len(only) == 1 else location
 

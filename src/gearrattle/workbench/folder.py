@@ -130,15 +130,8 @@ class Folder:
             raise ModelError(Problem("file", name, refused.rule, refused.remedy)) from None
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a file, whole or not at all; its folders are made.
-
-        Raises
-        ------
-        ModelError
-            it is no name, leads outside, names a folder or a file of a kind that is not kept here, or the machine
-            refuses.
-        OSError
-            the disk takes no more.
+        """Write a file, whole or not at all, and make its folders; ModelError if it is no name, leads outside, is a
+        folder or a kind that is not kept here, or the machine refuses; OSError if the disk is full.
         """
         path = self.path(name)
         if path.suffix.lower() not in _KINDS:
@@ -216,13 +209,9 @@ def _folders_within(root: Path, hidden: str) -> Iterator[Path]:
 
 
 def check_job_folder(folder: Path) -> None:
-    """Refuse the folder of a job in which anything is no regular file and no folder: somebody else may have made it.
-
-    Raises
-    ------
-    ModelError
-        a link, which may lead to any file of this machine, a pipe, a device or a socket; or folders that cannot be
-        read, or are nested too deep to be.
+    """Refuse, by a ModelError, the folder of a job, which somebody else may have made, with anything but regular files
+    and folders in it (a link may lead to any file of this machine), or with folders that cannot be read or are
+    nested too deeply.
     """
     if folder.is_symlink():
         raise _no_regular_file(folder.name, "")

@@ -4,8 +4,8 @@
     inputs/data/         data files from elsewhere; who names them names them there
     inputs/measured/     files that options name, by their names in the workspace folder, and what these name
 
-They are copied when a job is submitted. So a file that is changed later changes no job, and what is handed over runs
-anywhere.
+They are copied when a job is submitted. So a later change of a file changes no job, and the folder can be run on any
+machine.
 """
 
 from __future__ import annotations

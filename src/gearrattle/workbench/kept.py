@@ -7,8 +7,8 @@
     partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them; of branches that
                     are followed: so_far.json, what is there to see of them
 
-``keep`` is called once, by the process that computed the result; the server then only reads files. What is not there
-(a job of an earlier version, a motion that was put into the folder) is made from results.nc when it is asked for.
+``keep`` is called once, by the process that computed the result; the server then only reads files. Files that are
+missing (a job of an earlier version, a motion that was put into the folder) are made from results.nc on request.
 """
 
 from __future__ import annotations

@@ -32,15 +32,11 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
 
 
 def best_shift(simulated: tuple[Array, Array], measured: tuple[Array, Array]) -> float:
-    """Return by how much a measured time is shifted so that the channel agrees best with a simulated one [s].
+    """Return the shift of a measured time [s] at which its channel agrees best with a simulated one, both uniformly
+    sampled.
 
     The largest cross-correlation, at the measured rate, over all shifts that leave the measured channel, or the part of
     it that is as long, within the simulated one; means are taken out. A motion that repeats has many; any is as good.
-
-    Parameters
-    ----------
-    simulated, measured
-        times [s] and values, uniform; of the simulated one that part which may be compared.
     """
     from scipy.signal import fftconvolve
 

@@ -1,7 +1,7 @@
 """Short run of a model with some values changed by a slider: its verdict and its phase planes.
 
-Fewer cycles are computed than a long run has, so that the answer comes while the hand moves; what is kept is run in
-full. A model that asks for fewer itself, such as one whose record ends, gets those.
+Only few cycles are computed, so that the answer comes while the slider moves; a run that is kept has its full length. A
+model with fewer cycles of its own, such as one whose record ends, has those.
 """
 
 from __future__ import annotations

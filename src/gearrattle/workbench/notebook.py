@@ -1,7 +1,7 @@
 """Interactive view of a result in a notebook: tabs, figures to zoom, histories, sound.
 
-It is an anywidget made of the same text as on the page; what it asks for it asks over the notebook's kernel, in the
-same messages that the page turns into requests. Without anywidget the static view of the result is shown.
+It is an anywidget made of the same text as on the page; its requests go to the notebook's kernel, in the same messages
+as those of the page to the server. Without anywidget the static view of the result is shown.
 """
 
 from __future__ import annotations
@@ -27,13 +27,7 @@ Answer = tuple[dict[str, Any], list[bytes]]
 
 
 class Shown(Protocol):
-    """What a notebook shows of a result.
-
-    Attributes
-    ----------
-    view
-        sections, tables and names of figures, in JSON types.
-    """
+    """View of a result in a notebook: sections, tables and names of figures, in JSON types."""
 
     view: dict[str, Any]
 

@@ -36,17 +36,8 @@ def standard_errors(folder: Path) -> Errors:
 
 
 def errors_of(impacts: Hits, bounds: Array) -> Errors:
-    """Return the standard errors of the numbers of every clearance.
-
-    Parameters
-    ----------
-    bounds
-        (``PARTS`` + 1,) of the parts, ascending [s].
-
-    Returns
-    -------
-    Mapping[str, Mapping[str, float]]
-        By clearance and then by number: ``impacts_per_second``, ``max_approach_speed`` and ``max_impact_energy``.
+    """Return the standard errors of the numbers of every clearance, by its name and theirs (``impacts_per_second``,
+    ``max_approach_speed``, ``max_impact_energy``), from parts with (``PARTS`` + 1,) ascending bounds [s].
     """
     errors: dict[str, Mapping[str, float]] = {}
     for number, clearance in enumerate(impacts.clearances):

@@ -356,7 +356,7 @@ class Hits:
 
 
 def described(source: Source, hits: Hits | None = None) -> dict[str, Any]:
-    """Return what can be drawn, in JSON types: channels, the window of all, the period, clearances with impacts."""
+    """Return the channels, the window of all, the period and the clearances with impacts, in JSON types."""
     clearances = [] if hits is None else hits.clearances
     is_mesh = {clearance["name"]: clearance["unit"] == "m/s" for clearance in clearances}
     channels = [

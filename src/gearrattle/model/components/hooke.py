@@ -7,8 +7,8 @@ driving yoke is perpendicular to the plane of the shafts,
 
     e(phi) = - sum_k tan^2k(beta/2) / k  sin 2k phi.
 
-A load T on the driven side asks T (1 - de/dphi) of the driving side, so that power is conserved. Here phi turns
-uniformly, and the torque -T de/dphi is that of the mean load: what fluctuates of either is of second order.
+A load T on the driven side loads the driving side with T (1 - de/dphi), so that power is conserved. Here phi turns
+uniformly, and the torque -T de/dphi is that of the mean load: fluctuations of both are of second order.
 
 Source: the series of arctan(p tan phi), p = 1 / cos beta, with (p - 1) / (p + 1) = tan^2(beta/2); Dubbel, Taschenbuch
 fuer den Maschinenbau, "Gelenkwellen".

@@ -137,7 +137,7 @@ def _is_group(value: Any, inner: Sequence[Any]) -> bool:
 
 
 class _Kind(NamedTuple):
-    """What a kind of value is called, and whether a value of JSON is of it."""
+    """Words of a kind of value, and the test whether a value of JSON is of it."""
 
     words: str
     holds: Callable[[Any, Sequence[Any]], bool]

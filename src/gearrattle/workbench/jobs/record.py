@@ -1,7 +1,7 @@
 """Record of a job, in its folder and for the page.
 
-The folder may have been made by somebody else, or by another version: a record that cannot be read becomes a job that
-is broken, with the reason, and spoils no other.
+The folder may have been made by somebody else, or by another version: a record that cannot be read gives a broken job
+with the reason, and does not affect other jobs.
 """
 
 from __future__ import annotations

@@ -259,7 +259,7 @@ def warm_up() -> None:
 
 
 def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
-    """Compute a job and keep it in its folder; return the sentence."""
+    """Compute a job and keep it in its folder; return its sentence."""
     from gearrattle.model import load
     from gearrattle.report.kinds import presentation_of
     from gearrattle.workbench.inputs import INPUTS, NAME
