@@ -59,8 +59,8 @@ def version_of(package: str) -> str:
 
 
 def check_format(name: object, source: object, *kinds: str) -> None:
-    """Refuse a file that is none of these kinds, or of a version that is not read, by a ModelError with what to do;
-    ``name`` is the format as the file has it, empty if it has none.
+    """Refuse a file of another kind, or of a version that is not read (ModelError with what to do); ``name`` is its
+    format, empty if the file has none.
     """
     text = str(name)
     if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):

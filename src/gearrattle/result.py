@@ -5,8 +5,8 @@ it saves itself, and a notebook shows it. The class of a result holds the number
 and figures of a kind are defined once, in ``gearrattle.report.kinds``. That package is imported by its name when a
 result is shown, so that a simulation does not load it.
 
-DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` names its kind, and ``gr.figures`` and
-``gr.save`` take it like any other.
+DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` names their kind, and ``gr.figures`` and
+``gr.save`` take them as any other.
 """
 
 from __future__ import annotations

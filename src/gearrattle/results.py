@@ -371,7 +371,7 @@ class Run(Result):
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
-    """Refuse, by a ModelError that says how to get one, what is no run and of none of the other types."""
+    """Refuse a value that is neither a run nor of the other types; the ModelError says how to get a run."""
     if isinstance(value, (Run, *also)):
         return
     if isinstance(value, str | os.PathLike):

@@ -78,7 +78,7 @@ def _real(stored: Any) -> Any:
 
 
 def check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
-    """Refuse, by a ModelError, a file whose names of inertias, clearances or elements are not those of its model."""
+    """Refuse a file whose names of inertias, clearances or elements differ from those of its model (ModelError)."""
     names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
     for axis, own in names.items():
         stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])

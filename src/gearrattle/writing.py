@@ -337,7 +337,7 @@ def _turn(folder: Path) -> Iterator[None]:
 
 def put(path: Path, content: bytes, *, new: bool = False) -> None:
     """Write a small file, whole or not at all; when this returns it is on the disk. FileExistsError if it must be new
-    and is there.
+    and is there, OSError if it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -422,7 +422,7 @@ class Lock:
     NAME = ".lock"
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        """Take the lock; Refused if another program has it."""
+        """Take the lock; Refused if another program has it, OSError if the machine refuses."""
         resolved = str(Path(folder).resolve())
         if (earlier := _LOCKS.get(resolved)) is not None:
             earlier.release()
@@ -448,8 +448,8 @@ _LOCKS: weakref.WeakValueDictionary[str, Lock] = weakref.WeakValueDictionary()
 
 
 def _opened_lock(path: Path, *, make: bool = True) -> int:
-    """Open a file to be locked, made if need be; Refused if it is no regular file, and never through a symbolic link,
-    for it is written.
+    """Open a file to be locked, made if need be, never through a symbolic link, for it is written; Refused if it is no
+    regular file, OSError if it cannot be written.
     """
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, os.O_RDWR | (os.O_CREAT if make else 0) | flags, 0o666)

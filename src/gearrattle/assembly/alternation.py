@@ -101,7 +101,7 @@ def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array
 
 
 def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
-    """Refuse more changes than can be listed, by a ModelError with the order and the largest that is taken."""
+    """Refuse more changes than can be listed; the ModelError names the order, and the largest that is taken."""
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
         most = f"{order * _MOST / count:.3g} or less: teeth times the ratio of speeds"

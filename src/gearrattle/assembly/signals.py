@@ -120,7 +120,7 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run up to ``end`` [s] longer than a record whose last value is not held, by a ModelError that names
+    """Refuse a run up to ``end`` [s] that is longer than a record whose last value is not held; the ModelError names
     every such record.
     """
     problems = []

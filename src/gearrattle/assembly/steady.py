@@ -48,7 +48,7 @@ def steady(model: Model) -> Model:
 
 
 def refuse_motions(model: Model, what: str) -> None:
-    """Refuse a model with an inertia of prescribed motion, by a ModelError that says what needs every inertia free."""
+    """Refuse a model with a prescribed motion; the ModelError says what needs every inertia free."""
     if model.motions:
         rule = f"{what} needs every inertia free"
         raise ModelError(
@@ -57,7 +57,7 @@ def refuse_motions(model: Model, what: str) -> None:
 
 
 def refuse_recorded_motions(model: Model, what: str) -> None:
-    """Refuse a model with a recorded motion of an inertia, by a ModelError that says what needs harmonics."""
+    """Refuse a model with a recorded motion; the ModelError says what needs harmonics."""
     recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]
     for i, motion in recorded:
         rule, remedy = (
@@ -68,7 +68,7 @@ def refuse_recorded_motions(model: Model, what: str) -> None:
 
 
 def refuse_unsteady(model: Model, what: str) -> None:
-    """Refuse a model under anything but harmonics of one speed, by a ModelError that says what needs inputs that
+    """Refuse a model with other inputs than harmonics of one speed; the ModelError says what needs inputs that
     repeat.
     """
     rule, remedy = f"{what} needs inputs that repeat every period", "give harmonics of one speed"
@@ -77,7 +77,7 @@ def refuse_unsteady(model: Model, what: str) -> None:
 
 
 def refuse_but_events(model: Model, what: str) -> None:
-    """Refuse a model under anything but harmonics of one speed and torques over time, by a ModelError that says what
+    """Refuse a model with other inputs than harmonics of one speed and torques over time; the ModelError says what
     needs one speed.
     """
     events = {f"torque.{i}.ramps": None for i, torque in enumerate(model.torques) if torque.ramps}

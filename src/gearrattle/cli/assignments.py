@@ -39,8 +39,8 @@ def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str | F
 
 
 def changes(option: str, entries: Sequence[str]) -> dict[str, Any]:
-    """Return values of a model by path, as ``Model.with_`` takes them, from words PATH=VALUE: as in a model file, the
-    quotes of a text may be left out, or a factor, x3; ModelError for another form.
+    """Return values of a model by path, as ``Model.with_`` takes them, from words PATH=VALUE; ModelError for another
+    form. A value is written as in a model file, where the quotes of a text may be left out, or is a factor, x3.
     """
     return {path: _as_in_file(text.strip()) for path, text in _pairs(option, entries)}
 

@@ -179,7 +179,7 @@ def _check_combination(
     scatter: Sequence[str] | None,
     rate: str | None,
 ) -> None:
-    """Refuse, by a ModelError, options that do not go together: a command has one answer."""
+    """Refuse options that do not go together (ModelError): a command has one answer."""
     if (second[0] is None) != (second[1] is None):
         raise ModelError(Problem("--second", "", "--second and --second-range belong together", "give both or none"))
     from gearrattle.orbits.motion_map import CELLS
@@ -205,7 +205,7 @@ def _check_values(
     deviations: Mapping[str, Written],
     rate: float | str | None,
 ) -> None:
-    """Refuse values of options, by a ModelError, before any motion is followed."""
+    """Refuse bad values of options (ModelError) before any motion is followed."""
     from gearrattle.orbits.gradients import second_of, tolerances_of
     from gearrattle.orbits.over_value import ends_of
     from gearrattle.orbits.run_ups import rate_of

@@ -101,7 +101,7 @@ class Settings:
 
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:
-    """Refuse, by a ModelError, options that were typed (not None) and play no part without another one."""
+    """Refuse typed options, those that are not None, that play no part without another one (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(
             Problem(", ".join(typed), "", f"plays no part without {option}", f"add {option}, or leave it out")
@@ -109,7 +109,7 @@ def refuse_unless(option: str, others: Mapping[str, object]) -> None:
 
 
 def refuse_beside(option: str, others: Mapping[str, object]) -> None:
-    """Refuse, by a ModelError, options that were typed (not None) and play no part beside another one."""
+    """Refuse typed options, those that are not None, that play no part beside another one (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(Problem(", ".join(typed), "", f"plays no part with {option}", "leave one of them out"))
 
@@ -146,8 +146,8 @@ def seconds_of(within: str | None) -> float | str:
 
 
 def ends_in(text: str, option: str = "--range") -> tuple[Written, Written]:
-    """Return the two ends of a range LOW:HIGH, or raise a ModelError; a unit behind the second is that of the first,
-    too; "x1:x8" are factors.
+    """Return the two ends of a range LOW:HIGH; a unit behind the second is that of the first, too; "x1:x8" are factors.
+    ModelError unless there are two values.
     """
     from gearrattle.model.units import with_last_unit
 

@@ -37,8 +37,8 @@ def motion_or_recording(source: Path) -> Run | Recording:
 
 
 def channels_of(signal: Run | Recording, channel: str | None, option: str) -> tuple[str, ...]:
-    """Return the channels that a command looks at: the one that is named, else all signals of a recording; ModelError
-    with the option if none is named of a run.
+    """Return the channels that a command looks at: the one that is named, else all signals of a recording; ModelError,
+    with the option's name, for a run without a named channel.
     """
     from gearrattle.recording import Recording
 

@@ -291,8 +291,8 @@ def _is_number(cell: str) -> bool:
 
 
 def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str) -> bool:
-    """Whether numbers have a decimal comma, by the first row with a number that has a comma or a point in it;
-    RecordError where commas in quotes also part columns, and may be separators of thousands in all numbers.
+    """Whether numbers have a decimal comma, by the first row with a comma or a point in a number; RecordError if commas
+    in quotes also part columns, and all numbers with one may have separators of thousands.
     """
     unsure: tuple[int, str] | None = None
     with opened_text(path, encoding, "replace") as stream:

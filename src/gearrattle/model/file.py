@@ -114,8 +114,8 @@ def text_of(model: Model) -> str:
 
 
 def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
-    """Read a TOML file, UTF-8 of at most 1 MB, as text; ModelError, which names the kind of file, if it is missing,
-    unreadable, too large or no text.
+    """Read a TOML file as text, UTF-8 of at most 1 MB; ModelError if it is missing, unreadable, too large or no text.
+    Messages call the file a ``kind``.
     """
     name = os.fspath(path)
     try:
@@ -141,8 +141,8 @@ def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
 
 
 def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[str, Any], Positions]:
-    """Parse TOML text, and return its tables with the positions of their keys; ModelError, with the name and kind of
-    the file, if it is too long, nested too deeply, or no valid TOML.
+    """Parse TOML text into tables and the positions of their keys; ModelError if it is too long, nested too deeply, or
+    no valid TOML. Messages call the text a ``kind`` and by its name.
     """
     if len(text) > LARGEST:
         raise ModelError(Problem(name, f"{len(text)} characters", _size_rule(kind)))
@@ -198,7 +198,7 @@ def _size_rule(kind: str) -> str:
 
 
 def check_reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
-    """Refuse, by a ModelError, a file that an input file in this folder names and may not read (``reachable``)."""
+    """Refuse a file that an input file in this folder names and may not read (ModelError), see ``reachable``."""
     try:
         reachable(path, folder)
     except (OSError, ValueError) as error:

@@ -144,7 +144,7 @@ def expanded(tables: Mapping[str, Any], paths: Iterable[str]) -> list[str]:
 
 
 def check_one(tables: Mapping[str, Any], path: str) -> None:
-    """Refuse a pattern where a path must lead to one value, by a ModelError."""
+    """Refuse a pattern where a path must lead to one value (ModelError)."""
     if ANY in path:
         paths = paths_at(tables, path)
         rule = f"stands for several values ({listed(paths)}), and here one is needed"

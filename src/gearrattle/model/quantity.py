@@ -306,8 +306,8 @@ class AnyTable(Reader):
 
 
 def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionless: bool = True) -> list[Problem]:
-    """Return the problems of a call's arguments, each given by name with its rule; plain numbers only, without units,
-    where it is dimensionless.
+    """Return the problems of a call's arguments, each given by its name with its rule and value; if dimensionless,
+    quantities are plain numbers only.
     """
     problems = []
     for name, (reader, value) in arguments.items():
@@ -320,7 +320,7 @@ def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionl
 
 
 def check_arguments(**arguments: tuple[Reader, Any]) -> None:
-    """Refuse arguments of a call that break their rules, by a ModelError; see ``argument_problems``."""
+    """Refuse arguments of a call that break their rules (ModelError); see ``argument_problems``."""
     if problems := argument_problems(arguments):
         raise ModelError(problems)
 

@@ -1,8 +1,7 @@
 """Lumping: bodies with no relative motion in the modes that matter are merged through their kinematic ratios.
 
 The step of Padmanabhan et al. 1995, sec. 3, where a person did it from mode shapes: gears that move alike are lumped
-onto their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element is asked for its share of the strain
-energy,
+onto their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element has its share of the strain energy,
 
     s_k = k_k delta_k^2 / sum_j k_j delta_j^2,
 

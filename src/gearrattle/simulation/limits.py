@@ -22,8 +22,8 @@ _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 @kept
 def check_rates(driveline: Driveline) -> None:
-    """Refuse, by a ModelError with every value and the largest that is taken, elements and drags whose own motion is
-    too fast for double precision, and inputs of too high an order.
+    """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order; the
+    ModelError names every value, and the largest that is taken.
     """
     model, system = driveline.model, driveline.system
     period, problems = system.inputs.period, []
@@ -69,8 +69,8 @@ def _too_high(model: Model, period: float) -> list[Problem]:
 
 
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, location: str) -> None:
-    """Refuse a run, or what of it is in memory at a time, whose samples would not fit into half of the machine's
-    memory; the ModelError names the setting ``location``, what it would take and what fits.
+    """Refuse a run whose samples, as many as are in memory at a time, would not fit into half of the machine's memory;
+    the ModelError names the setting ``location``, what the run would take and what fits.
     """
     need, most = bytes_of_sample(system) * cycles * samples_per_cycle, _SHARE * memory()
     if need <= most:

@@ -122,8 +122,8 @@ class Store:
                 raise ModelError(Problem(str(self.folder), "", error.rule, error.remedy)) from None
 
     def check_there(self) -> None:
-        """Refuse, by a ModelError, to go on with a folder that has lost its state or its last chunk: a chunk after a
-        gap can never be read.
+        """Refuse to go on with a folder that has lost its state or its last chunk (ModelError): a chunk after a gap can
+        never be read.
         """
         if self.state is None:
             return

@@ -120,7 +120,7 @@ def stream(
 
 
 def _length(chunk: int | None, plan: Plan) -> int:
-    """Periods a chunk, a whole number from 1 on, or a ModelError."""
+    """Periods a chunk; ModelError unless they are a whole number from 1 on."""
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
     if problems := argument_problems({"chunk": (Count(1), chunk)}):

@@ -23,8 +23,8 @@ from gearrattle.workbench.together import groups_of
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
-    """Check a model file that may be incomplete; data files that the text names are relative to ``file``, a name in the
-    workspace folder that may not lead out of it (ModelError).
+    """Check a model file that may be incomplete; data files in it are relative to ``file``, a name in the workspace
+    folder. ModelError if that name leads out of the folder.
 
     Returns
     -------

@@ -114,7 +114,9 @@ class Folder:
         return self.jobs / job
 
     def make_jobs(self) -> None:
-        """Make the folder of jobs; ModelError if it, or the hidden folder around it, is a link or a file."""
+        """Make the folder of jobs; ModelError if it, or the hidden folder around it, is a link or a file, OSError if
+        the machine refuses.
+        """
         for path in (self.jobs.parent, self.jobs):
             if not os.path.lexists(path):
                 path.mkdir(exist_ok=True)
@@ -209,9 +211,9 @@ def _folders_within(root: Path, hidden: str) -> Iterator[Path]:
 
 
 def check_job_folder(folder: Path) -> None:
-    """Refuse, by a ModelError, the folder of a job, which somebody else may have made, with anything but regular files
-    and folders in it (a link may lead to any file of this machine), or with folders that cannot be read or are
-    nested too deeply.
+    """Refuse the folder of a job with anything but regular files and folders in it (ModelError): somebody else may have
+    made it, and a link may lead to any file of this machine. So is one whose folders cannot be read, or are nested
+    too deeply.
     """
     if folder.is_symlink():
         raise _no_regular_file(folder.name, "")

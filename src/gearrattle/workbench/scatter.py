@@ -53,8 +53,8 @@ def errors_of(impacts: Hits, bounds: Array) -> Errors:
 
 
 def best_of(values: Sequence[float | None], errors: Sequence[float | None]) -> tuple[int | None, bool]:
-    """Return the index of the number that is the smallest beyond doubt, or None, and whether the smallest two may
-    differ by chance; without a known standard error there is no best.
+    """Return the index of the smallest number if it is the smallest beyond doubt, else None, and whether the smallest
+    two may differ by chance; with an unknown standard error there is no best.
     """
     there = [number for number, value in enumerate(values) if value is not None]
     known = [

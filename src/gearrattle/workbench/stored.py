@@ -60,7 +60,9 @@ def stored_object(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what a library raises on a damaged file into a ModelError that names the file."""
+    """Turn what a library raises on a damaged file into a ModelError that names the file; errors of this package pass
+    unchanged.
+    """
     try:
         yield
     except (GearRattleError, MemoryError, FileNotFoundError, PermissionError):

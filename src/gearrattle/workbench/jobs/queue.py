@@ -63,8 +63,9 @@ class Jobs:
             return self._jobs[job]
 
     def submit(self, job: Job, text: str) -> Job:
-        """Check and copy model, options and data files of a new job and put it into the queue (ModelError, OSError);
-        without a name it has that of the model, or says what its model has that its parent's has not.
+        """Check and copy model, options and data files of a new job and put it into the queue; without a name it has
+        that of the model, or says what its model has that its parent's has not. ModelError for the model, the task
+        or its options, OSError if the disk is full.
         """
         check_options(job.task, job.options)
         model = model_of(text, self._folder, job.file)
@@ -104,7 +105,7 @@ class Jobs:
         return self._folder.jobs / job
 
     def rename(self, job: str, name: str) -> Job:
-        """Give a job another name; ModelError if its record cannot be read."""
+        """Give a job another name; ModelError if its record cannot be read, OSError if the disk is full."""
         with self._changed:
             known = self.get(job)
             read_job(self.path(job))
@@ -135,7 +136,7 @@ class Jobs:
             return cancelled
 
     def delete(self, job: str) -> None:
-        """Remove a job with all its files; ModelError if it has not ended, or files cannot be removed."""
+        """Remove a job with all its files; ModelError if it has not ended, or some files cannot be removed."""
         with self._changed:
             removed = self.get(job)
             if removed.state not in ENDED:

@@ -134,8 +134,8 @@ class WarmProcess:
         return self._started
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
-        """Return the answer of the process that ``start`` has named, and of no other: whoever ends it ends the request
-        (EndedError); FailedError if the work failed.
+        """Return the answer of the process that ``start`` has named, and of no other; EndedError if that process ends,
+        even before it is asked, FailedError if the work failed.
         """
         # process that has been started
         if self._started is None:
