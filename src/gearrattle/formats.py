@@ -18,12 +18,8 @@ from gearrattle.errors import ModelError, Problem
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of saved file: the version that is written, and how such a file is made anew.
-
-    Attributes
-    ----------
-    oldest
-        the earliest version that can be read; 0 if files of the first versions name no format.
+    """A kind of saved file: the version that is written, how such a file is made anew, and the oldest version that can
+    be read, 0 if files of the first versions name no format.
     """
 
     version: int

@@ -35,12 +35,11 @@ _Number = Any
 
 
 class Balance(NamedTuple):
-    """A torque that balances its train.
+    """A torque that balances its train: the indices of the torque, of its inertia, and of all inertias of the train in
+    ascending order.
 
     Attributes
     ----------
-    bodies
-        indices of the inertias of the train, ascending.
     motion
         of the train, by which the torque works: angle of every body, that of ``body`` 1.
     others

@@ -35,14 +35,8 @@ def torque_histories(model: Model) -> dict[int, Signal]:
 
 
 class Record(NamedTuple):
-    """A record over time of a model, with the unit of its values in SI and what it is of.
-
-    Attributes
-    ----------
-    path
-        of its table in the model file.
-    instead
-        what may stand in place of a spline, in words.
+    """A record over time of a model: what it is, the path of its table, its unit in an SI model, and words on what may
+    replace a spline.
     """
 
     signal: Signal

@@ -47,14 +47,10 @@ class MotionError(NamedTuple):
 
     Attributes
     ----------
-    element
-        its index.
     factor
         -w_ka, of the element's row [m or 1].
     harmonic
         of the angle theta_a [rad].
-    path
-        of the harmonic in the model file.
     """
 
     element: int

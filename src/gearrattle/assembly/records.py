@@ -33,8 +33,6 @@ class Recorded:
 
     Attributes
     ----------
-    signal
-        the record.
     is_rate
         whether the curve is the derivative of the input.
     offset
@@ -120,16 +118,8 @@ def mean(signal: Signal) -> float:
 
 
 class Swing(NamedTuple):
-    """How far a spline leaves the values of the two points beside it, on one side, where it does so most.
-
-    Attributes
-    ----------
-    time
-        of the record where it is farthest from them [s]; of a trace over the crank angle, that angle [rad].
-    value
-        of the spline there [SI].
-    neighbour
-        value of that neighbour which is nearer to it [SI].
+    """Largest swing of a spline beyond the two points beside it, on one side: its time in the record [s], or crank
+    angle [rad], its value and that of the nearer neighbour [SI].
     """
 
     time: float

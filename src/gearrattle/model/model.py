@@ -392,13 +392,7 @@ def _start_length(simulation: object, count: int) -> Iterator[Breach]:
 
 
 def check_model(value: object) -> None:
-    """Refuse what is no model, such as the path of one.
-
-    Raises
-    ------
-    ModelError
-        it is none; the remedy says how to get one.
-    """
+    """Refuse what is no model, such as the path of one (ModelError with how to get one)."""
     if isinstance(value, Model):
         return
     is_path = isinstance(value, str | os.PathLike)

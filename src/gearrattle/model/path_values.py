@@ -14,14 +14,8 @@ from gearrattle.model.quantity import Bound, Plain, Quantity, checked
 
 
 def in_si(path: str, value: Any, model: Model) -> Any:
-    """Read a value as the model does, and return it as the model has it: numbers in SI.
-
-    At a pattern it is the value of all that match; a factor needs one path there.
-
-    Raises
-    ------
-    ModelError
-        the model refuses it, or the path leads nowhere.
+    """Read a value as the model does, and return it in SI; at a pattern it is the value of all that match, a factor
+    needs a single path. ModelError if the model refuses it, or the path leads nowhere.
     """
     taken = model.with_({path: value})
     one = path if is_factor(value) else paths_at(model.to_tables(), path)[0]

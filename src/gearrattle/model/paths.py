@@ -40,11 +40,7 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     """Return a copy of the tables with the changes made (see ``resolved``); a value of None takes a key out.
 
     Setting one of ``excitation.speed``, ``.frequency`` and ``.sweep`` takes out the others, as they are one quantity.
-
-    Raises
-    ------
-    ModelError
-        paths that lead nowhere, all of them; or what ``resolved`` refuses.
+    ModelError for all paths that lead nowhere, and as ``resolved``.
     """
     plain = resolved(tables, checked(AnyTable(), changes, "changes"))
     fresh: dict[str, Any] = _thawed(tables)
@@ -66,12 +62,8 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 def resolved(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes as plain ones: every path leads to one value, and no value is a factor.
 
-    Here alone patterns become paths, and factors values: of what the tables say.
-
-    Raises
-    ------
-    ModelError
-        a pattern that matches nothing, a factor of what is no number, a path that is changed twice; all of them.
+    Patterns become paths, and factors multiply the values of the tables, here alone. ModelError for a pattern that
+    matches nothing, a factor of what is no number, and a path that is changed twice; it names all of them.
     """
     plain: dict[str, Any] = {}
     changed_by: dict[str, str] = {}

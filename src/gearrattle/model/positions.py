@@ -30,13 +30,8 @@ def key_lines(text: str) -> dict[Path, int]:
     """Return the line, counted from 1, of every key, table and array entry of a TOML document.
 
     A key that several headers mention has the line of the first. In a text that is no valid TOML the scan may end
-    early; the lines found before stay.
-
-    Raises
-    ------
-    NestingError
-        a path of more than 16 keys and indices. A parser may need time and memory that grow with the
-        square of that depth, so ask here first.
+    early; the lines found before stay. NestingError for a path of more than 16 keys and indices: a parser may need time
+    and memory that grow with the square of that depth, so ask here first.
     """
     scanner = _Scanner(text.replace("\r\n", "\n"))
     with contextlib.suppress(_LostError):

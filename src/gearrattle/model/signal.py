@@ -150,12 +150,10 @@ class Signal:
 
 @dataclass(frozen=True)
 class OverTime:
-    """Reads a ``Signal`` of one dimension.
+    """Reads a ``Signal`` of one dimension; ``static`` allows the key of this name.
 
     Attributes
     ----------
-    static
-        whether the key ``static`` is allowed.
     key, along
         name and dimension of what the values are given over.
     derivatives

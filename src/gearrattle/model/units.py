@@ -138,24 +138,9 @@ class _Measure(NamedTuple):
 
 
 def convert(text: str, dimension: Dimension) -> float:
-    """Convert a number with a unit to SI.
-
-    Parameters
-    ----------
-    text
-        e.g. ``"0.05 mm"``; a decimal number, optional blanks, a unit.
-    dimension
-        what the key measures; the unit must agree, angle included.
-
-    Returns
-    -------
-    float
-        The value in ``dimension.si``, correctly rounded.
-
-    Raises
-    ------
-    UnitError
-        no number, no unit, an unknown unit, the wrong dimension, or a value beyond a double's range.
+    """Convert a decimal number with a unit, such as ``"0.05 mm"``, to ``dimension.si``, correctly rounded; UnitError
+    for no number, no unit, an unknown unit, the wrong dimension (angle included), or a value beyond a double's
+    range.
     """
     number, unit = _split(text, dimension)
     if dimension.symbols and unit not in dimension.symbols:

@@ -80,14 +80,8 @@ class Accuracy:
 
 
 def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Worst | None = None) -> Accuracy:
-    """Measure a reduced system against the full one.
-
-    Parameters
-    ----------
-    basis
-        (n, r) T.
-    watched
-        inertias whose response counts.
+    """Measure a system reduced by a basis T (n, r) against the full one; responses are those of the inertias that are
+    watched.
     """
     worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]

@@ -84,17 +84,7 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Lumps:
-    """Groups of bodies, and why.
-
-    Attributes
-    ----------
-    grouping
-        which body turns with which.
-    fates
-        (m,) of every element.
-    error
-        the largest error of a frequency, where it was measured.
-    """
+    """Groups of bodies, the fate of every element (m,), and the largest error of a frequency, where it was measured."""
 
     grouping: Grouping
     fates: tuple[Fate, ...]

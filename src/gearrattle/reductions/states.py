@@ -47,12 +47,11 @@ class State(NamedTuple):
 
 
 def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: float = 0.0) -> list[State]:
-    """Return states, all elements in their last drive stage first.
+    """Return the contact states of the varied clearances, all closed first; other elements stay in their last drive
+    stage.
 
     Parameters
     ----------
-    varied
-        the clearances whose slope may change; all other elements stay in their last drive stage.
     up_to
         end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """

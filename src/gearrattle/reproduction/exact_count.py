@@ -29,15 +29,7 @@ TABLEAUS = {"rk2": MIDPOINT, "rk4": CLASSICAL}
 
 @dataclass(frozen=True)
 class Counted:
-    """Steps, calls and crossings, and their cost.
-
-    Attributes
-    ----------
-    span
-        time marched over, in units of 1/omega.
-    seconds
-        processor time of every run [s].
-    """
+    """Steps, calls and crossings over a span of time [1/omega], and the processor time of every run [s]."""
 
     steps: int
     calls: int

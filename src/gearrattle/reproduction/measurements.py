@@ -87,15 +87,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Measurements:
-    """Results by their setups, and the scope they were made in.
-
-    Attributes
-    ----------
-    results
-        the fastest run of every setup.
-    wall_times
-        of all its runs [s].
-    """
+    """Fastest run of every setup, wall times of all its runs [s], and the scope they were made in."""
 
     scope: Scope
     results: Mapping[Setup, Result]

@@ -36,12 +36,8 @@ class Row:
 
     Attributes
     ----------
-    status
-        how the two compare.
     why
         the reason, where there is one to give; always for ``differs``.
-    figures
-        our figures by name, for machines.
     """
 
     item: str
@@ -64,15 +60,7 @@ def row(item: str, paper: str, ours: str, status: Status, why: str = "", **figur
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page.
-
-    Attributes
-    ----------
-    words
-        what was done, in a sentence or two.
-    tables
-        numbers behind it.
-    """
+    """A part of the page."""
 
     key: str
     title: str
@@ -84,13 +72,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Reproduction(Result):
-    """All sections.
-
-    Attributes
-    ----------
-    quick
-        whether runs were shortened; their figures are then samples, not results.
-    """
+    """All sections; of a quick run the figures are samples, not results."""
 
     kind: ClassVar[str] = "reproduction"
     notes: ClassVar[tuple[str, ...]] = ()

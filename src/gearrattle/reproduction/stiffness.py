@@ -27,14 +27,8 @@ _K, _C = np.array(list(STIFFNESS.values())), np.array(list(DAMPING.values()))
 
 
 def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = False) -> Array:
-    """(8, 8) Jacobian with stiffness contact ratios Gamma_c, Gamma_g given.
-
-    Parameters
-    ----------
-    time_scale
-        omega for dimensionless time, 1 for seconds.
-    mixed
-        whether the gears move along the line of action [m] instead of turning.
+    """(8, 8) Jacobian with stiffness contact ratios Gamma_c, Gamma_g; ``time_scale`` is omega for dimensionless time, 1
+    for seconds; ``mixed``: the gears move along the line of action [m] instead of turning.
     """
     stiffness = (_ROWS.T * (_K * [clutch, 1.0, gear])) @ _ROWS
     damping = (_ROWS.T * _C) @ _ROWS + np.diag(_DRAG)

@@ -11,17 +11,12 @@ from gearrattle.remember import kept
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:
-    """The model with every simulation setting filled in and checked.
+    """The model with every simulation setting filled in and checked; arguments are None where the call is silent.
 
-    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start, as a
-    run of a stated duration and one with ramps of a torque. Settings as of the last call give the same model again,
-    with all that was made of it.
-
-    Parameters
-    ----------
-    arguments
-        settings of the call by their names in the file; None where the call is silent.
+    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling: discard
+    = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start; so is a run of
+    a stated duration, and one with ramps of a torque. The settings of the last call return the same model again, with
+    all its derived values.
 
     Raises
     ------

@@ -35,14 +35,13 @@ _LOADS: Mapping[str, type[Shown]] = {"torque": Torque, "motion": Motion}
 
 @dataclass(frozen=True)
 class Link:
-    """An element, or a pair of bodies of a component that is not sound yet.
+    """An element, or a pair of bodies of a component that is not sound yet; ``arms`` are all bodies whose angles it
+    reads.
 
     Attributes
     ----------
     ends
         two body numbers; -1 for ground, -2 for a body that does not exist.
-    arms
-        all bodies whose angles it reads.
     """
 
     table: str

@@ -284,14 +284,8 @@ def write_index(source: RunFile, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Hits:
-    """The impacts of a run.
-
-    Attributes
-    ----------
-    clearances
-        name and unit of the approach speed of each.
-    time, clearance, velocity, energy
-        (I,) as of ``Marks``, ascending in time.
+    """Impacts of a run, arrays (I,) as of ``Marks``, ascending in time; ``clearances`` are names and units of approach
+    speed.
     """
 
     clearances: list[dict[str, str]]

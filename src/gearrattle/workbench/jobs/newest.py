@@ -25,12 +25,8 @@ class Newest:
         self._process.start()
 
     def ask(self, what: str, text: str, file: str, question: dict[str, Any]) -> dict[str, Any]:
-        """Return the answer to a question about a model.
-
-        Parameters
-        ----------
-        what
-            "live": what the model does with some values changed; "estimate": what a study of it costs.
+        """Return the answer to a question about a model: "live", what it does with some values changed, or "estimate",
+        what a study of it costs.
 
         Raises
         ------
