@@ -1,4 +1,4 @@
-"""Why it rattles: the orders of the excitation that move a driver, and the mode through which they do.
+"""Cause of rattle: the orders of the excitation that move a driver, and the mode through which they do.
 
 A driveline that rattles is not linear. But at the orders of its excitation it moves much as one linear driveline does:
 that with slope and damping of every element fitted to the element's own force along the motion
@@ -7,11 +7,8 @@ source does, and their sum is compared with the motion's own amplitude at the or
 
     share_jk = Re(a_jk conj(sum_k a_jk)) / sum_j |sum_k a_jk|^2
 
-The state that the motion is in most of the time would be no such driveline: in it a gear that rattles flies free, and
-its shaft may be cut off from the engine; yet the impacts carry the gear along, and at these orders it is as good as
-tied.
-
-Takes a Run; gives a Cause.
+The contact state of most of the time is no such driveline: in it a rattling gear is free, and its shaft may be cut off
+from the engine. But the impacts carry the gear along, and at these orders it moves almost as if it were tied.
 """
 
 from __future__ import annotations
@@ -154,7 +151,7 @@ class Cause(Result):
 
     @property
     def is_poor(self) -> bool:
-        """Whether the estimate misses the motion so far that it tells of no mode."""
+        """Whether the estimate misses the motion so far that no mode can be named."""
         return self.error > POOR
 
     @property
@@ -209,7 +206,7 @@ def _named(contributions: Sequence[Contribution]) -> tuple[float, ...]:
 
 
 def _through(item: Contribution, *, si: bool) -> str:
-    """Through which mode, and how far the order is from its resonance."""
+    """Mode through which an order acts, and how far the order is from its resonance."""
     mode = item.through
     if mode is None:
         return ", as prescribed"
@@ -283,15 +280,7 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
 
 
 def cause_of(run: Run, rattling: list[str]) -> Cause | None:
-    """Return the cause of what drives most of the parts that rattle; None as ``cause`` does.
-
-    Parameters
-    ----------
-    run
-        a motion.
-    rattling
-        names of the parts, worst first.
-    """
+    """Return the cause of what drives most of the rattling parts, worst first; None as ``cause`` does."""
     if not rattling or unsteady(run.model):
         return None
     slopes = equivalent_slopes(run)
@@ -307,15 +296,6 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     Of a loose gear's mesh it is the gear's driver. Else it is the end that the excitation moves with more force along
     the deflection while the element is open, J |a| / |w|, root mean square over the orders, in the equivalent
     driveline: one that is moved as prescribed before all others, of equals the first.
-
-    Parameters
-    ----------
-    run
-        a motion.
-    part
-        name of the mesh or clearance.
-    slopes
-        of its equivalent driveline.
     """
     model = run.model
     layout = run.trajectory.layout
@@ -351,6 +331,7 @@ class _Source(NamedTuple):
 
 def _sources(model: Model) -> list[_Source]:
     """Every order of every source, those of one name and order together; what is zero is left out."""
+    # sources of the free inertias and of the elements
     free = free_of(model).tolist()
     names = [model.inertias[i].name for i in free]
     sources: dict[tuple[str, float], _Source] = {}
@@ -364,12 +345,14 @@ def _sources(model: Model) -> list[_Source]:
         if element >= 0:
             source.error[element] += amplitude
 
+    # torques, and joints on their driving shafts
     for table in model.torques:
         for harmonic in table.harmonics:
             add(f"torque on {table.on}", harmonic, body=table.on)
     for on, ripples in load_ripples(model).items():
         for ripple in ripples:
             add(f"torque of the joint on {on}", ripple, body=on)
+    # transmission errors and prescribed motions
     for k, element in enumerate(model.elements):
         for error in element.errors:
             add(element.error_words, error, element=k)
@@ -380,6 +363,7 @@ def _sources(model: Model) -> list[_Source]:
 
 def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array, Array]) -> Cause | None:
     """Return the cause of one body's acceleration; None of what nothing moves."""
+    # response of the body to every order of every source alone
     model = run.model
     layout = run.trajectory.layout
     stiffness, damping = slopes
@@ -394,6 +378,7 @@ def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array,
     power = sum(abs(amplitude) ** 2 for amplitude in together.values())
     if power == 0.0:
         return None
+    # shares of the mean square
     shares = [(item.acceleration * together[item.order].conjugate()).real / power for item in alone]
     shared = [replace(item, share=share) for item, share in zip(alone, shares, strict=True)]
     shared.sort(key=lambda item: -item.share)
@@ -481,7 +466,7 @@ def _prescribed(model: Model, body: int) -> list[Contribution]:
 
 
 def _working(names: tuple[str, ...], strain: Array) -> tuple[str, ...]:
-    """The elements that give a mode its name: that with most strain energy, and another with much of it."""
+    """Elements that give a mode its name: that with most strain energy, and another with much of it."""
     order = np.argsort(-strain, kind="stable")[:2].tolist()
     return tuple(names[k] for j, k in enumerate(order) if strain[k] > (0.0 if j == 0 else _ALONE))
 

@@ -1,4 +1,4 @@
-"""Whether kernels are being compiled in this process, and for how long they have been: no forecast counts it as work.
+"""Time in which kernels are being compiled in this process: no forecast counts it as work.
 
 A kernel is compiled once, when it is first called after an installation, and kept on disk.
 """

@@ -1,7 +1,4 @@
-"""Whether the arrays of a stored motion belong together: one that was changed is refused by the name of what is wrong.
-
-Takes a trajectory as it was read; gives nothing, or the first fault.
-"""
+"""Consistency of the arrays of a stored motion: one that was changed is refused, and the fault is named."""
 
 from __future__ import annotations
 
@@ -20,13 +17,6 @@ _MAY_MISS = ("energy_residual", "smallest_step")  # of the cost
 
 def check_stored(trajectory: Trajectory, source: object) -> None:
     """Refuse a motion from a file whose arrays do not belong together, as in one that was changed.
-
-    Parameters
-    ----------
-    trajectory
-        as it was read; its layout is that of the model in the file.
-    source
-        the file, for the message.
 
     Raises
     ------
@@ -111,6 +101,7 @@ def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
         if count:
             yield "auxiliaries", "missing", f"the model has {', '.join(t.layout.auxiliary_names)}"
         return
+    # states of sliders and limiters at the samples
     log = t.auxiliaries.passages
     for name, array in (("slider_force", t.auxiliaries.force), ("slider_stretch", t.auxiliaries.memory)):
         yield from _of_shape(name, array, (t.time.size, count))
@@ -119,17 +110,20 @@ def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
     for k, words in enumerate(t.layout.auxiliary_words):
         yield from _of_indices("auxiliaries/state", t.auxiliaries.piece[:, k], len(words))
         yield from _of_indices("auxiliaries/initial", t.auxiliaries.initial[k : k + 1], len(words))
+    # crossings of their corners
     for name in ("time", "watch", "upward", "velocity"):
         column = getattr(log, name)
         yield from _of_shape(f"auxiliaries/{name}", column, (log.time.size,), may_be_unknown=name == "velocity")
     yield from _of_times("auxiliaries/time", log.time, t)
     yield from _of_indices("auxiliaries/watch", log.watch, t.layout.clearance.size + count)
     yield from _of_indices("auxiliaries/upward", log.upward, 2)
+    # crossings of clearances, as in the log of events
     for k, name in enumerate(t.layout.clearance_names):
         crossed = t.events.clearance == k
         upward = (t.events.to_region > t.events.from_region)[crossed]
         if not np.array_equal(log.upward[log.watch == k], upward):
             yield "auxiliaries/watch", f"other crossings of {name}", "must be those of events, in their order"
+    # what sliders remember at every crossing
     if log.memory.ndim != 2 or len(log.memory) != log.time.size or not np.isfinite(log.memory).all():
         yield "auxiliaries/stretched", f"{log.memory.shape}", "must be finite numbers, one row a crossing"
 

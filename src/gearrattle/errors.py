@@ -1,4 +1,4 @@
-"""The one error tree.
+"""Exceptions of the package, all derived from ``GearRattleError``.
 
 Every message a user can meet names the *place* (file, line, key, or element and time), the *value* found, the *rule*
 it breaks and the *remedy*. Takes nothing from other packages; every package above may raise these.

@@ -1,10 +1,7 @@
 """Files that are read: regular ones only, under folders that are allowed, no larger than memory can bear.
 
-A path in an input file may name anything: a pipe that never ends, a device, a file that is none of the reader's
-business, or a few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library
-opens it.
-
-Takes paths; gives bytes, text and paths that may be opened.
+A path in an input file may name anything: a pipe that never ends, a device, a file that the reader must not see, or a
+few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library opens it.
 """
 
 from __future__ import annotations
@@ -38,15 +35,7 @@ _ROOTS: ContextVar[tuple[Path, ...]] = ContextVar("roots", default=())
 
 
 class Refused(OSError):
-    """A file that is not opened.
-
-    Attributes
-    ----------
-    rule
-        what it breaks.
-    remedy
-        what to do; may be empty.
-    """
+    """A file that is not opened, for the rule it breaks; the remedy may be empty."""
 
     def __init__(self, rule: str, remedy: str = "") -> None:
         super().__init__(0, rule)
@@ -83,17 +72,13 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def _loop() -> Refused:
-    """Return the refusal of a symbolic link that ends nowhere."""
+    """Refusal of a symbolic link that leads back to itself."""
     return Refused("is a symbolic link that leads back to itself", "let it name a file, or copy the file in its place")
 
 
 def _resolved(path: Path) -> Path:
-    """Return a path without symbolic links.
-
-    Raises
-    ------
-    Refused
-        links lead back to themselves, of which Python 3.11 makes a ``RuntimeError`` and Python 3.13 nothing.
+    """Return a path without symbolic links; Refused where they lead back to themselves, of which Python 3.11 makes a
+    ``RuntimeError`` and Python 3.13 nothing.
     """
     try:
         path.stat()
@@ -122,12 +107,8 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def limit() -> int:
-    """Return how many bytes of a file, unpacked, are read at most.
-
-    Raises
-    ------
-    Refused
-        the environment variable holds no number of bytes.
+    """Return how many bytes of a file, unpacked, are read at most; Refused if the environment variable holds no number
+    of bytes.
     """
     text = os.environ.get(LIMIT, "")
     if not text:
@@ -142,13 +123,7 @@ def limit() -> int:
 
 
 def within_limit(size: float) -> None:
-    """Refuse a number of bytes above the limit.
-
-    Raises
-    ------
-    Refused
-        it is above.
-    """
+    """Refuse a number of bytes above the limit."""
     most = limit()
     if size > most:
         rule = f"would take {size / 1e9:.3g} GB of memory; at most {most / 1e9:.3g} GB of a file are read"
@@ -166,8 +141,6 @@ def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
 
     Parameters
     ----------
-    path
-        of the file.
     in_parts
         whether the caller reads bounded parts of datasets, so that their size does not matter.
 
@@ -205,12 +178,8 @@ def _check_hdf5(file: Any, *, in_parts: bool) -> None:
 
 
 def _check_types(item: Any) -> None:
-    """Refuse a dataset or an attribute with a type on which the library ends the process (HDF5 2.0.0).
-
-    Raises
-    ------
-    Refused
-        a type of variable length that is neither a sequence nor a string.
+    """Refuse a dataset or an attribute of variable length that is neither a sequence nor a string: the library ends the
+    process on such a type (HDF5 2.0.0).
     """
     import h5py
 
@@ -228,12 +197,8 @@ def _check_types(item: Any) -> None:
 
 
 def _check_fill(item: Any) -> None:
-    """Refuse a dataset with a value for what was not written on which the library ends the process (HDF5 2.0.0).
-
-    Raises
-    ------
-    Refused
-        a size without a value, or the reverse.
+    """Refuse a dataset whose fill value has a size without a value, or the reverse: the library ends the process on it
+    (HDF5 2.0.0).
     """
     try:
         item.id.get_create_plist().fill_value_defined()
@@ -262,11 +227,13 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     """
     import h5py
 
+    # layout of a heap in this file
     (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
     header = 8 + width
     most = 2 ** (8 * width)
     insides = _insides(file)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        # objects of every heap, by their sizes
         heaps: list[tuple[int, int]] = []
         for begin in _places(content, _HEAP, insides):
             if heaps and begin < heaps[-1][1]:
@@ -283,6 +250,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 if not header <= padded < most // 2 or objects > size // header:
                     raise Refused("is damaged: an object of a global heap has an impossible size", "write it again")
                 at += padded
+        # lengths of strings in datasets
         for _, item in datasets(file):
             at, kind = item.id.get_offset(), item.id.get_type()
             if at and (kind.get_class() == h5py.h5t.VLEN or getattr(kind, "is_variable_str", bool)()):
@@ -290,6 +258,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 step = 8 + address
                 if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
                     raise Refused("is damaged: a string is longer than the file", "write it again")
+        # lengths of other strings that refer to a heap
         elsewhere = sorted([*heaps, *_numbers(file)])  # text and numbers: they may look like what is looked for
         searched = size - sum(end - first for first, end in elsewhere)
         for begin, _ in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
@@ -340,15 +309,12 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _objects(file: Any) -> Iterator[tuple[str, Any]]:
-    """Yield names, groups and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
-
-    Raises
-    ------
-    Refused
-        an external link, external storage or a virtual dataset.
+    """Yield names, groups and datasets of an HDF5 file, in its order, without soft links and repetitions; Refused for
+    an external link, external storage or a virtual dataset.
     """
     import h5py
 
+    # groups from the root on, each object once
     rule, remedy = "points to data in another file", "copy the data into the file"
     visited: set[Any] = set()
     open_groups = [("", file, iter(list(file)))]
@@ -358,6 +324,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
         if key is None:
             open_groups.pop()
             continue
+        # links: external ones refused, soft ones left out
         name, link = f"{prefix}{key}", group.get(key, getlink=True)
         if isinstance(link, h5py.ExternalLink):
             raise Refused(f"{name}: {rule}", remedy)
@@ -368,6 +335,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
         if address in visited:
             continue
         visited.add(address)
+        # groups, and datasets without external data
         if isinstance(item, h5py.Group):
             open_groups.append((f"{name}/", item, iter(list(item))))
         elif isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
@@ -399,11 +367,7 @@ def private_folder(path: Path) -> bool:
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
     """Allow files under a folder as well while the context is open, beside those allowed already; None: none.
-
-    Raises
-    ------
-    ModelError
-        the folder is a symbolic link that leads back to itself.
+    ModelError if it is a symbolic link that leads back to itself.
     """
     try:
         roots = _ROOTS.get() if folder is None else (*_ROOTS.get(), _resolved(Path(folder)))
@@ -417,7 +381,7 @@ def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
 
 
 def allowed_roots() -> tuple[Path, ...]:
-    """Return the folders of ``allowed_root``: what another process must be told, for a context ends at its own."""
+    """Return the folders of ``allowed_root``, to be passed to another process, in which the context does not hold."""
     return _ROOTS.get()
 
 

@@ -3,9 +3,7 @@
 The name is ``gearrattle KIND VERSION``: the attribute ``format`` of netCDF, HDF5 and Zarr, the key ``format`` of JSON,
 the entry ``format`` of .npz and .mat. A version rises when an earlier gearrattle would misread the file. Files that
 people write (models, studies, mappings, data) have the number ``schema`` in its place, checked where TOML is read.
-docs/reference/formats.md tells what each kind holds.
-
-Takes names of formats; raises.
+docs/reference/formats.md describes the content of each kind.
 """
 
 from __future__ import annotations
@@ -20,16 +18,8 @@ from gearrattle.errors import ModelError, Problem
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of saved file.
-
-    Attributes
-    ----------
-    version
-        that is written.
-    again
-        how such a file is made anew.
-    oldest
-        the earliest version that can be read; 0 if files of the first versions name no format.
+    """A kind of saved file: the version that is written, how such a file is made anew, and the oldest version that can
+    be read, 0 if files of the first versions name no format.
     """
 
     version: int
@@ -58,37 +48,15 @@ def format_name(kind: str) -> str:
 
 @cache
 def version_of(package: str) -> str:
-    """Return the version of an installed package, read once: its metadata is parsed as a whole, which takes 5 ms.
-
-    Parameters
-    ----------
-    package
-        name of the distribution.
-
-    Raises
-    ------
-    PackageNotFoundError
-        it is not installed.
+    """Return the version of an installed distribution, or raise PackageNotFoundError; read once, for its metadata is
+    parsed as a whole, which takes 5 ms.
     """
     return metadata.version(package)
 
 
 def check_format(name: object, source: object, *kinds: str) -> None:
-    """Refuse a file whose format cannot be read.
-
-    Parameters
-    ----------
-    name
-        of its format, as the file tells it; empty if it tells none.
-    source
-        the file, for the message.
-    kinds
-        that are wanted, any of them.
-
-    Raises
-    ------
-    ModelError
-        a file of another kind or origin, or of a version that is not read; the remedy says what to do.
+    """Refuse a file of another kind, or of a version that is not read (ModelError with what to do); ``name`` is its
+    format, empty if the file has none.
     """
     text = str(name)
     if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):

@@ -1,7 +1,4 @@
-"""What results say to machines: values in the types that JSON has, and their text.
-
-Takes numbers, arrays, records and mappings; gives what ``json`` writes.
-"""
+"""Values of results in the types that JSON has, and their text."""
 
 from __future__ import annotations
 
@@ -21,11 +18,6 @@ TomlTable: TypeAlias = dict[str, Any]
 
 def json_value(value: object) -> Any:
     """Return a value in JSON types: arrays become lists, dataclasses objects; what is not finite becomes None.
-
-    Parameters
-    ----------
-    value
-        numbers, text and None; arrays, lists, tuples, mappings and dataclasses of them, nested.
 
     Examples
     --------

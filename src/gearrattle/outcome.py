@@ -1,6 +1,6 @@
-"""How a computation ended; the value is the advice.
+"""Return codes of kernels: how a computation ended, which its caller turns into words.
 
-Kernels cannot raise; they return one of these codes, and the floor above turns it into words.
+Kernels cannot raise exceptions.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ simulation, evaluation. The engineer closes the loop, by changing the model and 
     4. what it really does             simulate: every crossing of every corner
     5. whether it rattles              criteria: a verdict with its rule, worst part first
     6. whether we knew                 scores: every forecast against the run
-
-Takes a checked Model; gives Findings.
 """
 
 from __future__ import annotations
@@ -150,12 +148,15 @@ def run(
     'double-sided'
     >>> page = findings.save("case3-results")
     """
+    # check the arguments
     check_arguments(progress=(CALLBACK, progress), phase=(CALLBACK, phase))
     check_negligible(negligible)
     model = model.with_negligible(negligible) if negligible else model
+    # rest and modes
     if phase is not None:
         phase("static rest and modes")
     linear = _linear(model)
+    # advice before the run
     settings: dict[str, Any] = {
         "algorithm": algorithm,
         "cycles": cycles,
@@ -168,9 +169,11 @@ def run(
     if phase is not None:
         phase("advising")
     advice = _advice(model, settings, progress)
+    # motion
     if phase is not None:
         phase("simulating")
     motion = simulate(model, **settings, progress=progress)
+    # verdict, and scores of the advice
     if phase is not None:
         phase("judging")
     if advice is not None:
@@ -185,7 +188,7 @@ def judged(motion: Run) -> Findings:
 
 
 def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
-    """Where a driveline rests, how it would vibrate about that, and with every clearance closed."""
+    """Static rest, and modes about it and with every clearance closed."""
     rest = equilibrium(model)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
     return rest, modes(model, region=rest.region), in_contact

@@ -2,13 +2,11 @@
 
 A spawned process imports the main module of its parent and what its task needs: seconds in which the parent may be
 killed. Therefore it watches its parent before it imports any of that. Unpickling a ``Worker`` begins with ``_arrived``,
-which gets the parent's id. ``multiprocessing`` would import the main module even before that, so it is not told of one:
-``_arrived`` has it imported.
+which gets the parent's id. ``multiprocessing`` would import the main module even earlier, so that module is hidden from
+it, and ``_arrived`` imports it.
 
 On Linux, processes can be forked from one that has imported what they use: ``multiprocessing``'s fork server. It has
 one thread, so that a fork is safe. On macOS, libraries of the system are not safe after a fork.
-
-Takes nothing; gives a context for ``concurrent.futures.ProcessPoolExecutor``, and one whose processes are forked.
 """
 
 from __future__ import annotations
@@ -98,13 +96,7 @@ if sys.platform == "linux":
 
 
 def warm_processes(module: str) -> BaseContext:
-    """Return a context whose processes import nothing of the main module.
-
-    Parameters
-    ----------
-    module
-        what the process imports, on Linux, that all others are forked from; elsewhere they are spawned.
-    """
+    """Return a context whose processes import nothing of the main module."""
     if sys.platform != "linux":
         return WorkersWithoutMain()
     context = _Forking()

@@ -1,14 +1,12 @@
 """A recording: named channels over one time axis, measured on a rig or taken from a simulated motion.
 
-What stands above (metrics, spectra, validation) asks for a *quantity* of a *subject*, such as the velocity of the
-flywheel, and need not know where it came from. The quantities, in SI:
+Metrics, spectra and validation ask for a *quantity* of a *subject*, such as the velocity of the flywheel, and need not
+know its source. The quantities, in SI:
 
     angle [rad], velocity [rad/s], acceleration [rad/s^2]       of an inertia
     deflection [rad or m], force [N m or N], torque [N m]       of an element; torque also on an inertia
     surface acceleration [m/s^2], sound pressure [Pa]           of a place outside the driveline
     speed [rad/s], shaft angle [rad], pulses [1]                of the reference shaft: mean rotation included
-
-Takes arrays; gives a frozen record to readers and metrics.
 """
 
 from __future__ import annotations

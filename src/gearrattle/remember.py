@@ -1,8 +1,8 @@
-"""Keep what was made of an immutable object on that object.
+"""Derived values of an immutable object, kept on that object.
 
-Running a driveline again (another start, another length, another algorithm) must not build it again. What was made of
-an object lives as long as the object: nothing is compared or hashed, and no table grows. Copies and pickles begin
-without it.
+A driveline that runs again (another start, another length, another algorithm) must not be assembled again. A derived
+value lives as long as its object: nothing is compared or hashed, and no table grows. Copies and pickles begin without
+it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _ATTRIBUTE = "_kept"
 
 
 class _Kept:
-    """Results by the function that made them, and whose they are."""
+    """Results by the function that made them, and their owner."""
 
     def __init__(self, owner: object = None) -> None:
         self.owner = None if owner is None else weakref.ref(owner)

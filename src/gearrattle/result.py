@@ -1,14 +1,12 @@
-"""A result: what every answer of gearrattle can do beside holding its numbers.
+"""Base class of results: title, sentence, notes, data, tables, figures, files.
 
 A result has a title, one sentence that says what came out, notes, its numbers as an xarray Dataset, tables and figures;
-it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; how a kind is
-worded, tabulated and drawn stands once, in ``gearrattle.report.kinds``. That package lies above: it is imported when a
-result is asked to show itself, by its name, so that a simulation loads nothing of it.
+it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; words, tables
+and figures of a kind are defined once, in ``gearrattle.report.kinds``. That package is imported by its name when a
+result is shown, so that a simulation does not load it.
 
-What is a DataFrame, a Series or an xarray object remains one: ``attrs["result"]`` names its kind, and ``gr.figures``
-and ``gr.save`` take it like any other.
-
-Takes nothing; gives the base class of results.
+DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` names their kind, and ``gr.figures`` and
+``gr.save`` take them as any other.
 """
 
 from __future__ import annotations

@@ -115,6 +115,7 @@ class Run(Result):
 
     def _labelled(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Samples and labels by name, without importing xarray: what ``data`` holds and netCDF files keep."""
+        # samples by name, and labels of their axes
         t = self.trajectory
         samples: _Samples = {name: (("time", axis), getattr(t, name), unit) for name, (axis, unit) in _SAMPLED.items()}
         labels = {
@@ -122,6 +123,7 @@ class Run(Result):
             "clearance": t.layout.clearance_names,
             "element": t.layout.element_names,
         }
+        # friction and alternating stiffness
         if t.auxiliaries is not None:
             labels["auxiliary"] = t.layout.auxiliary_names
             for name, (value, unit) in AUXILIARY_VALUES.items():
@@ -129,11 +131,13 @@ class Run(Result):
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.auxiliary_words]
             states = np.stack([code[s] for code, s in zip(codes, t.auxiliaries.piece.T, strict=True)], axis=1)
             samples["slider"] = (("time", "auxiliary"), states, "1")
+        # driving torque of prescribed motions, and speed along a sweep
         if self.model.motions:
             labels["motion"] = tuple(motion.on for motion in self.model.motions)
             samples["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), "N m")
         if self.speed is not None:
             samples["speed"] = (("time",), self.speed, "rad/s")
+        # units of the variables
         variables: dict[str, Any] = {
             name: (axes, _read_only(values), {"units": self._unit(unit)})
             for name, (axes, values, unit) in samples.items()
@@ -301,6 +305,7 @@ class Run(Result):
         writers[path.suffix](path)
 
     def _attributes(self) -> dict[str, Any]:
+        # versions of the packages
         t = self.trajectory
         packages = ("numpy", "scipy", "numba")
         provenance = {
@@ -309,6 +314,7 @@ class Run(Result):
             **{name: version_of(name) for name in packages},
             "algorithm": t.cost.algorithm,
         }
+        # model, output grid, cost and notes
         return {
             "format": format_name("run"),
             "title": self.model.name,
@@ -328,6 +334,7 @@ class Run(Result):
     def _write_netcdf(self, path: Path) -> None:
         import h5netcdf
 
+        # labels of the axes
         t, log = self.trajectory, self.trajectory.events
         variables, coordinates = self._labelled()
         text = h5netcdf.core.h5py.string_dtype()
@@ -338,6 +345,7 @@ class Run(Result):
                     file.create_variable(axis, (axis,), "f8", data=labels).attrs.update(*attributes)
                 else:
                     file.create_variable(axis, (axis,), text, data=np.array(labels, dtype=object))
+            # samples, and states at the start
             for name, (axes, values, attributes) in variables.items():
                 kind = _WHOLE.get(name, "f8")
                 file.create_variable(name, axes, kind, data=values.astype(kind)).attrs.update(attributes)
@@ -345,6 +353,7 @@ class Run(Result):
             file.create_variable("final_force_integral", ("clearance",), "f8", data=t.final_force_integral)
             for key, value in self._attributes().items():
                 file.attrs[key] = value
+            # crossings
             group = file.create_group("events")
             group.dimensions = {"event": len(log)}
             for name in ("time", "velocity", "force_integral"):
@@ -352,6 +361,7 @@ class Run(Result):
             for name in ("clearance", "from_region", "to_region"):
                 group.create_variable(name, ("event",), "i2", data=getattr(log, name).astype("i2"))
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
+            # auxiliaries and points of records
             if t.auxiliaries is not None:
                 write_auxiliaries(file, t.auxiliaries)
             write_points(file, self.model.to_stored()[1])
@@ -361,20 +371,7 @@ class Run(Result):
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
-    """Refuse what is no run, such as the path of one.
-
-    Parameters
-    ----------
-    value
-        what a call was given.
-    also
-        other types that serve it.
-
-    Raises
-    ------
-    ModelError
-        it is none; the remedy says how to get one.
-    """
+    """Refuse a value that is neither a run nor of the other types; the ModelError says how to get a run."""
     if isinstance(value, (Run, *also)):
         return
     if isinstance(value, str | os.PathLike):
@@ -452,6 +449,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
     """Read a run from an open file that may be damaged in any way."""
     import h5netcdf
 
+    # model, crossings and samples
     with h5netcdf.File(stored, "r") as file:
         check_format(file.attrs.get("format", ""), path, "run")
         model = loads(str(file.attrs["model"]), str(path), read_points(file))
@@ -462,6 +460,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
         }
         sampled: dict[str, Any] = {name: np.array(file[name][...]) for name in _SAMPLED}
         sampled["region"] = sampled["region"].astype(np.int64)
+        # trajectory under the layout of the model
         layout = assemble(model).layout
         trajectory = Trajectory(
             layout=layout,
@@ -479,6 +478,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             first_cycle=_count(file.attrs.get("first_cycle", 0)),
             auxiliaries=read_auxiliaries(file) if has_auxiliaries(file) else None,
         )
+        # consistency of what was stored
         check_stored(trajectory, path)
         check_names(file, layout, path)
     return Run(trajectory, model)

@@ -1,7 +1,4 @@
-"""Groups of the file of a saved run: points of records, and states of sliders and limits of contact damping.
-
-Takes an open h5netcdf file; writes and reads its groups.
-"""
+"""Groups of the file of a saved run: points of records, and states of sliders and limits of contact damping."""
 
 from __future__ import annotations
 
@@ -81,22 +78,7 @@ def _real(stored: Any) -> Any:
 
 
 def check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
-    """Refuse a file whose labels are not those of its model.
-
-    Parameters
-    ----------
-    file
-        open, of h5netcdf.
-    layout
-        of the model in the file.
-    path
-        of the file, for the message.
-
-    Raises
-    ------
-    ModelError
-        the names of inertias, clearances or elements differ.
-    """
+    """Refuse a file whose names of inertias, clearances or elements differ from those of its model (ModelError)."""
     names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
     for axis, own in names.items():
         stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])

@@ -1,6 +1,6 @@
-"""Long arrays in slices, so that Ctrl-C works between two of them: NumPy does not react before it is done.
+"""Slices of long arrays, between which Ctrl-C is answered: NumPy does not react before a call is done.
 
-Slices are small enough to stay in the processor's cache, so working in them takes no longer.
+A slice fits into the processor's cache, so work in slices takes no longer.
 """
 
 from __future__ import annotations
@@ -11,14 +11,6 @@ _NUMBERS = 250_000  # 2 MB of a slice
 
 
 def slices(rows: int, width: int) -> Iterator[slice]:
-    """Return slices that cover the rows of an array one after the other, of some 250 000 numbers each.
-
-    Parameters
-    ----------
-    rows
-        how many there are.
-    width
-        numbers worked on in a row.
-    """
+    """Return slices that cover the rows of an array one after the other, of some 250 000 numbers each."""
     step = max(1, _NUMBERS // max(1, width))
     return (slice(first, min(first + step, rows)) for first in range(0, rows, step))

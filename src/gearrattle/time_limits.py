@@ -1,9 +1,7 @@
-"""How long work may take: whoever computes long asks here now and then, and stops when the time is up.
+"""Limits of computing time: long computations check them now and then, and stop when the time is up.
 
-A limit holds for all that is called within its block, in this thread; another thread takes it along (``carrying``).
-The time in which kernels are compiled, once after an installation, does not count.
-
-Takes seconds; raises ``OutOfTime``.
+A limit holds for all calls within its block, in this thread; ``carrying`` takes it to another thread. The time in which
+kernels are compiled, once after an installation, does not count.
 """
 
 from __future__ import annotations
@@ -27,13 +25,7 @@ class OutOfTime(Cancelled):
 
 
 class TimeLimit:
-    """A time at which work ends.
-
-    Parameters
-    ----------
-    seconds
-        from now; infinite for none.
-    """
+    """A time at which work ends, in seconds from now; infinite for none."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self._end = _now() + seconds
@@ -49,13 +41,7 @@ class TimeLimit:
         self._stopped.set()
 
     def check(self) -> None:
-        """Go on.
-
-        Raises
-        ------
-        OutOfTime
-            the time is over.
-        """
+        """Raise OutOfTime if the time is over."""
         if not self.left:
             raise OutOfTime("the time is over")
 
@@ -74,13 +60,7 @@ def limited(limit: TimeLimit) -> Iterator[None]:
 
 
 def check_time() -> None:
-    """Go on.
-
-    Raises
-    ------
-    OutOfTime
-        one of the limits of the blocks around is over.
-    """
+    """Raise OutOfTime if one of the limits of the blocks around is over."""
     for limit in _LIMITS.get():
         limit.check()
 

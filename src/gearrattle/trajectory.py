@@ -1,4 +1,4 @@
-"""The noun under all solvers: a motion as plain arrays.
+"""A motion as plain arrays, with the names and constants of its driveline.
 
 A ``Trajectory`` comes from any solver (or from a measurement) and is judged by criteria, plotted and reported without
 anyone asking where it came from. ``Layout`` holds names and constants of the driveline it belongs to: inertias,

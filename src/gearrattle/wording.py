@@ -1,7 +1,4 @@
-"""Plurals, articles and lists in English sentences, numbers with their units, and text in columns.
-
-Takes numbers, nouns, units and cells; gives text for messages, notes, pages and terminals.
-"""
+"""Plurals, articles and lists in English sentences, numbers with their units, and text in columns."""
 
 from __future__ import annotations
 
@@ -16,33 +13,13 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
 def counted(number: float, noun: str, plural: str | None = None) -> str:
-    """Return a number with its noun: "1 impact", "2 impacts", "0 impacts", "0.5 cycles".
-
-    Parameters
-    ----------
-    number
-        shown as ``str`` for whole numbers, else with three digits.
-    noun
-        singular.
-    plural
-        where it is not the noun with an s.
-    """
+    """Return a number with its noun: "1 impact", "2 impacts", "0 impacts", "0.5 cycles"."""
     shown = f"{number:.3g}" if isinstance(number, float) else str(number)
     return f"{shown} {noun_of(number, noun, plural)}"
 
 
 def noun_of(number: float, noun: str, plural: str | None = None) -> str:
-    """Return a noun in the singular or the plural: the singular if the number is shown as 1.
-
-    Parameters
-    ----------
-    number
-        how many.
-    noun
-        singular.
-    plural
-        where it is not the noun with an s.
-    """
+    """Return a noun in the singular if the number is shown as 1, else its plural, by default with an s."""
     return noun if f"{number:.3g}" == "1" else plural or f"{noun}s"
 
 
@@ -59,19 +36,8 @@ def listed(names: Sequence[str], last: str = "and") -> str:
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Choose an SI prefix so that magnitudes up to ``largest`` read well.
-
-    Parameters
-    ----------
-    largest
-        a magnitude in ``unit``.
-    unit
-        an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
-
-    Returns
-    -------
-    tuple[float, str]
-        The factor to multiply values with, and the unit they are then in.
+    """Return factor and unit with the SI prefix in which magnitudes up to ``largest`` read well; no prefix for the
+    empty unit, ``"1"`` and those in kg.
     """
     if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
         return 1.0, unit
@@ -86,21 +52,8 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
-    """Write a number.
-
-    Parameters
-    ----------
-    value
-        any float; NaN becomes a dash.
-    digits
-        significant digits.
-    times
-        what stands between mantissa and power of ten.
-
-    Returns
-    -------
-    str
-        Plain notation from 0.001 to 100 000, mantissa and power of ten elsewhere, e.g. ``"1.5 × 10⁻⁷"``.
+    """Write a number of so many significant digits: plain from 0.001 to 100 000, mantissa and power of ten elsewhere,
+    e.g. ``"1.5 × 10⁻⁷"``; NaN becomes a dash.
     """
     if math.isnan(value):
         return "–"
@@ -135,18 +88,8 @@ def engineering(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def measured(value: float, unit: str, digits: int = 9, largest: float | None = None) -> str:
-    """Return a number with its unit as messages write it: with the SI prefix of a table beside it.
-
-    Parameters
-    ----------
-    value
-        in the unit.
-    unit
-        an SI unit; empty for none.
-    digits
-        significant digits.
-    largest
-        magnitude of the numbers in the table; None: the value stands alone.
+    """Return a number with its unit as messages write it: with the SI prefix that suits the ``largest`` of a table
+    beside it, or the number alone (None).
     """
     factor, scaled = prefixed(abs(value) if largest is None else largest, unit)
     return f"{value * factor:.{digits}g} {scaled}".rstrip()
@@ -159,12 +102,6 @@ def columns(
 
     Parameters
     ----------
-    head
-        titles of the columns; if all are empty, there is no line of titles.
-    rows
-        cells, as many as ``head`` has.
-    words
-        indices of the columns of words.
     width
         of a line, in characters: if lines are longer, cells of words are wrapped, in columns of at least 24
         characters. None: no limit.

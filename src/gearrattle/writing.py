@@ -12,8 +12,6 @@ destination as it was. What a killed program leaves is dealt with by ``sweep``, 
 
 ``content`` becomes ``new`` by one renaming, after all its files have been flushed to the disk. So at any time either
 all of the old files count or all of the new ones.
-
-Takes paths; gives folders and files to write to.
 """
 
 from __future__ import annotations
@@ -52,14 +50,8 @@ _FLUSHING = 8  # threads: the disk takes several requests at once
 
 @contextmanager
 def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[Path]:
-    """Give a folder to fill, whose content moves to its destination if nothing goes wrong meanwhile.
-
-    Parameters
-    ----------
-    destination
-        a folder of this machine; None for one elsewhere.
-    send
-        takes the filled folder to one elsewhere.
+    """Give a folder to fill, whose content moves to its destination, or is sent elsewhere, if nothing goes wrong
+    meanwhile.
     """
     if destination is None:
         with temporary_folder() as path:
@@ -73,7 +65,7 @@ def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[P
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Give an empty folder that is removed in the end, and those of programs that were killed now."""
+    """Give an empty folder that is removed in the end, and first remove those left by killed programs."""
     home = Path(tempfile.gettempdir())
     with suppress(OSError):
         sweep(home)
@@ -93,16 +85,8 @@ def in_temporary_folder(path: Path) -> bool:
 
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile.
-
-    Raises
-    ------
-    FileNotFoundError
-        there is no such folder.
-    IsADirectoryError
-        it is a folder.
-    OSError
-        it cannot be written.
+    """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile; FileNotFoundError
+    without its folder, IsADirectoryError where it is a folder, OSError if it cannot be written.
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -118,13 +102,6 @@ class Staging:
     """A folder to write into, whose content moves to ``destination`` on ``commit``.
 
     Use it as a context manager; leaving it without ``commit`` discards everything.
-
-    Attributes
-    ----------
-    destination
-        the folder the results are for; it need not exist.
-    path
-        the folder to write into; exists while the context is open.
     """
 
     def __init__(self, destination: str | os.PathLike[str]) -> None:
@@ -134,14 +111,8 @@ class Staging:
         self._owner = -1
 
     def __enter__(self) -> Self:
-        """Make the hidden folder, and see to what killed programs have left beside it.
-
-        Raises
-        ------
-        NotADirectoryError
-            a file stands where the folder should be.
-        OSError
-            the place cannot be written.
+        """Make the hidden folder, and clean up after killed programs; NotADirectoryError if a file has the name of the
+        folder, OSError if it cannot be written.
         """
         anchor = _existing(self.destination)
         if not anchor.is_dir():
@@ -236,18 +207,16 @@ def is_left(name: str) -> bool:
 
 
 def sweep(folder: Path) -> None:
-    """Complete or remove what programs that are no more have left in a folder; nothing if it cannot be read.
-
-    Raises
-    ------
-    OSError
-        results that a killed program had begun to move into the folder cannot be moved; it is as it was.
+    """Complete or remove what killed programs have left in a folder, nothing if it cannot be read; OSError if results
+    cannot be moved into the folder, which is then as it was.
     """
+    # hidden folders and files of gearrattle
     try:
         with os.scandir(folder) as entries:
             left = [Path(entry.path) for entry in entries if _is_own(entry)]
     except OSError:
         return
+    # leave those that a living program has locked
     for path in left:
         try:
             handle = _opened_lock(path / _OWNER if path.is_dir() else path, make=path.is_dir())
@@ -256,6 +225,7 @@ def sweep(folder: Path) -> None:
         if _locked(handle) is not True:
             os.close(handle)
             continue
+        # remove a small file, complete a move that had begun
         if path.is_file():
             path.unlink(missing_ok=True)
             os.close(handle)
@@ -349,7 +319,7 @@ def _move_back(hidden: Path, names: list[str]) -> None:
 
 @contextmanager
 def _turn(folder: Path) -> Iterator[None]:
-    """Let one program at a time move results into a folder, where the file system can lock folders."""
+    """Lock a folder, where the file system can, so that one program at a time moves results into it."""
     handle = -1
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
@@ -366,14 +336,8 @@ def _turn(folder: Path) -> Iterator[None]:
 
 
 def put(path: Path, content: bytes, *, new: bool = False) -> None:
-    """Write a small file, whole or not at all; when this returns it is on the disk.
-
-    Raises
-    ------
-    FileExistsError
-        it must be new, and is there.
-    OSError
-        it cannot be written.
+    """Write a small file, whole or not at all; when this returns it is on the disk. FileExistsError if it must be new
+    and is there, OSError if it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -413,12 +377,8 @@ def _linked(temporary: Path, path: Path) -> bool:
 
 
 def flush(folder: Path) -> None:
-    """Have the disk take all files of a folder, and the folder, before anything that is written later.
-
-    Raises
-    ------
-    OSError
-        the disk refused.
+    """Have the disk take all files of a folder, and the folder, before anything that is written later; OSError if it
+    refuses.
     """
     folders, files = [], []
     for root, _, names in os.walk(folder):
@@ -462,15 +422,7 @@ class Lock:
     NAME = ".lock"
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        """Take the lock.
-
-        Raises
-        ------
-        Refused
-            another program has it.
-        OSError
-            the machine refused.
-        """
+        """Take the lock; Refused if another program has it, OSError if the machine refuses."""
         resolved = str(Path(folder).resolve())
         if (earlier := _LOCKS.get(resolved)) is not None:
             earlier.release()
@@ -496,14 +448,8 @@ _LOCKS: weakref.WeakValueDictionary[str, Lock] = weakref.WeakValueDictionary()
 
 
 def _opened_lock(path: Path, *, make: bool = True) -> int:
-    """Open a file to be locked, made if need be; never through a symbolic link, for it is written.
-
-    Raises
-    ------
-    Refused
-        it is no regular file.
-    OSError
-        it cannot be written.
+    """Open a file to be locked, made if need be, never through a symbolic link, for it is written; Refused if it is no
+    regular file, OSError if it cannot be written.
     """
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, os.O_RDWR | (os.O_CREAT if make else 0) | flags, 0o666)

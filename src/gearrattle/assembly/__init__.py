@@ -1,4 +1,4 @@
-"""The one place that knows both wings: a model in words becomes a ``Driveline``, its piecewise system and layout."""
+"""Assembly of a model into a ``Driveline``: its piecewise system and the layout of its trajectories."""
 
 from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
 from gearrattle.assembly.drive_torque import drive_torque

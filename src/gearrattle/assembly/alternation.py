@@ -1,9 +1,7 @@
-"""Model -> auxiliaries and their clock: meshes whose stiffness alternates with the tooth pairs in contact.
+"""Auxiliaries and clock of meshes whose stiffness alternates with the tooth pairs in contact.
 
 In a cycle of the mesh, psi = order phi + phase, all pairs are in contact over the first share of a turn, one pair less
-over the rest. The instants are those at which psi passes a whole turn, or a whole turn and the share.
-
-Takes a Model; gives auxiliaries with names, and a Clock.
+over the rest. The stiffness changes when psi passes a whole turn, and again the share of a turn later.
 """
 
 from __future__ import annotations
@@ -33,7 +31,7 @@ _MOST = 1_000_000
 
 
 def alternating(index: int, mesh: Element, table: Alternation, law: PiecewiseLaw) -> Named:
-    """The part of a mesh's stiffness that is lacking while a pair less is in contact."""
+    """Part of a mesh's stiffness that is missing while one tooth pair less is in contact."""
     begins = turn_at_start(table) >= table.share
     made = alternation(index, law, 1.0 - table.fewer, begins_lacking=begins)
     words = WORDS[:-3:-1] if begins else WORDS[-2:]
@@ -46,24 +44,13 @@ def pairs_name(mesh: Element) -> str:
 
 
 def turn_at_start(table: Alternation) -> float:
-    """The fraction of a mesh cycle that has passed at t = 0."""
+    """Fraction of a mesh cycle that has passed at t = 0."""
     return float(table.phase / (2.0 * pi) % 1.0 % 1.0)  # the first may be 1, by rounding
 
 
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
-    """When alternating meshes change: over one common period, or along a sweep.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    of
-        the auxiliary, the mesh and what it says.
-
-    Raises
-    ------
-    ModelError
-        an order that has no whole number of cycles in a period, or too many.
+    """Return the instants at which alternating meshes change, over one common period or along a sweep; ModelError for
+    an order without a whole number of cycles in a period, or for too many changes.
     """
     if not of:
         return None
@@ -114,13 +101,7 @@ def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array
 
 
 def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
-    """Refuse more changes than can be listed.
-
-    Raises
-    ------
-    ModelError
-        naming the order, and the largest that is taken.
-    """
+    """Refuse more changes than can be listed; the ModelError names the order, and the largest that is taken."""
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
         most = f"{order * _MOST / count:.3g} or less: teeth times the ratio of speeds"

@@ -1,17 +1,15 @@
-"""Torques whose mean is "balance": which motion of their train each has to balance, and the mean that does so.
+"""Mean torques given as "balance": the motion of the train that each has to balance, and its value.
 
 A free train turns as one, its bodies by phi_i q (``engine.system.trains``). Nothing accelerates it if the means T_i of
 its bodies do no work on that motion. With phi_b = 1 the sum of all on body b has to be
 
     T_b = -sum_i phi_i T_i
 
-over the means of the other bodies, drag torques and means of records included; the torque that balances takes what else
-acts on b from it. Every product is rounded, and their sum is that of twice the digits (T. Ogita, S. M. Rump, S. Oishi,
-SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of variants. A
-train that turns in more ways has a further condition for each, with b at rest: what is left over there, no torque on b
-can balance.
-
-Takes a Model; gives motions. Takes numbers or columns of loads; gives the mean.
+over the means of the other bodies, drag torques and means of records included; the torque that balances is this sum
+less all other torques on b. Every product is rounded, and their sum is that of twice the digits (T. Ogita, S. M. Rump,
+S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of
+variants. A train with more rigid motions has a further condition for each, with b at rest: no torque on b can balance
+what remains there.
 """
 
 from __future__ import annotations
@@ -37,16 +35,11 @@ _Number = Any
 
 
 class Balance(NamedTuple):
-    """A torque that balances its train.
+    """A torque that balances its train: the indices of the torque, of its inertia, and of all inertias of the train in
+    ascending order.
 
     Attributes
     ----------
-    torque
-        its index.
-    body
-        index of the inertia that it acts on.
-    bodies
-        indices of the inertias of the train, ascending.
     motion
         of the train, by which the torque works: angle of every body, that of ``body`` 1.
     others
@@ -65,7 +58,9 @@ class Balance(NamedTuple):
         return 0.0 - _sum([0.0 * loads[self.body], *works])
 
     def left_over(self, loads: Sequence[float]) -> Iterator[tuple[float, int]]:
-        """Yield what no torque on the body balances, and the index of the inertia at which it is left over."""
+        """Yield each residual torque that no torque on the body balances, and the index of the inertia at which it
+        remains.
+        """
         for motion in self.others:
             works = [phi * loads[i] for i, phi in zip(self.bodies, motion, strict=True)]
             left = _sum(works)
@@ -87,12 +82,8 @@ def _sum(terms: Sequence[_Number]) -> _Number:
 
 @kept
 def balances_of(model: Model) -> tuple[Balance, ...]:
-    """The torques that balance their trains, in file order.
-
-    Raises
-    ------
-    ModelError
-        two of them in one train, or a train that something holds.
+    """The torques that balance their trains, in file order; ModelError for two of them in one train, or a train that
+    something holds.
     """
     wanted = [i for i, torque in enumerate(model.torques) if torque.mean == BALANCE]
     if not wanted:
@@ -117,16 +108,7 @@ def balances_of(model: Model) -> tuple[Balance, ...]:
 
 
 def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> None:
-    """Refuse a train that one torque does not balance.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    balance
-        the torque.
-    loads
-        (n,) all others on the inertias [N m].
+    """Refuse a train that one torque does not balance under all other loads (n,) on the inertias [N m].
 
     Raises
     ------

@@ -1,8 +1,6 @@
 """Deflection of any element along a motion, of a linear one too, and its rate.
 
-    delta_k = w_k . theta - e_k(t)
-
-Takes a Model and a Trajectory of it; gives arrays.
+delta_k = w_k . theta - e_k(t)
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) 
 
 
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
-    """What an element sees of its bodies, less its error: harmonics, and what moves as prescribed."""
+    """Subtract the error of an element from the deflection of its bodies: harmonics, and prescribed motions."""
     system = assemble(model).system
     inputs, signals = system.inputs, system.signals
     seen = moved[:, free_of(model)] @ system.rows[element]

@@ -3,8 +3,6 @@
     T = J theta'' + D theta' + T_drag + what the elements and Hooke joints take from the body
 
 Along a sweep T_drag follows its table over the speed.
-
-Takes a Model and a Trajectory of it; gives arrays.
 """
 
 from __future__ import annotations
@@ -23,15 +21,7 @@ Array = NDArray[np.float64]
 
 
 def drive_torque(model: Model, trajectory: Trajectory) -> Array:
-    """(t, P) torque that keeps every prescribed motion [N m].
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    trajectory
-        of all inertias.
-    """
+    """(t, P) torque that keeps every prescribed motion [N m]."""
     out = np.empty((len(trajectory.time), len(model.motions)))
     layout = trajectory.layout
     inertia = inertia_of(model)

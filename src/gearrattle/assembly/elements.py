@@ -1,7 +1,4 @@
-"""The law and the row of every element, and the inertia of every body.
-
-Takes a Model; gives arrays and piecewise-linear laws.
-"""
+"""The law and the row of every element, and the inertia of every body."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
-"""Model -> auxiliaries: friction of couplings as sliders, clipped contact damping as limiters.
+"""Auxiliaries of friction and clipped contact damping: sliders of couplings, limiters of contacts.
 
-A stage's hysteresis is the full height of its loop, 2 H, in all; what it has beyond the stage before is a slider of its
+A stage's hysteresis is the full height of its loop, 2 H, in all; the part beyond the stage before is a slider of its
 own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
 that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
-
-Takes elements of a model and their laws; gives auxiliaries with names.
 """
 
 from __future__ import annotations
@@ -61,7 +59,7 @@ def is_parted(element: Element) -> bool:
 
 
 def left_out(model: Model) -> tuple[str, ...]:
-    """What linear results leave out, in words; nothing for a model without auxiliaries."""
+    """Name what linear results neglect; empty for a model without auxiliaries."""
     rubbing = [element.name for element in model.elements if element.rubs]
     clipped = [element.name for element in model.elements if element.contact_damping == "clipped"]
     alternating = [element.name for element in model.elements if element.alternation is not None]
@@ -78,23 +76,8 @@ def left_out(model: Model) -> tuple[str, ...]:
 
 
 def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
-    """Yield the auxiliaries of one element.
-
-    Parameters
-    ----------
-    index
-        of the element.
-    element
-        of the model.
-    law
-        its law.
-    period
-        a time by which rates are made deflections [s].
-
-    Raises
-    ------
-    ModelError
-        hysteresis that falls from stage to stage at the model's speed.
+    """Yield the auxiliaries of one element; ``period`` [s] turns rates into deflections. ModelError for hysteresis that
+    falls from stage to stage at the model's speed.
     """
     if element.contact_damping == "clipped":
         for limiter, way in zip(limiters(index, law), ("push", "pull"), strict=True):

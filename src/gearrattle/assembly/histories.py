@@ -1,7 +1,4 @@
-"""What of a model's inputs is given over time: records, and the ramps of torques.
-
-Takes a Model; gives Signals, and words on them.
-"""
+"""Inputs over time of a model: records, and the ramps of torques."""
 
 from __future__ import annotations
 
@@ -21,12 +18,8 @@ _LINES = 'interpolation = "linear" stays between the points'
 
 @kept
 def torque_histories(model: Model) -> dict[int, Signal]:
-    """What torques have beside mean and sines, by the index of the torque: a record, or ramps from the mean.
-
-    Raises
-    ------
-    ModelError
-        ramps from a mean that follows a sweep of the speed.
+    """Return records and ramps of torques by the index of the torque; ModelError for ramps from a mean that follows a
+    sweep of the speed.
     """
     signals: dict[int, Signal] = {}
     for index, torque in enumerate(model.torques):
@@ -42,20 +35,8 @@ def torque_histories(model: Model) -> dict[int, Signal]:
 
 
 class Record(NamedTuple):
-    """A record over time of a model.
-
-    Attributes
-    ----------
-    signal
-        the points.
-    path
-        of its table in the model file.
-    words
-        what it is of.
-    unit
-        of its values in an SI model.
-    instead
-        what may stand in place of a spline, in words.
+    """A record over time of a model: what it is, the path of its table, its unit in an SI model, and words on what may
+    replace a spline.
     """
 
     signal: Signal

@@ -1,13 +1,11 @@
-"""A driveline whose bodies have been grouped, written as a driveline again.
+"""Driveline written anew from groups of bodies that turn as one.
 
-The mathematics says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; this page writes that in
-words. Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two
-groups keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends
-have the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling
-whose ends now stand on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which says the same if
-its law is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
-
-Takes a model and groups; gives a model.
+The reduction says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; the model is written here.
+Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two groups
+keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends have
+the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling whose
+ends are now on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which is equivalent if its law
+is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
 """
 
 from __future__ import annotations
@@ -42,20 +40,18 @@ def lumped_model(
 
     Parameters
     ----------
-    model
-        the full driveline.
     owner
         (n,) index of the body kept of every body's group.
     ratio
         (n,) angle of every body over that of the body kept.
     removed
         indices of the elements inside groups.
-    name
-        of the new model.
     """
+    # body kept and ratio of every body, by name
     names = [body.name for body in model.inertias]
     to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}
     to[GROUND] = (GROUND, 1.0)
+    # bodies kept, and components between their groups
     kept = sorted(set(owner))
     gone = {model.elements[k].name for k in removed}
     written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
@@ -65,6 +61,7 @@ def lumped_model(
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
             tables[kind] = rows
+    # torques and their means, harmonics, ramps and records times the ratio
     for row in tables.get("torque", []):
         row["on"], factor = to[row["on"]]
         if row.get("mean") != BALANCE:
@@ -76,6 +73,7 @@ def lumped_model(
         if signal := row.get("signal"):
             signal["scale"] = factor * signal.get("scale", 1.0)
             multiply(signal, {"static": factor})
+    # initial state of the bodies kept
     initial = tables.get("simulation", {}).get("initial")
     if isinstance(initial, Mapping):
         tables["simulation"]["initial"] = _initial(model, initial, owner, ratio, kept)

@@ -1,8 +1,6 @@
-"""Mean torques: what the static start and everything linear takes the torques for.
+"""Mean torques of a model, as used by the static start and all linear analyses.
 
-Every mean of a torque is asked for here: the file may say "balance" in place of a number (``assembly.balance``).
-
-Takes a Model; gives numbers and arrays.
+All other modules get means from here, for the file may say "balance" in place of a number (``assembly.balance``).
 """
 
 from __future__ import annotations
@@ -38,12 +36,8 @@ def mean_torques(model: Model) -> NDArray[np.float64]:
 
 @kept
 def balancing_means(model: Model) -> dict[int, float]:
-    """The means that balance trains, by the index of their torque [N m]; along a sweep they are tables over speed.
-
-    Raises
-    ------
-    ModelError
-        a train that no torque, or not one alone, balances.
+    """Means that balance trains, by the index of their torque [N m], tables over speed along a sweep; ModelError for a
+    train that no torque, or not one alone, balances.
     """
     means: dict[int, float] = {}
     for balance in balances_of(model):
@@ -80,7 +74,7 @@ def _loads(model: Model, speed: float | None) -> list[float]:
 
 
 def _at(number: float, speed: float | None) -> float:
-    """A number at a speed, read off its table if it has one."""
+    """Value of a number at a speed, from its table if it has one."""
     return number.at(speed) if isinstance(number, AtSpeed) and speed is not None else float(number)
 
 

@@ -1,7 +1,4 @@
-"""Which impacts are touches, as a model says it: thresholds that are not written have their defaults.
-
-Takes a Model; gives the thresholds of its layout.
-"""
+"""Thresholds below which an impact is a touch, from the model or by default."""
 
 from __future__ import annotations
 

@@ -6,8 +6,6 @@ speed and acceleration, exact from the sines or the curve, are put back in their
 a motion finds all inertias.
 
 Angles of a record count from the start of the run, and from the uniform rotation ``about``.
-
-Takes a Model; gives indices, harmonics, channels and whole trajectories.
 """
 
 from __future__ import annotations
@@ -49,14 +47,10 @@ class MotionError(NamedTuple):
 
     Attributes
     ----------
-    element
-        its index.
     factor
         -w_ka, of the element's row [m or 1].
     harmonic
         of the angle theta_a [rad].
-    path
-        of the harmonic in the model file.
     """
 
     element: int
@@ -148,14 +142,14 @@ def places(model: Model) -> IntArray:
 
 
 def whole(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
-    """(..., n) values of all inertias from those of the free ones and of those with a motion."""
+    """(..., n) values of all inertias from those of the free ones and of those with a prescribed motion."""
     out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
     out[..., free_of(model)], out[..., places(model)] = free, prescribed
     return out
 
 
 def whole_trajectory(model: Model, trajectory: Trajectory) -> Trajectory:
-    """A trajectory of the free inertias with those of prescribed motion in their places; itself if there are none."""
+    """Trajectory of all inertias, from that of the free ones; the same if no motion is prescribed."""
     if not model.motions:
         return trajectory
     angle, velocity, acceleration = (

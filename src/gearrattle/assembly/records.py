@@ -1,11 +1,9 @@
-"""A record's points become piecewise polynomials: a cubic spline, straight lines, or steps.
+"""Piecewise polynomials through the points of a record: a cubic spline, straight lines, or steps.
 
 The spline is not-a-knot, so nothing is said about its ends that was not measured (C. de Boor, A Practical Guide to
 Splines, 1978, ch. IV): two polynomials meet with equal value, slope and curvature at every point, and with equal third
 derivatives at the second and at the last but one. Through few points it swings far beyond their values; ``swings``
 finds where.
-
-Takes a ``Signal`` of a model; gives a channel that begins with the run.
 """
 
 from __future__ import annotations
@@ -35,8 +33,6 @@ class Recorded:
 
     Attributes
     ----------
-    signal
-        the record.
     is_rate
         whether the curve is the derivative of the input.
     offset
@@ -102,14 +98,8 @@ def curve_of(signal: Signal) -> PPoly:
 
 
 def channel_of(signal: Signal, end: float = 0.0) -> Channel:
-    """The signal over the time of the run: 0 is its ``start`` [s, SI].
-
-    Parameters
-    ----------
-    signal
-        the record.
-    end
-        of the run, up to which a last value that is held goes on [s]; every other record ends with its last point.
+    """The signal over the time of the run [s, SI], whose 0 is its ``start``; a last value that is held goes on up to
+    the ``end`` of the run [s], every other record ends with its last point.
     """
     curve = curve_of(signal)
     last = float(signal.time[-1])
@@ -128,16 +118,8 @@ def mean(signal: Signal) -> float:
 
 
 class Swing(NamedTuple):
-    """How far a spline leaves the values of the two points beside it, on one side, where it does so most.
-
-    Attributes
-    ----------
-    time
-        of the record where it is farthest from them [s]; of a trace over the crank angle, that angle [rad].
-    value
-        of the spline there [SI].
-    neighbour
-        value of that neighbour which is nearer to it [SI].
+    """Largest swing of a spline beyond the two points beside it, on one side: its time in the record [s], or crank
+    angle [rad], its value and that of the nearer neighbour [SI].
     """
 
     time: float

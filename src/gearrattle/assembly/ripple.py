@@ -3,8 +3,6 @@
 A joint passes a load T on and takes T (1 - de/dphi), so -T de/dphi is taken from the driving shaft beside T: with the
 mean load for T it is a sum of sines. The mean load is that of the static equilibrium; along a sweep, that of the
 first speed.
-
-Takes a Model; gives sines of torque by body.
 """
 
 from __future__ import annotations
@@ -23,12 +21,8 @@ from gearrattle.remember import kept
 
 @kept
 def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
-    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body.
-
-    Raises
-    ------
-    ModelError
-        no static equilibrium, so that a joint has no mean load.
+    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body; ModelError without
+    a static equilibrium, from which joints have their mean load.
     """
     joints = [k for k, element in enumerate(model.elements) if element.load_ripple]
     if not joints:

@@ -2,8 +2,6 @@
 
 ``KINDS`` says of every dimensional key of the model file what kind of quantity it is; phases, ratios, orders and
 relative tolerances are numbers already.
-
-Takes a Model and Scales; gives a Model. Takes a dimensionless Trajectory; gives it in SI.
 """
 
 from __future__ import annotations
@@ -62,7 +60,7 @@ def dimensional(model: Model, scales: Scales) -> Model:
 
 
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
-    """Write the tables anew; a frequency becomes the speed it stands for, a table over speed its value at that."""
+    """Convert the tables: a frequency becomes a speed, a table over speed its value at the model's speed."""
     swept = model.excitation.sweep is not None
     tables = {**written_out(model, at_speed=not swept), "units": units}
     if not swept:
@@ -83,23 +81,15 @@ def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
 
 
 def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajectory:
-    """Return a dimensionless motion in SI.
-
-    Parameters
-    ----------
-    trajectory
-        the motion of ``dimensionless(model, scales)``.
-    layout
-        names and constants of the SI model.
-    scales
-        what counted as one.
-    """
+    """Return the motion of ``dimensionless(model, scales)`` in SI, with the layout of the SI model."""
+    # units of deflections and forces, by element
     unit = scales.units()
     log = trajectory.events
     cost = trajectory.cost
     is_mesh = layout.is_mesh[layout.clearance]
     deflection = np.where(is_mesh, unit["length"], unit["angle"])
     force = np.where(is_mesh, unit["force"], unit["torque"])
+    # energy audit and steps of the algorithm
     energy = trajectory.energy
     if energy is not None:
         begin, end = (stored * unit["energy"] for stored in energy.stored)
@@ -109,6 +99,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
     auxiliaries = trajectory.auxiliaries
+    # samples, events and force integrals in SI
     return replace(
         trajectory,
         layout=layout,

@@ -3,8 +3,6 @@
 A record's torque is split into the mean that the static start sees and the rest. A recorded motion moves the elements
 at its inertia. Along a sweep of the speed every driven inertia, every mesh and every motion by harmonics has one
 channel. Its harmonics follow the angle; amplitudes, means and drag torques follow their tables over the speed.
-
-Takes a Model; gives Signals, or None where all inputs are harmonics.
 """
 
 from __future__ import annotations
@@ -70,12 +68,8 @@ class _Part(NamedTuple):
 
 @kept
 def signals_of(model: Model) -> Signals | None:
-    """All inputs that are no harmonics of one speed.
-
-    Raises
-    ------
-    ModelError
-        a run-up of more intervals than can be held, or inputs that their polynomials do not represent.
+    """Inputs that are no harmonics of one speed; ModelError for a run-up of too many intervals, or for inputs that
+    their polynomials do not represent.
     """
     parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
@@ -126,19 +120,8 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run longer than a record, unless the last value of that is held.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    end
-        of the run [s].
-
-    Raises
-    ------
-    ModelError
-        naming every record that is too short.
+    """Refuse a run up to ``end`` [s] that is longer than a record whose last value is not held; the ModelError names
+    every such record.
     """
     problems = []
     for signal, path, words, *_ in records_of(model):
@@ -153,10 +136,11 @@ def check_length(model: Model, end: float) -> None:
 
 
 def _swept(model: Model) -> Iterator[_Part]:
-    """The harmonics, and what tables say over the speed, along a sweep."""
+    """Channels of all harmonics, and of all means that are tables over speed, along a sweep."""
     ramp = ramp_of(model)
     if ramp is None:
         return
+    # torques on bodies over the sweep: drag, joints, means and harmonics
     range_ = speeds_of(ramp)
     bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
@@ -172,11 +156,13 @@ def _swept(model: Model) -> Iterator[_Part]:
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
+    # transmission errors and prescribed motions by harmonics
     for harmonics, error_of in _error_harmonics(model):
         driven.append((_unit(bodies), error_of))
         sounds.append(Sound(tones_of(harmonics, ramp), smooth=True))
     if not sounds:
         return
+    # piecewise polynomials of all of them along the sweep
     try:
         made = channels(ramp, sounds, end_of_run(model), period_of(model).period)
     except TooLong as error:
@@ -197,6 +183,6 @@ def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]
 
 
 def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
-    """What a mean that is a table over speed adds to its value at the first speed."""
+    """Tones of what a mean that is a table over speed adds to its value at the first speed."""
     if isinstance(value, AtSpeed):
         yield tone(0.0, sign * pi / 2.0, value, speeds, float(value))

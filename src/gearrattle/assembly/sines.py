@@ -1,8 +1,6 @@
 """Sums of harmonics over time, at one reference speed or along a sweep of it.
 
-    f(t) = sum_j amplitude_j sin(order_j phi(t) + phase_j),      phi' = Omega
-
-Takes a Model and harmonics of it; gives arrays, and the tones that stand for them along a sweep.
+f(t) = sum_j amplitude_j sin(order_j phi(t) + phase_j),      phi' = Omega
 """
 
 from __future__ import annotations
@@ -58,16 +56,8 @@ def sines(model: Model, harmonics: Sequence[Harmonic], time: Array, derivative: 
 
 
 def sum_of(terms: Sequence[tuple[float, float, float]], time: Array, derivative: int = 0) -> Array:
-    """(t,) sum of amplitude sin(rate t + phase), or a derivative up to the second.
-
-    Parameters
-    ----------
-    terms
-        rate [rad/s], amplitude and phase [rad] of every sine.
-    time
-        (t,) [s].
-    derivative
-        0, 1 or 2.
+    """(t,) sum of amplitude sin(rate t + phase) over terms (rate [rad/s], amplitude, phase [rad]), or its first or
+    second derivative.
     """
     total = np.zeros(np.shape(time))
     for rate, amplitude, phase in terms:

@@ -1,8 +1,4 @@
-"""Extremes, moments, exceeded levels and curves of a simulated motion between its samples, by quantity and name.
-
-Takes a Model and a Trajectory of the exact algorithm; gives those of accelerations, velocities and mesh forces, and
-curves in phase planes (``system.statistics``).
-"""
+"""Extremes, moments, exceeded levels and curves of a simulated motion between its samples, by quantity and name."""
 
 from __future__ import annotations
 
@@ -37,13 +33,7 @@ def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
 
 
 class Between:
-    """What a trajectory of the exact algorithm can tell between its samples (``trajectory.Exact``).
-
-    Attributes
-    ----------
-    model
-        the driveline.
-    """
+    """Exact values of a trajectory between its samples (``trajectory.Exact``)."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -51,7 +41,7 @@ class Between:
         self._told: dict[tuple[Any, ...], Statistics | None] = {}  # of the motion that was walked last
 
     def __reduce__(self) -> tuple[type[Between], tuple[Model]]:
-        """Another process walks by itself."""
+        """Leave the cached walk out of copies and pickles: another process makes its own."""
         return Between, (self.model,)
 
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
@@ -77,10 +67,6 @@ class Between:
 
         Parameters
         ----------
-        trajectory
-            a motion of the exact algorithm, with its log.
-        signals
-            quantity and name of each, among ``signals``.
         with_moments
             whether moments are wanted, of all signals or of each (q,); without, they are NaN.
         cycles
@@ -107,18 +93,8 @@ class Between:
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
-        """Return deflection and rate of some elements over the last cycles, as lines; None as before.
-
-        In pieces (N, q, 2), one after the other in time and made when asked for.
-
-        Parameters
-        ----------
-        trajectory
-            as before.
-        elements
-            their names.
-        cycles
-            how many, not more than the steady part has.
+        """Return (N, q, 2) deflection and rate of some elements over the last cycles, not more than the steady part
+        has, in pieces in the order of time that are made when asked for; None as ``statistics``.
         """
         discard = trajectory.cycles - cycles
         is_all = discard == trajectory.discard
@@ -175,7 +151,8 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
 
 
 def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
-    """The motion in the coordinates of the flow."""
+    """Sampled motion in the coordinates of the flow."""
+    # pieces at the start, and crossings of corners
     t = trajectory
     first = trajectory.layout.region_of_first_piece
     period = trajectory.layout.period
@@ -188,6 +165,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     time = log.time
     watch = log.clearance
     upward = (log.to_region > log.from_region).astype(np.int64)
+    # friction and alternating stiffness: states, passages and memories
     if auxiliaries is not None:
         pieces |= dict(zip(flow.system.places[len(first) :], auxiliaries.initial.tolist(), strict=True))
         passages = auxiliaries.passages
@@ -195,6 +173,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
         watch = passages.watch
         upward = passages.upward
         memories = auxiliaries.memory[:, list(flow.system.memories)] * flow.memory
+    # samples of the judged part in the coordinates of the flow
     count = len(flow.system.laws) + len(flow.system.auxiliaries)
     angle = t.angle[window]
     velocity = t.velocity[window]
@@ -210,6 +189,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
         np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
         samples[part, moving : flow.states] = memory[part]
     _write_inputs(flow, t, samples[:, flow.states :])
+    # crossings in periods
     return SampledMotion(
         tuple(int(pieces.get(k, 0)) for k in range(count)),
         samples,

@@ -1,10 +1,8 @@
-"""A model without what is no harmonic of one speed: what linear tools and forecasts look at.
+"""Steady model for linear analyses and forecasts: harmonics of one speed are its only inputs.
 
 A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
-whose motion is a record is held fast.
-``unsteady`` says so in words. Harmonics of a prescribed motion stay: they are errors of the elements at the inertia.
-
-Takes a Model; gives a Model, and words.
+whose motion is a record is held fast. ``unsteady`` lists what is left out. Harmonics of a prescribed motion stay: they
+are errors of the elements at the inertia.
 """
 
 from __future__ import annotations
@@ -19,7 +17,7 @@ from gearrattle.remember import kept
 
 
 def unsteady(model: Model) -> tuple[str, ...]:
-    """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
+    """Name the inputs that ``steady`` takes out, one phrase each; none for a model under harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
     notes += [f"the ramps of the torque on {torque.on} are left out" for torque in model.torques if torque.ramps]
     notes += [f"{motion.on} is held fast" for motion in model.motions if motion.signal is not None]
@@ -50,13 +48,7 @@ def steady(model: Model) -> Model:
 
 
 def refuse_motions(model: Model, what: str) -> None:
-    """Refuse a model in which the motion of an inertia is prescribed.
-
-    Raises
-    ------
-    ModelError
-        naming what needs every inertia free.
-    """
+    """Refuse a model with a prescribed motion; the ModelError says what needs every inertia free."""
     if model.motions:
         rule = f"{what} needs every inertia free"
         raise ModelError(
@@ -65,13 +57,7 @@ def refuse_motions(model: Model, what: str) -> None:
 
 
 def refuse_recorded_motions(model: Model, what: str) -> None:
-    """Refuse a model in which the motion of an inertia is a record.
-
-    Raises
-    ------
-    ModelError
-        naming what needs harmonics.
-    """
+    """Refuse a model with a recorded motion; the ModelError says what needs harmonics."""
     recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]
     for i, motion in recorded:
         rule, remedy = (
@@ -82,12 +68,8 @@ def refuse_recorded_motions(model: Model, what: str) -> None:
 
 
 def refuse_unsteady(model: Model, what: str) -> None:
-    """Refuse a model under anything but harmonics of one speed.
-
-    Raises
-    ------
-    ModelError
-        naming what needs inputs that repeat.
+    """Refuse a model with other inputs than harmonics of one speed; the ModelError says what needs inputs that
+    repeat.
     """
     rule, remedy = f"{what} needs inputs that repeat every period", "give harmonics of one speed"
     if problems := unsteady_problems(model, rule, remedy):
@@ -95,12 +77,8 @@ def refuse_unsteady(model: Model, what: str) -> None:
 
 
 def refuse_but_events(model: Model, what: str) -> None:
-    """Refuse a model under anything but harmonics of one speed, and torques over time.
-
-    Raises
-    ------
-    ModelError
-        naming what needs one speed.
+    """Refuse a model with other inputs than harmonics of one speed and torques over time; the ModelError says what
+    needs one speed.
     """
     events = {f"torque.{i}.ramps": None for i, torque in enumerate(model.torques) if torque.ramps}
     events |= {f"torque.{i}.signal": None for i, torque in enumerate(model.torques) if torque.signal is not None}

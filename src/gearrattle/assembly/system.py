@@ -1,4 +1,4 @@
-"""A model in words becomes a ``Driveline``: its piecewise system, and the names by which motions are read.
+"""Assembly of the piecewise system of a model, with the names of its coordinates.
 
 Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column, and harmonics of its
 angle are errors of the elements at it. A drag torque is a mean torque of the opposite sign; a harmonic
@@ -33,7 +33,7 @@ from gearrattle.trajectory import Layout
 
 @kept
 def auxiliaries(model: Model) -> tuple[Named, ...]:
-    """Everything beside the laws, in element order."""
+    """Auxiliaries of a model, for friction, clipped damping and alternating stiffness, in element order."""
     period, auxiliaries = period_of(model).period, list[Named]()
     for k, element in enumerate(model.elements):
         auxiliaries += auxiliaries_of(k, element, law_of(element), period)
@@ -43,7 +43,7 @@ def auxiliaries(model: Model) -> tuple[Named, ...]:
 
 
 def _clock(model: Model) -> Clock | None:
-    """When meshes whose stiffness alternates change."""
+    """Instants at which meshes with alternating stiffness change."""
     names = [named.name for named in auxiliaries(model)]
     places = [(names.index(pairs_name(e)), e, e.alternation) for e in model.elements if e.alternation is not None]
     return clock_of(model, places)
@@ -51,16 +51,12 @@ def _clock(model: Model) -> Clock | None:
 
 @dataclass(frozen=True, eq=False)
 class Driveline:
-    """A model, the system it stands for, and the names of what moves.
+    """A model with its piecewise system, and the layout by which its trajectories are judged.
 
     Attributes
     ----------
-    model
-        the driveline in words.
     system
         J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
-    layout
-        names and constants by which a trajectory of the system is judged.
     """
 
     model: Model
@@ -80,6 +76,7 @@ def _system(model: Model) -> PiecewiseSystem:
     common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
+    # sine and cosine parts of errors: transmission errors, then prescribed motions
     free = free_of(model)
     error = np.zeros((2, count, len(column)))
     for k, element in enumerate(elements):
@@ -87,11 +84,13 @@ def _system(model: Model) -> PiecewiseSystem:
             _add(error[:, k, column[harmonic.order]], harmonic)
     for k, factor, harmonic, _ in () if swept else motion_errors(model):
         _add(error[:, k, column[harmonic.order]], harmonic, factor)
+    # sine and cosine parts of torques, and of joints on their driving shafts
     torque = np.zeros((2, size, len(column)))
     sources = [(table.on, table.harmonics) for table in model.torques]
     for on, harmonics in () if swept else (*sources, *load_ripples(model).items()):
         for harmonic in harmonics:
             _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
+    # system of the free inertias
     mean = mean_torques(model)
     return PiecewiseSystem(
         inertia=inertia_of(model)[free],
@@ -112,9 +111,11 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
 
 def _layout(model: Model, system: PiecewiseSystem) -> Layout:
     elements, names = model.elements, [inertia.name for inertia in model.inertias]
+    # indices of bodies, and orders of the excitation
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
     common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
+    # names and constants of bodies, elements and clearances
     return Layout(
         inertia_names=tuple(names),
         inertia=inertia_of(model),

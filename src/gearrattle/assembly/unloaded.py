@@ -1,7 +1,4 @@
-"""A driveline that nothing drives: its bodies and elements alone.
-
-Takes a Model; gives a PiecewiseSystem.
-"""
+"""A driveline that nothing drives: its bodies and elements alone."""
 
 from __future__ import annotations
 

@@ -1,14 +1,12 @@
-"""Many variants of a model assembled at once: paths of the file become columns, columns become coefficients.
+"""Assembly of many variants of a model at once: varied paths are columns, and so are the coefficients.
 
 Every number of a model is one *leaf*; a path that is varied replaces its leaf by a column of values, one a variant, and
 the same sums and products as in ``assembly.system`` make columns of coefficients of them, in the same order: the same
 bits as if every variant were written, checked and assembled by itself (``tests/assembly/test_variants.py``).
 
-Only numbers may differ. Where a variant would have another structure - a gap that closes, a slope that vanishes - or
-could be refused by the model, it is marked as one that must go the general way, and so is every path that is no such
+Only numbers may differ. A variant that would have another structure - a gap that closes, a slope that vanishes - or
+that the model could refuse is marked: it must be assembled by itself. So must variants of paths that are no such
 number.
-
-Takes a Model, paths and values; gives ``kernels.variants.Coefficients`` with a leading axis.
 """
 
 from __future__ import annotations
@@ -64,7 +62,7 @@ _ERRORS = ("transmission_error", "kinematic_error")
 
 
 def bound_of(model: Model, path: str) -> str | None:
-    """What the model asks of the number at a path; None where it is no number that may vary here."""
+    """Bound of the number at a path in the model; None where it is no number that may vary here."""
     parts = path.split(".")
     kind, key = parts[0], parts[-1]
     if kind == "excitation" and len(parts) == 2:
@@ -97,16 +95,12 @@ def _owner(model: Model, kind: str, name: str) -> Any:
 
 @dataclass
 class Columns:
-    """The leaves of a model, some of them columns.
+    """The leaves of a model, some of them columns over the variants.
 
     Attributes
     ----------
-    model
-        what is varied; a variant itself.
     varied
         by path (V,) values.
-    count
-        V.
     good
         (V,) which variants share the structure of the model, and satisfy it for certain.
     has_tables
@@ -167,7 +161,7 @@ class Columns:
 def coefficients(
     model: Model, varied: Mapping[str, Array], count: int, shared: Coefficients | None = None
 ) -> tuple[Coefficients, NDArray[np.bool_]]:
-    """Assemble variants.
+    """Assemble V variants of a model.
 
     Parameters
     ----------
@@ -175,8 +169,6 @@ def coefficients(
         one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
     varied
         by path (V,) values in SI.
-    count
-        V.
     shared
         as many times the model itself (``repeated``): the arrays that no path varies are taken from there, not copied.
 
@@ -296,7 +288,7 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
 
 
 def _balance(columns: Columns, out: Coefficients) -> None:
-    """Let means that balance their trains do so; where one torque might not, mark the variants."""
+    """Write the means that balance trains; mark the variants in which one torque might not balance."""
     free = free_of(columns.model).tolist()
     for balance in balances_of(columns.model):
         if f"torque.{balance.torque}.mean" in columns.varied:
@@ -310,11 +302,6 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
     """Velocities of a static start: the free inertias turn with those of prescribed motion.
-
-    Parameters
-    ----------
-    model, varied, count
-        as in ``coefficients``.
 
     Returns
     -------

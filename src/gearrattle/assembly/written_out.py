@@ -1,7 +1,4 @@
-"""A model with only numbers that can be scaled: Hooke joints as sines, planet masses added to the carrier's J.
-
-Takes a Model; gives tables of the file format.
-"""
+"""A model with only numbers that can be scaled: Hooke joints as sines, planet masses added to the carrier's J."""
 
 from __future__ import annotations
 
@@ -14,14 +11,8 @@ from gearrattle.model.components import COMPONENTS
 
 
 def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
-    """Return the tables of an equivalent model, in which such components are expressed by plain numbers.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    at_speed
-        whether tables over speed are replaced by their values at the model's speed.
+    """Return the tables of an equivalent model, in which such components are expressed by plain numbers; tables over
+    speed by their values at the model's speed on request.
     """
     tables = model.to_tables(at_speed=at_speed)
     for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):

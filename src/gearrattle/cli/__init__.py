@@ -1,4 +1,4 @@
-"""The command line: words in, findings out, one file a command.
+"""Command line of gearrattle: one file a command.
 
 ``main`` is the entry point. It imports a command only when it is asked for, turns every error into one message on
 stderr and an exit code, and never shows a traceback (unless GEARRATTLE_DEBUG=1). Results go to stdout, progress and
@@ -94,18 +94,7 @@ def app() -> App:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Parameters
-    ----------
-    arguments
-        words after the program's name; None takes those of the process.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Run the command line, of the process or of given words after the program's name, and return the exit code."""
     if arguments is None:
         one_thread()
         gc.set_threshold(_COLLECTED)
@@ -125,13 +114,7 @@ def _dispatch(arguments: Sequence[str] | None) -> None:
 
 
 def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
-    """Take ``--root DIR``, which every command has, out of the command line.
-
-    Raises
-    ------
-    ModelError
-        it names no folder.
-    """
+    """Take ``--root DIR``, which every command has, out of the command line; ModelError if it is no folder."""
     root, rest = None, []
     ahead = iter(words)
     for word in ahead:

@@ -1,8 +1,6 @@
 """Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,..., NAME="1 N*m",... or NAME=WORD, which may be repeated.
 
 Where a name is a path of the model, x3 is three times what the model says.
-
-Takes words; gives numbers, factors and words by name.
 """
 
 from __future__ import annotations
@@ -17,91 +15,32 @@ if TYPE_CHECKING:
 
 
 def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
-    """Return the numbers by name.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form NAME=NUMBER.
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
-    """
+    """Return numbers by name from words NAME=NUMBER; ModelError with the option's name for another form."""
     return {name: _number(option, text) for name, text in _pairs(option, entries)}
 
 
 def labels(option: str, entries: Sequence[str]) -> dict[str, int]:
-    """Return whole numbers by name, such as the labels of regions.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form NAME=WHOLE NUMBER.
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
+    """Return whole numbers by name, such as labels of regions, from words NAME=WHOLE NUMBER; ModelError for another
+    form.
     """
     return {name: _label(option, text) for name, text in _pairs(option, entries)}
 
 
 def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
-    """Return lists of numbers by name.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form NAME=NUMBER,NUMBER,...
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
-    """
+    """Return lists of numbers by name from words NAME=NUMBER,NUMBER,...; ModelError for another form."""
     return {name: [_number(option, part) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
 
 def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str | Factor]]:
-    """Return lists by name: numbers, factors such as x3, and quantities with their units as text.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form NAME=VALUE,VALUE,...
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
+    """Return lists by name from words NAME=VALUE,VALUE,...: numbers, factors such as x3, and quantities with units as
+    text; ModelError for another form.
     """
     return {name: [value_in(part.strip()) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
 
 def changes(option: str, entries: Sequence[str]) -> dict[str, Any]:
-    """Return values of a model by path, as ``Model.with_`` takes them.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form PATH=VALUE: as in a model file, the quotes of a text may be left out; or a factor, x3.
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
+    """Return values of a model by path, as ``Model.with_`` takes them, from words PATH=VALUE; ModelError for another
+    form. A value is written as in a model file, where the quotes of a text may be left out, or is a factor, x3.
     """
     return {path: _as_in_file(text.strip()) for path, text in _pairs(option, entries)}
 
@@ -116,20 +55,7 @@ def value_in(text: str) -> float | str | Factor:
 
 
 def words(option: str, entries: Sequence[str]) -> dict[str, str]:
-    """Return the words by name.
-
-    Parameters
-    ----------
-    option
-        its name, for messages.
-    entries
-        words of the form NAME=WORD.
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
-    """
+    """Return words by name from NAME=WORD; ModelError for another form."""
     return dict(_pairs(option, entries))
 
 
@@ -149,7 +75,7 @@ def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _as_in_file(text: str) -> Any:
-    """Return what a word is in a model file: a number, whole or not, a list, a table, a text; or a factor."""
+    """Return the value of a word as in a model file: a number, whole or not, a list, a table, a text; or a factor."""
     import tomllib
 
     try:

@@ -3,8 +3,6 @@
 The work runs in a thread of its own; the main thread does nothing but show progress and wait, so that Ctrl-C is
 answered at once, even while a kernel is being compiled. Progress shows only on stderr and only after two seconds: a
 bar on a terminal, now and then a plain line elsewhere, none twice in a row.
-
-Takes a function of a ``Watch``; gives what it returns, or raises what it raises.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ _LINE_EVERY = 5.0
 
 
 class Watch:
-    """Where the work tells how far it is, and learns that it should stop. Call it with the finished share, 0 to 1."""
+    """Progress of the work and the request to stop it; call it with the finished share, 0 to 1."""
 
     def __init__(self) -> None:
         self.phase = _FIRST
@@ -45,13 +43,7 @@ class Watch:
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
-        """Take note of the finished share.
-
-        Raises
-        ------
-        Cancelled
-            if the work should stop.
-        """
+        """Take note of the finished share; Cancelled if the work should stop."""
         if self.phase == _FIRST:
             self.phase = "simulating"
         self.fraction = fraction
@@ -109,8 +101,6 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
 
     Parameters
     ----------
-    work
-        what to do; it should call its watch every few milliseconds.
     grace
         how long it may take to stop [s].
     known
@@ -133,14 +123,17 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
         finally:
             ended.set()
 
+    # start the work in a thread of its own
     ended = threading.Event()
     context = contextvars.copy_context()  # which files may be read
     thread = threading.Thread(target=context.run, args=(body,), name=WORKER, daemon=True)
     display = _Display(watch)
     try:
         thread.start()
+        # show progress until it ends
         while not ended.wait(_TICK):  # a join that is interrupted takes the thread for ended (CPython 3.11)
             display.update()
+    # on Ctrl-C: stop the work, and show what is known
     except KeyboardInterrupt as interruption:
         watch.stop()
         if thread.ident is not None:  # else interrupted before it began
@@ -152,6 +145,7 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
         raise
     finally:
         display.close()
+    # hand on what the work returned or raised
     if failure:
         raise failure[0]
     return result[0]
@@ -216,7 +210,7 @@ class _Display:
 
 
 def _duration(seconds: float) -> str:
-    """Say a duration in the unit that fits."""
+    """Write a duration in the unit that fits."""
     for unit, size in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
             return f"{seconds / size:.0f} {unit}"

@@ -115,6 +115,7 @@ def continue_(
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
+    # read and check the options
     driveline = changed_model(model, changes)
     ends = ends_in(over)
     _check_combination(
@@ -132,6 +133,7 @@ def continue_(
 
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
+        # follow the branch from the first motion
         with named_as(_OF_BRANCH):
             branch = gearrattle.continuation(
                 driveline,
@@ -145,6 +147,7 @@ def continue_(
                 within=seconds,
                 progress=watch,
             )
+        # map over a second value, or the boundary of an event
         if second is not None and second_ends is not None:
             watch.enter("following motions over both values")
             with named_as(_OF_SECOND):
@@ -152,6 +155,7 @@ def continue_(
                     return branch.boundary(boundary, second, second_ends, progress=watch)
                 cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
                 return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
+        # run-up and run-down, or scatter of events
         if speed_rate is not None:
             watch.enter("simulating a run-up and a run-down")
             return branch.run_up(speed_rate, progress=watch)
@@ -160,6 +164,7 @@ def continue_(
         watch.phase = "measuring motions"  # of a branch that may be all that is known after Ctrl-C
         return branch
 
+    # compute, save and print
     kind = "branches" if rate is None else "jumps of run-ups"
     if second is not None:
         kind = "map of motions" if boundary is None else "event boundary"
@@ -174,13 +179,7 @@ def _check_combination(
     scatter: Sequence[str] | None,
     rate: str | None,
 ) -> None:
-    """Refuse options that do not go together: a command has one answer.
-
-    Raises
-    ------
-    ModelError
-        such options.
-    """
+    """Refuse options that do not go together (ModelError): a command has one answer."""
     if (second[0] is None) != (second[1] is None):
         raise ModelError(Problem("--second", "", "--second and --second-range belong together", "give both or none"))
     from gearrattle.orbits.motion_map import CELLS
@@ -206,13 +205,7 @@ def _check_values(
     deviations: Mapping[str, Written],
     rate: float | str | None,
 ) -> None:
-    """Refuse values of options before any motion is followed.
-
-    Raises
-    ------
-    ModelError
-        such a value.
-    """
+    """Refuse bad values of options (ModelError) before any motion is followed."""
     from gearrattle.orbits.gradients import second_of, tolerances_of
     from gearrattle.orbits.over_value import ends_of
     from gearrattle.orbits.run_ups import rate_of

@@ -1,9 +1,7 @@
-"""What every command does with its result: compute it in the background, save it whole or not at all, print it.
+"""Computation, saving and printing of a command's result: in the background, whole or not at all.
 
-A terminal gets the sentence and the short tables of the result's presentation, notes on stderr; ``--json`` gives what
-summary.json holds.
-
-Takes a function that computes; gives files and text.
+A terminal gets the sentence and the short tables of the result's presentation, notes on stderr; ``--json`` prints the
+content of summary.json.
 """
 
 from __future__ import annotations
@@ -41,14 +39,8 @@ def emit(
 
     Parameters
     ----------
-    kind
-        of the result.
-    work
-        computes it, or a presentation of it.
     output
         a file or a folder; None: it is printed only.
-    json
-        whether it is printed as JSON.
     inputs
         files that are read, which ``output`` must not replace.
     keeps_known
@@ -72,15 +64,7 @@ def _emit_to(
     *,
     keeps_known: bool = False,
 ) -> None:
-    """Compute a result, save it where that is asked for, and show it.
-
-    Parameters
-    ----------
-    kind, work, output, inputs, keeps_known
-        as in ``emit``.
-    show
-        takes the presentation, and where it was saved.
-    """
+    """Compute a result, save it where that is asked for, and show it; arguments as of ``emit``."""
     from gearrattle.report.kinds import presentation_class, presentation_of
     from gearrattle.report.saved import check_target, destination, put_into
 
@@ -120,16 +104,10 @@ def emit_each(
 
     Parameters
     ----------
-    kind
-        of the results.
-    works
-        what computes each, by its name.
     output
         of one result a file or a folder; of several a folder, in which each has a folder of its name.
     json
         whether they are printed as JSON: of several as one document, ``results`` by name.
-    inputs
-        files that are read, which ``output`` must not replace.
 
     Raises
     ------
@@ -169,16 +147,8 @@ def _folder_name(name: str) -> str:
 
 
 def print_result(presentation: Presentation[Any], written: Path | File | None = None, *, json: bool) -> None:
-    """Print a result, and where it stands: the answer on stdout, notes on stderr.
-
-    Parameters
-    ----------
-    presentation
-        of the result.
-    written
-        the file or page; None if it was not saved.
-    json
-        whether it is printed as JSON.
+    """Print a result, as JSON or as words: the answer on stdout, notes and the file or page that was written on
+    stderr.
     """
     from gearrattle.report.saved import summary
     from gearrattle.report.text import plain_text

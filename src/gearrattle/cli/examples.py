@@ -37,13 +37,7 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
 
 
 def _copy(output: Path) -> None:
-    """Copy every example, whole or not at all.
-
-    Raises
-    ------
-    ModelError
-        the folder holds something.
-    """
+    """Copy every example, whole or not at all; ModelError if the folder holds something."""
     import shutil
 
     if output.is_dir() and any(output.iterdir()):

@@ -1,9 +1,7 @@
-"""What a failure says and which exit code it has.
+"""Messages and exit codes of failures.
 
-One message a person can act on: what failed, where, and what to try. Nothing here hides a bug: what is not expected
-is called an internal error, and GEARRATTLE_DEBUG=1 shows its traceback.
-
-Takes errors; gives exit codes and text on stderr.
+A message says what failed, where, and what to try. An unexpected exception is called an internal error, and
+GEARRATTLE_DEBUG=1 shows its traceback.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def guarded(work: Callable[[], object]) -> int:
-    """Do some work; turn whatever it raises into a message and an exit code."""
+    """Do some work; turn every error into a message and an exit code."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -124,7 +122,7 @@ def explain(error: BaseException) -> tuple[int, str]:
 
 
 def _chain(error: BaseException) -> list[BaseException]:
-    """Return an error and what it was raised from; an interruption while a class is made arrives as a RuntimeError."""
+    """Return an error and its causes; an interruption while a class is made arrives as a RuntimeError."""
     chain = [error]
     while (cause := chain[-1].__cause__) is not None and cause not in chain:
         chain.append(cause)

@@ -94,13 +94,7 @@ def figures(
 
 
 def look_of(look: Look) -> Any:
-    """Return the style that options ask for.
-
-    Raises
-    ------
-    ModelError
-        an option that is out of range.
-    """
+    """Return the style that options ask for; ModelError for one out of range."""
     from gearrattle.report.plots.typeset import Style
 
     return Style(look.width, look.font, look.size, look.style)

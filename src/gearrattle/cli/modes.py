@@ -64,7 +64,7 @@ def modes(
 
 
 def _setting(ratios: dict[str, float], regions: dict[str, int]) -> str:
-    """Say which slope every element has."""
+    """Name the slope of every element."""
     exceptions = [f"{name} counts with {ratio:g} of its stiffness" for name, ratio in ratios.items()]
     exceptions += [f"{name} is in region {label}" for name, label in regions.items()]
     if not exceptions:

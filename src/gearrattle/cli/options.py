@@ -1,7 +1,4 @@
-"""Options that several commands share.
-
-Takes nothing; gives annotated types to the commands.
-"""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -75,13 +72,7 @@ Negligible = Annotated[
 
 
 def negligible_of(entries: Sequence[str]) -> dict[str, float | str] | None:
-    """Return the thresholds by name; None for none.
-
-    Raises
-    ------
-    ModelError
-        a word of another form.
-    """
+    """Return the thresholds by name, None for none; ModelError for a word of another form."""
     named = words("--negligible", entries)
     return {name: plain for name, text in named.items() if (plain := number_or_text(text)) is not None} or None
 
@@ -110,13 +101,7 @@ class Settings:
 
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:
-    """Refuse options that play no part without another one; those that are not None were typed.
-
-    Raises
-    ------
-    ModelError
-        one of them was typed.
-    """
+    """Refuse typed options, those that are not None, that play no part without another one (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(
             Problem(", ".join(typed), "", f"plays no part without {option}", f"add {option}, or leave it out")
@@ -124,26 +109,14 @@ def refuse_unless(option: str, others: Mapping[str, object]) -> None:
 
 
 def refuse_beside(option: str, others: Mapping[str, object]) -> None:
-    """Refuse options that another one leaves no part to play; those that are not None were typed.
-
-    Raises
-    ------
-    ModelError
-        one of them was typed.
-    """
+    """Refuse typed options, those that are not None, that play no part beside another one (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(Problem(", ".join(typed), "", f"plays no part with {option}", "leave one of them out"))
 
 
 @contextmanager
 def named_as(options: Mapping[str, str]) -> Iterator[None]:
-    """Name arguments of Python by the options that set them, in what is wrong with them.
-
-    Raises
-    ------
-    ModelError
-        one that is raised inside, with its places renamed.
-    """
+    """Rename the places of a ModelError raised inside: arguments of Python become the options that set them."""
     try:
         yield
     except ModelError as error:
@@ -174,11 +147,7 @@ def seconds_of(within: str | None) -> float | str:
 
 def ends_in(text: str, option: str = "--range") -> tuple[Written, Written]:
     """Return the two ends of a range LOW:HIGH; a unit behind the second is that of the first, too; "x1:x8" are factors.
-
-    Raises
-    ------
-    ModelError
-        no two values.
+    ModelError unless there are two values.
     """
     from gearrattle.model.units import with_last_unit
 

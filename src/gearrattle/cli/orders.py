@@ -100,7 +100,7 @@ def _check(options: set[str], spectra: bool) -> None:
 
 
 def _lines(signal: Run | Recording, model: Path | None) -> dict[str, list[float]]:
-    """Return orders and natural frequencies [rad/s] to draw over a map; nothing of a recording alone."""
+    """Return orders and natural frequencies [rad/s] to draw over a map; none for a recording alone."""
     from gearrattle.recording import Recording
 
     driveline = None if model is None else gearrattle.load(model)

@@ -71,6 +71,7 @@ def periodic(
         simulation beginning on it, ending in .toml. Default: the tables on the terminal only.
     """
     driveline = changed_model(model, changes)
+    # refuse options that do not go together
     if every and start is not None:
         raise ModelError(Problem("--start", f'"{start}"', "plays no part with --every", "leave one of them out"))
     if tipping is None:
@@ -90,6 +91,7 @@ def periodic(
 
     def work(watch: Watch) -> Orbit | PeriodicMotions | SettledMotion | pd.DataFrame:
         watch.enter("looking for motions that repeat" if every else "looking for a motion that repeats")
+        # one motion, and the pulses that tip it over
         if not every:
             if tipping is None:
                 return _motion(driveline, cycles, start, seconds, watch)
@@ -97,12 +99,14 @@ def periodic(
             watch.enter("seeking pulses that tip the motion over")
             count = _INSTANTS if instants is None else instants
             return orbit.tipping(tipping, count, best=best, progress=watch)
+        # all motions that repeat
         from gearrattle.orbits import PeriodicMotions
 
         with named_as({"within": "--within"}):
             orbits = gearrattle.periodic(driveline, number, every=True, within=seconds, progress=watch)
         return PeriodicMotions(driveline, tuple(orbits))
 
+    # compute, save and print
     kind = "periodic motions" if every else "periodic motion" if tipping is None else "tipping pulses"
     emit(kind, work, output, json=json, inputs=[model], keeps_known=every)
 

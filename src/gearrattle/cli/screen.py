@@ -145,13 +145,7 @@ def _factors(loads: str) -> list[float]:
 
 
 def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int | None) -> Model:
-    """Return the model with the settings of its simulations.
-
-    Raises
-    ------
-    ModelError
-        settings without simulations.
-    """
+    """Return the model with the settings of its simulations; ModelError for settings without simulations."""
     options = {key: value for key, value in settings.arguments().items() if value is not None}
     if not simulate and (options or workers is not None):
         names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))

@@ -1,4 +1,4 @@
-"""What a command is given: a model with values changed, a saved run, or anything that ``gearrattle.read`` takes."""
+"""Inputs of commands: a model with values changed, a saved run, or anything that ``gearrattle.read`` takes."""
 
 from __future__ import annotations
 
@@ -17,25 +17,15 @@ if TYPE_CHECKING:
 
 
 def changed_model(source: Path, entries: Sequence[str]) -> Model:
-    """Read a model file, and change the values that ``--set`` names.
-
-    Raises
-    ------
-    ModelError
-        what ``gearrattle.load`` or ``Model.with_`` refuses.
+    """Read a model file, and change the values that ``--set`` names; ModelError as ``gearrattle.load`` and
+    ``Model.with_``.
     """
     model = gearrattle.load(source)
     return model.with_(changes("--set", entries)) if entries else model
 
 
 def motion_or_recording(source: Path) -> Run | Recording:
-    """Open a saved run as a run, anything else as a recording.
-
-    Raises
-    ------
-    ModelError
-        a folder, or what ``gearrattle.read`` refuses.
-    """
+    """Open a saved run as a run, anything else as a recording; ModelError for a folder, and as ``gearrattle.read``."""
     from gearrattle.measured.readers import format_of
 
     if source.is_dir():
@@ -47,21 +37,8 @@ def motion_or_recording(source: Path) -> Run | Recording:
 
 
 def channels_of(signal: Run | Recording, channel: str | None, option: str) -> tuple[str, ...]:
-    """Return the channels that a command looks at: the one that is named, else all of a recording that are signals.
-
-    Parameters
-    ----------
-    signal
-        what is looked at.
-    channel
-        as it was given; None: it was not.
-    option
-        what it is given as, for the message.
-
-    Raises
-    ------
-    ModelError
-        none is named of a run.
+    """Return the channels that a command looks at: the one that is named, else all signals of a recording; ModelError,
+    with the option's name, for a run without a named channel.
     """
     from gearrattle.recording import Recording
 

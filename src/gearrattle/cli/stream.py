@@ -57,6 +57,7 @@ def stream(
     folder = output if output is not None else Path(f"{model.stem}-stream")
     under_way: list[Stream] = []
 
+    # march chunk by chunk, and collect notes
     def work(watch: Watch) -> Stream:
         options: dict[str, Any] = {**settings.arguments(), "chunk": chunk, "store": folder, "resume": resume}
         motion = gearrattle.stream(driveline, **options, progress=watch)
@@ -67,10 +68,12 @@ def stream(
         return motion
 
     notes: dict[str, None] = {}
+    # watch it; after a failure say what is kept
     try:
         motion = watched(work, _GRACE)
     except (KeyboardInterrupt, Exception) as error:
         raise _with_what_is_kept(error, under_way, folder) from error
+    # print the verdict on the whole motion
     verdict = presentation_of(motion.verdict())
     for note in notes:
         print(f"note: {note}", file=sys.stderr)

@@ -72,6 +72,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
     from gearrattle.studies.storage import storage_of
 
+    # study file with changes, options and folder of results
     asked = read_study(study).changed(assignments.changes("--set", changes))
     options = _options(asked.spec, function)
     folder = _outliving(storage_of(output or f"{study.stem}-study"))
@@ -81,6 +82,7 @@ def study(
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 
+    # estimate the cost, then compute all cases
     def work(watch: Watch) -> tuple[Done, StudyReport] | None:
         watch.enter("looking at the study")
         prepared = asked.prepare(**options)
@@ -91,6 +93,7 @@ def study(
         print(f"{cost}{_divided(scheduler)}", file=sys.stderr)
         return _carried_out(watch, prepared, folder, asked.name, under_way, **how)
 
+    # watch it; after a failure say what is kept
     try:
         done = watched(work, _GRACE)
     except (KeyboardInterrupt, Exception) as error:

@@ -1,7 +1,4 @@
-"""What ``gearrattle validate`` does with a run-up: orders over speed instead of cycles.
-
-Takes files and options; gives a RunUp, on the terminal or as a page.
-"""
+"""What ``gearrattle validate`` does with a run-up: orders over speed instead of cycles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words: the driveline as an engineer writes it, validated and in SI.
+"""Model of a driveline: read from files, validated, in SI.
 
 ``load`` and ``loads`` read model files, ``example`` one that comes with the package; ``Model`` and its parts are
 frozen; ``json_schema`` describes the format.

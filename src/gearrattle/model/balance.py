@@ -1,8 +1,6 @@
 """A mean torque that balances its train: the word "balance" in place of a number.
 
 Which number it stands for depends on all other torques of the train; ``assembly.balance`` computes it.
-
-Takes value kinds from ``over_speed``; gives one to the torques of a model.
 """
 
 from __future__ import annotations

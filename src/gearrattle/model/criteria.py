@@ -1,10 +1,8 @@
-"""What of a motion is judged as a touch: impacts too weak to be called rattle.
+"""Thresholds of negligible impacts: those too weak to be called rattle.
 
 A motion that crosses the corners of a gap meets its flanks, however softly. The thresholds of ``[criteria]`` say which
 impacts do not matter. Without a table the energy of an impact in SI has one all the same (``ASSUMED_ENERGY``); a
 dimensionless model has none, for no number in it says what is weak.
-
-Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Columns of a measured record: CSV whose header names the units.
 
-Numbers are read in one go; only where that fails is the file read line by line to say where. How the file is written is
-the business of ``csv_layout``.
-
-Takes a path and a layout; gives columns in SI.
+Numbers are read in one go; only where that fails is the file read line by line to say where. ``csv_layout`` determines
+how the file is written.
 """
 
 from __future__ import annotations
@@ -60,15 +58,6 @@ class Columns(NamedTuple):
 def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     """Read some columns of a record.
 
-    Parameters
-    ----------
-    path
-        the file.
-    wanted
-        name of a column to what it measures.
-    dimensionless
-        whether the columns are plain numbers without units.
-
     Raises
     ------
     RecordError
@@ -79,21 +68,13 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
 
 
 def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tuple[Layout, NDArray[np.float64]]:
-    """Read columns as they stand: no unit is asked for, NaN is a value, and an empty entry is NaN.
+    """Read columns (N, columns wanted) as they stand, with the layout of the file: no unit is asked for, NaN is a
+    value, and an empty entry is NaN.
 
     Parameters
     ----------
-    path
-        the file.
-    use
-        tells from name and unit whether a column is wanted; others need not be numbers.
     ask
         is asked before the numbers are read.
-
-    Returns
-    -------
-    tuple[Layout, NDArray[np.float64]]
-        The layout with all heads, and the values (N, columns wanted).
 
     Raises
     ------
@@ -153,30 +134,18 @@ def _read(path: Path, layout: Layout, rows: int, wanted: Mapping[str, Dimension]
 def _numbers(
     path: Path, layout: Layout, use: Mapping[str, int], ask: Callable[[int], None], *, gaps: bool = False
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Read columns (N, columns) in one go, and what must be known of them.
-
-    Only where that fails the first wrong line is looked for.
-
-    Parameters
-    ----------
-    path
-        the file.
-    layout
-        how it is written.
-    use
-        name of a column to its index.
-    ask
-        is asked for columns before they are read.
-    gaps
-        whether an empty entry is NaN; otherwise it is refused.
+    """Read columns (N, columns) in one go, with notes on them; only where that fails the first wrong line is looked
+    for. ``ask`` is asked before they are read; with ``gaps`` an empty entry is NaN, otherwise it is refused.
     """
     import numpy as np
 
     if not use:
         return np.empty((0, 0)), ()
+    # columns of numbers and of time stamps
     stamps = _stamps(layout, use)
     wanted = list(dict.fromkeys([*use.values(), *stamps]))
     ask(len(wanted) + bool(stamps))  # steps of time stamps are looked at for midnights
+    # first as plain numbers, then with empty entries as NaN
     ways: list[Any] = [stamps or None, dict.fromkeys(wanted, _or_nan) | stamps] if gaps else [stamps or None]
     for converters in ways:
         try:
@@ -196,6 +165,7 @@ def _numbers(
         except ValueError:
             continue
         return _since_first(table.reshape(-1, len(wanted)), layout, use, stamps)
+    # find the first wrong line
     raise _first_wrong(path, layout, use, gaps=gaps)
 
 
@@ -328,7 +298,7 @@ def _wrong_row(
 
 
 def _is_read(cell: str, stamp: FromFirst) -> bool:
-    """Tell whether an entry is a time stamp like the first."""
+    """Whether an entry is a time stamp like the first."""
     try:
         stamp(cell)
     except ValueError:

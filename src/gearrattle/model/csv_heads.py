@@ -1,9 +1,7 @@
-"""The rows above the numbers of a table: which has the names, which the units; others have types or comments.
+"""Names and units in the rows above the numbers of a table.
 
-Units are told by what they are, types such as ``f8`` as well. Of what is left, the names are the row with a name of
-time, then one with units in brackets, then one without words parted by blanks.
-
-Takes rows of entries; gives names and units.
+Rows of units and of types, such as ``f8``, are recognised by their entries. Of the other rows, the one with a name of
+time has the names; else one with units in brackets; else one without words parted by blanks.
 """
 
 from __future__ import annotations
@@ -38,13 +36,7 @@ class Head(NamedTuple):
 
 
 def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int | None]:
-    """Return names and units of columns, and the indices of their rows.
-
-    Parameters
-    ----------
-    rows
-        entries of the rows above the numbers, as many in every row; one row or more.
-    """
+    """Return names and units of columns, and the indices of their rows, from one row or more above the numbers."""
     filled = [index for index, row in enumerate(rows) if any(row)] or [len(rows) - 1]
     words = [index for index in filled if not _are_types(rows[index])]
     if all(_are_units(rows[index]) for index in words):
@@ -61,7 +53,7 @@ def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int 
 
 
 def is_name_of_time(name: str) -> bool:
-    """Tell what a column of times or time stamps is usually called."""
+    """Whether a name is usual for a column of times or time stamps."""
     return _TIME.fullmatch(name) is not None
 
 
@@ -88,17 +80,17 @@ def _likeness(rows: Sequence[Sequence[str]], index: int, units: Sequence[int]) -
 
 
 def _is_timed(row: Sequence[str]) -> bool:
-    """Tell a row with a name of time."""
+    """Whether a row has a name of time."""
     return any(is_name_of_time(_head(cell).name) for cell in row)
 
 
 def _are_types(row: Sequence[str]) -> bool:
-    """Tell a row of types."""
+    """Whether a row holds types."""
     return any(row) and all(_TYPE.fullmatch(cell) for cell in row if cell)
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    """Tell a row of units: one of time or angle among them, or nothing but units."""
+    """Whether a row holds units: one of time or angle among them, or nothing but units."""
     entries = [cell for cell in row if cell]
     if any(_unit(cell) in _OF_TIME_OR_ANGLE for cell in entries):
         return True

@@ -1,14 +1,12 @@
-"""How a CSV file is written: its encoding, what parts columns and decimals, where names, units and numbers stand.
+"""Layout of a CSV file: encoding, separators, decimal sign, and the rows of names, units and numbers.
 
     t [s], T [N*m]          Zeit;Drehmoment
     0.000, 12.1             s;Nm
     0.001, 12.4             0,000;12,1
 
-The first line with two numbers or more tells the rest: what parts its columns, and how many there are; a time stamp
-counts as one. Which of the lines above it has the names, ``csv_heads`` tells. What stands above the names is left out.
-Lines that begin with # are comments. Entries in double quotes may hold what parts the columns (RFC 4180).
-
-Takes a path; gives a ``Layout``.
+The first line with two numbers or more gives the separator and the number of columns; a time stamp counts as a number.
+``csv_heads`` finds the names in the lines above it. Lines above the names are left out. Lines that begin with # are
+comments. Entries in double quotes may hold what parts the columns (RFC 4180).
 """
 
 from __future__ import annotations
@@ -40,17 +38,7 @@ EXAMPLE = "such as: t [s], n [rpm]"
 
 
 class RecordError(ValueError):
-    """A file that is no such record.
-
-    Attributes
-    ----------
-    place
-        file, line and column.
-    value
-        what stands there.
-    rule, remedy
-        as in ``errors.Problem``.
-    """
+    """A file that is no record of columns; ``place`` is file, line and column, the rest as in ``errors.Problem``."""
 
     def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
@@ -61,14 +49,10 @@ class RecordError(ValueError):
 
 
 class Stamps(NamedTuple):
-    """Where time stamps stand.
+    """Index of the column of time stamps, and the first stamp.
 
     Attributes
     ----------
-    column
-        index of their column.
-    first
-        the first one.
     day_index, first_day
         of the column of dates, where dates and clock times stand in two columns.
     """
@@ -80,24 +64,14 @@ class Stamps(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """How a file is written.
+    """Encoding, separators, heads and time stamps of a file of columns.
 
     Attributes
     ----------
-    encoding
-        of the text.
-    separator
-        between columns.
-    decimal_comma
-        whether a comma parts decimals; otherwise a point.
-    heads
-        names and units of the columns.
     names_line
         line of the names, counted from 1.
     first_row
         how many lines that are neither blank nor comments stand above the first row.
-    quoted
-        whether entries stand in quotes.
     stamps
         of time; None: there are none.
     notes
@@ -169,19 +143,8 @@ def encoding_of(head: bytes) -> str | None:
 
 
 def count_lines(path: Path) -> int:
-    """Return how many lines a file has, by its line ends, without reading a whole line.
-
-    Parameters
-    ----------
-    path
-        the file.
-
-    Raises
-    ------
-    RecordError
-        a line that is too long to be one of a table.
-    OSError
-        the file cannot be read.
+    """Return how many lines a file has, by its line ends, without reading a whole line; RecordError for a line too long
+    for a table, OSError if the file cannot be read.
     """
     ends = 0
     open_line = 0
@@ -212,15 +175,10 @@ def _first_lines(stream: Iterator[str]) -> list[tuple[int, str]]:
 
 
 def layout_of(path: Path) -> Layout:
-    """Find out how a file is written.
-
-    Raises
-    ------
-    RecordError
-        no text, or no line of names above the numbers.
-    OSError
-        the file cannot be read.
+    """Determine how a file is written; RecordError if it is no text or has no line of names above the numbers, OSError
+    if it cannot be read.
     """
+    # encoding and first lines
     with opened(path) as binary:
         encoding = encoding_of(binary.read(_BYTES_LOOKED_AT))
     if encoding is None:
@@ -229,6 +187,7 @@ def layout_of(path: Path) -> Layout:
         lines = _first_lines(stream)
     if not lines:
         raise RecordError(str(path), "", "must begin with a line of column names and units", EXAMPLE)
+    # separator and number of columns, by the first row of numbers
     separator, first_row = _first_numbers([line for _, line in lines])
     rows = [cells_of(line, separator) for _, line in lines]
     count = len(rows[min(first_row, len(rows) - 1)])
@@ -238,6 +197,7 @@ def layout_of(path: Path) -> Layout:
         raise RecordError(f"{path}:{number}", f"{count} columns", rule, "a row has the samples of one time")
     while first_row > 0 and len(rows[first_row - 1]) == count and _has_gaps(rows[first_row - 1]):
         first_row -= 1
+    # rows of names and units above the numbers
     top = _top_of_heads(rows, first_row, count)
     if top is None:
         number, _ = lines[min(first_row, len(lines) - 1)]
@@ -251,6 +211,7 @@ def layout_of(path: Path) -> Layout:
         heads = _with_stamps(heads, stamps)
     comma = _has_decimal_comma(path, encoding, first_row, separator)
     quoted = any('"' in line for _, line in lines[first_row:]) or (comma and separator == ",")
+    # notes on what was assumed and left out
     used = [index for index in (kept[names], None if units is None else kept[units]) if index is not None]
     left_out = [(index, lines[index][0]) for index in range(first_row) if index not in used]
     notes = (
@@ -281,7 +242,7 @@ def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
 
 
 def _has_gaps(row: Sequence[str]) -> bool:
-    """Tell a row of one number or time stamp, with gaps for the others."""
+    """Whether a row has one number or time stamp, and gaps for the others."""
     entries = [cell for cell in row if cell]
     return bool(entries) and all(_is_number(cell) or instant_of(cell) is not None for cell in entries)
 
@@ -330,12 +291,8 @@ def _is_number(cell: str) -> bool:
 
 
 def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str) -> bool:
-    """Tell by the first row with a number that has a comma or a point in it.
-
-    Raises
-    ------
-    RecordError
-        commas stand in quotes where they part columns, and all numbers with one may have separators of thousands.
+    """Whether numbers have a decimal comma, by the first row with a comma or a point in a number; RecordError if commas
+    in quotes also part columns, and all numbers with one may have separators of thousands.
     """
     unsure: tuple[int, str] | None = None
     with opened_text(path, encoding, "replace") as stream:

@@ -1,7 +1,4 @@
-"""A cylinder's pressure over one cycle: the periodic cubic spline, or straight lines, through a trace over 720 degrees.
-
-Takes the points of a ``Signal`` over crank angle; gives pressures.
-"""
+"""Pressure of a cylinder over 720 degrees: the periodic cubic spline, or straight lines, through a trace."""
 
 from __future__ import annotations
 

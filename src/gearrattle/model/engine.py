@@ -7,9 +7,8 @@ turns its crank with
 
 (H. Maass, H. Klier, Kraefte, Momente und deren Ausgleich in der Verbrennungskraftmaschine, 1981). Gas repeats every two
 turns, so orders are halves; the masses' torque is -d/d phi of their energy, has whole orders and no mean, and grows
-with Omega^2. Cylinders add up with their firing angles: even firing leaves multiples of half their number.
-
-Takes value kinds from ``quantity``; gives ``Engine``, and its harmonics, to the torques of a model.
+with Omega^2. The cylinders' torques add up, shifted by their firing angles: even firing leaves multiples of half their
+number.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The examples that come with the package: model files by name.
 
 A wheel carries the folder ``examples`` of the source tree inside the package; in a source tree it stands at the top.
-
-Takes a name; gives a ``Model``.
 """
 
 from __future__ import annotations
@@ -52,25 +50,13 @@ def example(name: str) -> Model:
 
 
 def example_files() -> dict[str, Path]:
-    """Return the examples' model files by name, in alphabetical order.
-
-    Raises
-    ------
-    ModelError
-        the package was installed without them.
-    """
+    """Return the examples' model files by name, in alphabetical order; ModelError where the package has none."""
     folder = examples_folder()
     return dict(sorted((path.stem, path) for pattern in _MODELS for path in folder.glob(pattern)))
 
 
 def examples_folder() -> Path:
-    """Return the folder of the examples.
-
-    Raises
-    ------
-    ModelError
-        the package was installed without it.
-    """
+    """Return the folder of the examples; ModelError where the package was installed without it."""
     for folder in (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples"):
         if (folder / "paper").is_dir():
             return folder

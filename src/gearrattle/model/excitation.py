@@ -1,9 +1,7 @@
-"""What drives a driveline: the reference speed, torques and harmonics.
+"""Excitation of a driveline: reference speed, torques and harmonics.
 
 ``T(t) = mean + sum_j amplitude_j sin(order_j Omega t + phase_j)``, eqs. (20)-(22) of Padmanabhan et al. (1995); the
 orders refer to ``Omega``, the mean speed of the reference shaft.
-
-Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""A value as a factor of what the model says: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
+"""Factors of values of a model: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
 
-What a factor is of is known where it is used: ``paths.resolved`` multiplies.
-
-Takes a number; gives a Factor.
+``paths.resolved`` multiplies the value at the path by it.
 """
 
 from __future__ import annotations
@@ -77,11 +75,5 @@ def is_factor(value: object) -> bool:
 
 
 def factor_in(value: Any) -> Factor:
-    """Return the factor that a value is or a table stands for, see ``is_factor``.
-
-    Raises
-    ------
-    ModelError
-        its number is none.
-    """
+    """Return the factor that a value is or a table stands for, see ``is_factor``; ModelError if its number is none."""
     return value if isinstance(value, Factor) else factor(value[FACTOR])

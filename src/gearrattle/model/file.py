@@ -2,9 +2,6 @@
 
 Nothing in a file is evaluated: TOML is data, units go through ``units``. A file is refused by size before it is
 parsed, so that a wrong path (a result file, a disk image) is answered at once.
-
-Takes ``Model`` from ``model`` and line numbers from ``positions``; gives ``load`` and ``loads`` to everyone, and the
-reading of other TOML files to those who have some.
 """
 
 from __future__ import annotations
@@ -108,13 +105,7 @@ def readable_text(model: Model) -> str:
 
 
 def text_of(model: Model) -> str:
-    """Return a model as a text that can be read again.
-
-    Raises
-    ------
-    ModelError
-        its records are too long for a model file.
-    """
+    """Return a model as a text that can be read again; ModelError if its records are too long for a model file."""
     text = model.to_toml()
     if len(text) > LARGEST:
         rule = f"{_size_rule('model file')}; this one would have {len(text) / 1e6:.1f}, for the points of its records"
@@ -123,19 +114,8 @@ def text_of(model: Model) -> str:
 
 
 def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
-    """Read a TOML file as text.
-
-    Parameters
-    ----------
-    path
-        the file, UTF-8, at most 1 MB.
-    kind
-        what messages call such a file.
-
-    Raises
-    ------
-    ModelError
-        the file is missing, unreadable, too large or no text.
+    """Read a TOML file as text, UTF-8 of at most 1 MB; ModelError if it is missing, unreadable, too large or no text.
+    Messages call the file a ``kind``.
     """
     name = os.fspath(path)
     try:
@@ -161,26 +141,8 @@ def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
 
 
 def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[str, Any], Positions]:
-    """Parse TOML text.
-
-    Parameters
-    ----------
-    text
-        the content of a file.
-    name
-        what messages call it.
-    kind
-        what messages call such a file.
-
-    Returns
-    -------
-    tuple[dict[str, Any], Positions]
-        The tables, and where each key stands.
-
-    Raises
-    ------
-    ModelError
-        the text is too long, nested too deeply, or no valid TOML.
+    """Parse TOML text into tables and the positions of their keys; ModelError if it is too long, nested too deeply, or
+    no valid TOML. Messages call the text a ``kind`` and by its name.
     """
     if len(text) > LARGEST:
         raise ModelError(Problem(name, f"{len(text)} characters", _size_rule(kind)))
@@ -213,17 +175,8 @@ _COMMANDS = {
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
-    """Return which kind of file a TOML file is, by a key that its kind always has; empty: none, or no TOML.
-
-    Parameters
-    ----------
-    path
-        of the file.
-
-    Raises
-    ------
-    ModelError
-        the file is missing, unreadable, too large or no text.
+    """Return the kind of a TOML file, by a key that its kind always has, empty for none or no TOML; ModelError if the
+    file is missing, unreadable, too large or no text.
     """
     try:
         tables = tomllib.loads(read_text(path, "TOML file"))
@@ -245,20 +198,7 @@ def _size_rule(kind: str) -> str:
 
 
 def check_reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
-    """Refuse a file that an input file in this folder names and may not read (``reachable``).
-
-    Parameters
-    ----------
-    path
-        as it stands in the input file; relative to ``folder``.
-    folder
-        the folder of the input file.
-
-    Raises
-    ------
-    ModelError
-        it lies elsewhere.
-    """
+    """Refuse a file that an input file in this folder names and may not read (ModelError), see ``reachable``."""
     try:
         reachable(path, folder)
     except (OSError, ValueError) as error:

@@ -1,7 +1,4 @@
-"""A rotating body.
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
-"""
+"""A rotating body."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The unit symbols of nearly every file, in SI: exact factor, and powers of kg, m, s and rad.
 
-pint gives the same, but takes half a second to import and to read its own file of units; it is asked for all others.
+pint gives the same, but takes half a second to import and to read its own file of units; it converts all others.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""The model: a driveline as its engineer describes it, validated, immutable, in SI.
-
-Takes the nouns from ``parts``, ``excitation``, ``simulation`` and ``criteria``; gives ``Model`` to ``assembly`` and to
-the file reader. The rules checked here are those between tables: names that are unique and that exist.
-"""
+"""The model: a driveline as its engineer describes it, validated, immutable, in SI."""
 
 from __future__ import annotations
 
@@ -396,13 +392,7 @@ def _start_length(simulation: object, count: int) -> Iterator[Breach]:
 
 
 def check_model(value: object) -> None:
-    """Refuse what is no model, such as the path of one.
-
-    Raises
-    ------
-    ModelError
-        it is none; the remedy says how to get one.
-    """
+    """Refuse what is no model, such as the path of one (ModelError with how to get one)."""
     if isinstance(value, Model):
         return
     is_path = isinstance(value, str | os.PathLike)

@@ -3,8 +3,6 @@
 ``{ speed = ["800 rpm", "3000 rpm"], value = ["200 N*m", "80 N*m"] }`` stands for the straight line between its points
 at the speed of the model; nothing is extrapolated. In the model it is a float, that of its own speed, which remembers
 its table: a copy of the model at another speed takes another value, and a sweep of the speed follows it.
-
-Takes value kinds from ``quantity``; gives one to the classes of the model.
 """
 
 from __future__ import annotations
@@ -29,15 +27,7 @@ _KEYS = ("speed", "value")
 
 
 class AtSpeed(float):
-    """A number read off a table at the model's speed.
-
-    Attributes
-    ----------
-    speeds
-        ascending [rad/s].
-    values
-        at these speeds.
-    """
+    """A number at the model's speed, from a table over ascending speeds [rad/s]."""
 
     speeds: tuple[float, ...]
     values: tuple[float, ...]
@@ -67,13 +57,7 @@ class AtSpeed(float):
 
 @dataclass(frozen=True)
 class OverSpeed(Quantity):
-    """A quantity, or a table of it over the reference speed.
-
-    Attributes
-    ----------
-    swept
-        whether it can follow a sweep.
-    """
+    """A quantity, or a table of it over the reference speed; ``swept`` if it can follow a sweep."""
 
     swept: bool = True
 
@@ -92,6 +76,7 @@ class OverSpeed(Quantity):
 
     def _tabled(self, table: Mapping[str, Any], dimensionless: bool, omega: float | None, last: float | None) -> float:
         """Read a table off at the model's speed."""
+        # keys of the table, and lengths of its lists
         unknown = [key for key in table if key not in _KEYS]
         if unknown or len(table) != 2:
             rule = "a table over speed has the keys speed and value, lists of equal length"
@@ -103,11 +88,13 @@ class OverSpeed(Quantity):
             or len(lists[0]) < 2
         ):
             raise breach("speed and value must be lists of equal length, of two points or more")
+        # points, ascending in speed
         speed = Quantity(units.ANGULAR_VELOCITY, "non-negative")
         speeds = tuple(speed.read(entry, dimensionless) for entry in lists[0])
         values = tuple(Quantity.read(self, entry, dimensionless) for entry in lists[1])
         if any(later <= sooner for sooner, later in pairwise(speeds)):
             raise breach("speeds must ascend")
+        # speeds of the model and of its sweep within the table
         if omega is None:  # the speed itself is wrong, and said to be
             return AtSpeed(values[0], speeds, values)
         if not speeds[0] <= omega <= speeds[-1]:
@@ -116,6 +103,7 @@ class OverSpeed(Quantity):
         if last is not None and not speeds[0] <= last <= speeds[-1]:
             rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the sweep ends at {last:.6g}"
             raise breach(rule, "extend the table: nothing is extrapolated")
+        # value at the model's speed
         return AtSpeed(AtSpeed(values[0], speeds, values).at(omega), speeds, values)
 
     def describe(self) -> dict[str, Any]:

@@ -1,11 +1,9 @@
-"""What a path of the model file is called in charts, tables and messages: words, and the unit of its plain numbers.
+"""Labels of paths of the model file in charts, tables and messages: words, and the unit of plain numbers.
 
 ``mesh.gear.backlash`` is "backlash of mesh gear" [m], ``torque.0.harmonics.1.amplitude`` "torque amplitude on flywheel,
 order 2" [N m]. Units come from the classes that read the file. Quantities of a state (``deflection.gear``,
-``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths. So have
-patterns, ``mesh.*.backlash`` "backlash of all meshes", where that is true; and factors, "..., times".
-
-Takes a path and a Model; gives a PathLabel.
+``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths. Patterns have
+labels, ``mesh.*.backlash`` is "backlash of all meshes" if all match; so have factors, "..., times".
 """
 
 from __future__ import annotations
@@ -75,8 +73,6 @@ class PathLabel(NamedTuple):
 
     Attributes
     ----------
-    words
-        e.g. ``"backlash of mesh gear"``.
     unit
         of plain numbers there, as it is printed, e.g. ``"N m/rad"``; empty for counts, ratios and words, and in
         dimensionless models.
@@ -87,22 +83,14 @@ class PathLabel(NamedTuple):
 
 
 def path_label(path: str, model: Model, *, by_factor: bool = False) -> PathLabel:
-    """Return what a path of the model file, or a quantity of a state, is called.
+    """Return in words, and with its SI unit, what a path of the model file or a quantity of a state is called; factors
+    of the model's own values have no unit.
 
     Parameters
     ----------
     path
         such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``, or a pattern; an unknown path gets its own
         keys as words, and no unit.
-    model
-        whose path it is; names, orders and units are taken from it.
-    by_factor
-        whether the numbers are factors of what the model says, without a unit.
-
-    Returns
-    -------
-    PathLabel
-        Words and the SI unit.
 
     Examples
     --------
@@ -154,14 +142,8 @@ def in_shown_unit(path: str, unit: str, largest: float = 1.0) -> tuple[float, st
 
 
 def in_written_unit(path: str, model: Model) -> tuple[float, str]:
-    """Return the factor and the unit with which numbers at a path are shown to the author of a model: as they wrote it.
-
-    Parameters
-    ----------
-    path
-        of the numbers.
-    model
-        whose file says the unit; where it has a plain number, they are in SI.
+    """Return the factor and the unit with which numbers at a path are shown: those of the model file, SI where it has a
+    plain number.
     """
     dimension = dimension_at(path)
     unit = written_units(model).get(path, "")
@@ -172,18 +154,11 @@ def in_written_unit(path: str, model: Model) -> tuple[float, str]:
 
 
 def shown_value(path: str, model: Model, value: float, digits: int = 9, largest: float | None = None) -> str:
-    """Return a number in SI at a path as messages write it: in the unit of the tables beside it.
+    """Return a number in SI at a path, of so many significant digits, as messages write it: in the unit of the tables
+    beside it.
 
     Parameters
     ----------
-    path
-        of the number.
-    model
-        whose path it is.
-    value
-        the number.
-    digits
-        significant digits.
     largest
         magnitude of the numbers in the tables, such as the larger end of a range; None: the value stands alone.
 

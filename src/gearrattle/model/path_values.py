@@ -1,7 +1,4 @@
-"""Values at paths of a model, as the model has them; what is varied by a path, a value or a factor.
-
-Takes a Model, a path and a value as it is written; gives plain values in SI, and by plain paths.
-"""
+"""Values at paths of a model in SI, and paths that a study varies by values or by factors."""
 
 from __future__ import annotations
 
@@ -17,14 +14,8 @@ from gearrattle.model.quantity import Bound, Plain, Quantity, checked
 
 
 def in_si(path: str, value: Any, model: Model) -> Any:
-    """Read a value as the model does, and return it as the model has it: numbers in SI.
-
-    At a pattern it is the value of all that match; a factor needs one path there.
-
-    Raises
-    ------
-    ModelError
-        the model refuses it, or the path leads nowhere.
+    """Read a value as the model does, and return it in SI; at a pattern it is the value of all that match, a factor
+    needs a single path. ModelError if the model refuses it, or the path leads nowhere.
     """
     taken = model.with_({path: value})
     one = path if is_factor(value) else paths_at(model.to_tables(), path)[0]
@@ -32,25 +23,9 @@ def in_si(path: str, value: Any, model: Model) -> Any:
 
 
 def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) -> float:
-    """Read by how much a number at a path changes, such as a step or a standard deviation: no rule of the number holds.
-
-    Parameters
-    ----------
-    path
-        of the number.
-    change
-        a plain number in SI, a string with a unit, or a factor of the model's own number.
-    model
-        whose path it is.
-    bound
-        of the change.
-    name
-        of the change, for messages.
-
-    Raises
-    ------
-    ModelError
-        it is no such change.
+    """Read the change of a number at a path, such as a step or a standard deviation: a plain number in SI, a string
+    with a unit, or a factor of the model's number. No rule of the number itself holds; ModelError if it is no such
+    change.
     """
     if is_factor(change):
         change = abs(in_si(path, change, model))
@@ -61,15 +36,7 @@ def change_in_si(path: str, change: Any, model: Model, bound: Bound, name: str) 
 
 @dataclass(frozen=True)
 class Varied:
-    """What a study varies by one path or pattern: the value there, or the factor of what the model says.
-
-    Attributes
-    ----------
-    path
-        as it was asked for.
-    by_factor
-        whether numbers are factors.
-    """
+    """What a study varies by one path or pattern: the value there, or the factor of what the model says."""
 
     path: str
     by_factor: bool = False
@@ -79,13 +46,7 @@ class Varied:
         return Factor(value) if self.by_factor else value
 
     def read(self, value: Any, model: Model) -> Any:
-        """Return a value as it is written in SI, a factor as a plain number.
-
-        Raises
-        ------
-        ModelError
-            the model refuses it.
-        """
+        """Return a value in SI, a factor as a plain number; ModelError where the model refuses it."""
         if not self.by_factor:
             return in_si(self.path, value, model)
         times = factor_in(value if is_factor(value) else {"factor": value})
@@ -93,12 +54,8 @@ class Varied:
         return times.times
 
     def read_change(self, change: Any, model: Model, name: str) -> float:
-        """Return a positive change, such as a standard deviation: in SI, that of a factor as a plain number.
-
-        Raises
-        ------
-        ModelError
-            it is none.
+        """Return a positive change, such as a standard deviation: in SI, that of a factor as a plain number; ModelError
+        otherwise.
         """
         if self.by_factor:
             return float(checked(Plain("positive"), change, name))
@@ -113,12 +70,8 @@ class Varied:
         return values[0] if all(value == values[0] for value in values) else None
 
     def targets(self, model: Model) -> dict[str, float | None]:
-        """Return the plain paths with the numbers that factors are of; None where values are set as they are.
-
-        Raises
-        ------
-        ModelError
-            a pattern that matches nothing, or a factor of what is no number.
+        """Return the plain paths with the numbers that factors multiply, None where values are set as they are;
+        ModelError for a pattern that matches nothing, or a factor of what is no number.
         """
         tables = model.to_tables()
         return {**factored(tables, self.path)} if self.by_factor else dict.fromkeys(paths_at(tables, self.path))

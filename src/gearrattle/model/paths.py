@@ -2,8 +2,6 @@
 
 Named tables (inertia, coupling, mesh) go by name, everything else by its key or its 0-based index. ``*`` stands for any
 text, dots too: such a pattern means the paths of all values that are set and match it.
-
-Takes and gives plain dictionaries and lists; ``model`` validates the outcome.
 """
 
 from __future__ import annotations
@@ -42,11 +40,7 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     """Return a copy of the tables with the changes made (see ``resolved``); a value of None takes a key out.
 
     Setting one of ``excitation.speed``, ``.frequency`` and ``.sweep`` takes out the others, as they are one quantity.
-
-    Raises
-    ------
-    ModelError
-        paths that lead nowhere, all of them; or what ``resolved`` refuses.
+    ModelError for all paths that lead nowhere, and as ``resolved``.
     """
     plain = resolved(tables, checked(AnyTable(), changes, "changes"))
     fresh: dict[str, Any] = _thawed(tables)
@@ -68,12 +62,8 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 def resolved(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes as plain ones: every path leads to one value, and no value is a factor.
 
-    Here alone patterns become paths, and factors values: of what the tables say.
-
-    Raises
-    ------
-    ModelError
-        a pattern that matches nothing, a factor of what is no number, a path that is changed twice; all of them.
+    Patterns become paths, and factors multiply the values of the tables, here alone. ModelError for a pattern that
+    matches nothing, a factor of what is no number, and a path that is changed twice; it names all of them.
     """
     plain: dict[str, Any] = {}
     changed_by: dict[str, str] = {}
@@ -100,24 +90,12 @@ def resolved(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 
 def factored(tables: Mapping[str, Any], path: str) -> dict[str, float]:
-    """Return the numbers that a factor at a path or a pattern is of, by plain path.
-
-    Raises
-    ------
-    ModelError
-        as ``resolved``.
-    """
+    """Return the numbers that a factor at a path or a pattern multiplies, by plain path; ModelError as ``resolved``."""
     return {one: _number_at(tables, one) for one in paths_at(tables, path)}
 
 
 def _number_at(tables: Mapping[str, Any], path: str) -> float:
-    """Return the number that a factor is of.
-
-    Raises
-    ------
-    ModelError
-        there is none.
-    """
+    """Return the number that a factor multiplies; ModelError if there is none."""
     own = value_at(tables, path)
     if own is None:
         rule = "a factor is of what the model says, and it says nothing here"
@@ -129,13 +107,7 @@ def _number_at(tables: Mapping[str, Any], path: str) -> float:
 
 
 def paths_at(tables: Mapping[str, Any], path: str) -> tuple[str, ...]:
-    """Return the plain paths that a path means: itself, or what a pattern matches.
-
-    Raises
-    ------
-    ModelError
-        the pattern matches nothing.
-    """
+    """Return the plain paths that a path means: itself, or what a pattern matches; ModelError if that is nothing."""
     if ANY not in path:
         return (path,)
     paths = path_names(tables, path)
@@ -157,24 +129,14 @@ def _no_match(tables: Mapping[str, Any], pattern: str) -> Problem:
 
 
 def expanded(tables: Mapping[str, Any], paths: Iterable[str]) -> list[str]:
-    """Return paths with patterns replaced by what they match, every path once.
-
-    Raises
-    ------
-    ModelError
-        a pattern that matches nothing.
+    """Return paths with patterns replaced by what they match, every path once; ModelError for a pattern without a
+    match.
     """
     return list(dict.fromkeys(one for path in paths for one in paths_at(tables, path)))
 
 
 def check_one(tables: Mapping[str, Any], path: str) -> None:
-    """Refuse a pattern where a path must lead to one value.
-
-    Raises
-    ------
-    ModelError
-        it is a pattern.
-    """
+    """Refuse a pattern where a path must lead to one value (ModelError)."""
     if ANY in path:
         paths = paths_at(tables, path)
         rule = f"stands for several values ({listed(paths)}), and here one is needed"
@@ -182,12 +144,8 @@ def check_one(tables: Mapping[str, Any], path: str) -> None:
 
 
 def value_at(tables: Mapping[str, Any], path: str) -> Any:
-    """Return the value at a path; None where a key may stand but does not.
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, or is a pattern.
+    """Return the value at a path, None where a key may stand but does not; ModelError for a pattern or a path that
+    leads nowhere.
     """
     check_one(tables, path)
     parts = path.split(".")
@@ -203,12 +161,8 @@ def value_at(tables: Mapping[str, Any], path: str) -> Any:
 
 
 def location_of(tables: Mapping[str, Any], path: str) -> tuple[int | str, ...]:
-    """Return the keys and 0-based indices of a path; its last key need not stand there.
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, or is a pattern.
+    """Return the keys and 0-based indices of a path, whose last key need not be there; ModelError for a pattern or a
+    path that leads nowhere.
     """
     check_one(tables, path)
     parts = path.split(".")

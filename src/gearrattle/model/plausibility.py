@@ -1,10 +1,8 @@
 """Values that no driveline is likely to have: a forgotten unit, millimetres taken as metres, degrees as radians.
 
 A model file takes any number of the right sign. ``RANGES`` says, kind by kind of value, between which ends the parts of
-real machines lie, from watches to ships, with a wide margin, and what a value beyond them mostly comes from. What lies
-outside is told, as a note; it is never refused. A dimensionless model has no such ranges.
-
-Takes a Model in SI; gives notes.
+real machines lie, from watches to ships, with a wide margin, and what a value beyond them mostly comes from. A value
+outside gets a note; it is never refused. A dimensionless model has no such ranges.
 """
 
 from __future__ import annotations
@@ -19,18 +17,12 @@ from gearrattle.wording import engineering, quantity
 
 
 class Range(NamedTuple):
-    """Between which ends a kind of value lies in real machines.
+    """Range in which a kind of value lies in real machines, in SI, and the reason for its ends.
 
     Attributes
     ----------
-    noun
-        what it is of.
-    unit
-        SI.
     low, high
         the ends; zero itself is never told of.
-    reason
-        why these ends, and what a value beyond them mostly is.
     """
 
     noun: str
@@ -80,13 +72,7 @@ RANGES = {
 
 
 def plausibility_notes(model: Model) -> tuple[str, ...]:
-    """Say which values of a model lie outside the ranges of real machines; nothing of a dimensionless one.
-
-    Parameters
-    ----------
-    model
-        in SI.
-    """
+    """Say which values of a model lie outside the ranges of real machines; nothing of a dimensionless one."""
     if model.units != "SI":
         return ()
     notes = []

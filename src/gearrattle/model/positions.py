@@ -1,10 +1,8 @@
-"""Where each key of a TOML document stands: key path to line number.
+"""Line numbers of the keys of a TOML document.
 
 ``tomllib`` keeps no positions, so this small scanner walks the same text again. It relies on the document being
 valid (``tomllib`` has accepted it) and only needs to find keys: strings, arrays and inline tables are walked through,
 other values skipped. A path is a tuple of keys and 0-based indices, as in ``("coupling", 0, "stages", 1, "until")``.
-
-Takes text; gives line numbers to ``file``, which hands them to ``problems``.
 """
 
 from __future__ import annotations
@@ -32,13 +30,8 @@ def key_lines(text: str) -> dict[Path, int]:
     """Return the line, counted from 1, of every key, table and array entry of a TOML document.
 
     A key that several headers mention has the line of the first. In a text that is no valid TOML the scan may end
-    early; the lines found before stay.
-
-    Raises
-    ------
-    NestingError
-        a path of more than 16 keys and indices. A parser may need time and memory that grow with the
-        square of that depth, so ask here first.
+    early; the lines found before stay. NestingError for a path of more than 16 keys and indices: a parser may need time
+    and memory that grow with the square of that depth, so ask here first.
     """
     scanner = _Scanner(text.replace("\r\n", "\n"))
     with contextlib.suppress(_LostError):
@@ -54,13 +47,7 @@ class Header(NamedTuple):
 
 
 def headers(text: str) -> list[Header]:
-    """Return the headers of a valid TOML document, in their order.
-
-    Raises
-    ------
-    NestingError
-        as ``key_lines``.
-    """
+    """Return the headers of a valid TOML document, in their order; NestingError as ``key_lines``."""
     scanner = _Scanner(text.replace("\r\n", "\n"))
     scanner.document()
     return scanner.headers

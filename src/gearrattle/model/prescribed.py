@@ -1,7 +1,4 @@
-"""What a prescribed motion of an inertia excludes: other motions, torques on it, elements with both ends prescribed.
-
-Takes the tables of a model as written; gives breaches.
-"""
+"""Rules of prescribed motions: no other motion and no torque on the inertia, no element with both ends prescribed."""
 
 from __future__ import annotations
 

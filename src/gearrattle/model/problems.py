@@ -1,7 +1,4 @@
-"""From pydantic's errors to the problems a user reads: file, line, key path, what was found, the rule, the remedy.
-
-Takes the breaches collected by ``table`` and the line numbers of ``positions``; gives ``errors.ModelError``.
-"""
+"""Problems that a user reads, from the errors of pydantic: file, line, key path, value, rule, remedy."""
 
 from __future__ import annotations
 
@@ -18,15 +15,7 @@ from gearrattle.model.table import Location, shown
 
 @dataclass(frozen=True)
 class Positions:
-    """Where the keys of a file stand.
-
-    Attributes
-    ----------
-    name
-        the file as the user named it; empty if there is none.
-    lines
-        key path to line, counted from 1.
-    """
+    """Lines of the keys of a file, counted from 1, by key path; the name is empty if there is no file."""
 
     name: str = ""
     lines: Mapping[Location, int] = field(default_factory=dict)

@@ -2,8 +2,6 @@
 
 ``Annotated[float, Quantity(TORQUE)]`` reads a plain SI number or a string with a unit and is a plain float after
 that. The same object writes the value's part of the JSON Schema, so editors and the loader agree.
-
-Takes conversion from ``units`` and wording from ``table``; gives types to the classes of the model.
 """
 
 from __future__ import annotations
@@ -93,7 +91,7 @@ def _as_float(value: Real) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    """Tell numbers from truth values, which Python counts among them."""
+    """Whether a value is a number and no truth value, which Python counts among them."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
@@ -218,7 +216,7 @@ class SchemaVersion(Reader):
 
 
 def is_newer_schema(version: object) -> bool:
-    """Tell whether a file was written for a later version of its format: then nothing else in it can be judged."""
+    """Whether a file was written for a later version of its format: then nothing else in it can be judged."""
     return isinstance(version, int) and version > SCHEMA_VERSION
 
 
@@ -308,14 +306,8 @@ class AnyTable(Reader):
 
 
 def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionless: bool = True) -> list[Problem]:
-    """Return the problems of a call's arguments.
-
-    Parameters
-    ----------
-    arguments
-        rule and value by name.
-    dimensionless
-        whether quantities are plain numbers only, without units.
+    """Return the problems of a call's arguments, each given by its name with its rule and value; if dimensionless,
+    quantities are plain numbers only.
     """
     problems = []
     for name, (reader, value) in arguments.items():
@@ -328,25 +320,13 @@ def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionl
 
 
 def check_arguments(**arguments: tuple[Reader, Any]) -> None:
-    """Refuse arguments of a call; see ``argument_problems``.
-
-    Raises
-    ------
-    ModelError
-        they break their rules.
-    """
+    """Refuse arguments of a call that break their rules (ModelError); see ``argument_problems``."""
     if problems := argument_problems(arguments):
         raise ModelError(problems)
 
 
 def checked(reader: Reader, value: Any, name: str, *, dimensionless: bool = True) -> Any:
-    """Return a value that obeys a rule; see ``argument_problems``.
-
-    Raises
-    ------
-    ModelError
-        it breaks the rule.
-    """
+    """Return a value that obeys a rule, or raise a ModelError; see ``argument_problems``."""
     if problems := argument_problems({name: (reader, value)}, dimensionless=dimensionless):
         raise ModelError(problems)
     return reader.read(value, dimensionless)
@@ -368,14 +348,8 @@ def value_of(owner: type[Table], table: object, key: str, dimensionless: bool) -
 
     Parameters
     ----------
-    owner
-        the class of the table.
     table
         as written, or as read; None: there is none, and every key has its default.
-    key
-        of a field that a ``Reader`` reads.
-    dimensionless
-        whether the model's quantities are plain numbers without units.
 
     Returns
     -------

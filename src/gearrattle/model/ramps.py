@@ -2,10 +2,8 @@
 
     ramps = [{ at = "0.5 s", over = "0.2 s", to = "80 N*m" }]
 
-Between ramps the level stays, after the last one for ever. A ramp without ``at`` begins when the one before it has
+Between ramps, and after the last one, the level is constant. A ramp without ``at`` begins when the one before it has
 ended: so a curve of several pieces stays in one piece whatever their durations are.
-
-Takes value kinds from ``quantity``; gives ``Ramp`` to torques, and the level over time as a ``Signal``.
 """
 
 from __future__ import annotations
@@ -69,15 +67,7 @@ def spans_of(ramps: Sequence[Ramp]) -> list[tuple[float, float]]:
 
 
 def level_over_time(ramps: Sequence[Ramp], level: float) -> Signal:
-    """Return what ramps add to a level over time [N m].
-
-    Parameters
-    ----------
-    ramps
-        in the order in which they come.
-    level
-        before the first one [N m].
-    """
+    """Return the signal [N m] that ramps, in the order of time, make of a level [N m]."""
     import numpy as np
 
     points = [(0.0, 0.0)]

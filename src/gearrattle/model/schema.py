@@ -1,7 +1,4 @@
-"""JSON Schemas of files, from the same classes that read them: editors complete and check as one types.
-
-Takes ``Model``, or another table of a file; gives a dictionary to the command line.
-"""
+"""JSON Schemas of files, made from the classes that read them: editors complete and check files with them."""
 
 from __future__ import annotations
 

@@ -3,12 +3,10 @@
     signal = { file = "torque.csv", time = "t", value = "T" }
     signal = { time = [0.0, 1.0, 1.05, 3.0], value = [0.0, 0.0, 50.0, 50.0], interpolation = "linear" }
 
-A file is read once, when the model is; from then on the model carries the points and needs the file no more. What
-stands between the points says ``interpolation``: the cubic spline through all of them, straight lines, or steps, where
-each value holds until the next point. Beyond the points there is nothing, and a longer run is refused; only the last
-value of steps goes on.
-
-Takes columns from ``csv_columns`` and value kinds from ``quantity``; gives ``Signal`` to the classes of the model.
+A file is read once, when the model is; from then on the model carries the points and needs the file no more.
+``interpolation`` defines the curve between the points: the cubic spline through all of them, straight lines, or steps,
+where each value holds until the next point. A run longer than the points is refused; only the last value of steps goes
+on.
 """
 
 from __future__ import annotations
@@ -117,7 +115,7 @@ class Signal:
 
     @cached_property
     def digest(self) -> str:
-        """The points in 32 characters; worked out once."""
+        """Digest of the points in 32 characters; computed once."""
         return sha256(self.time.tobytes() + self.value.tobytes()).hexdigest()[:32]
 
     def _settings(self) -> tuple[Any, ...]:
@@ -152,14 +150,10 @@ class Signal:
 
 @dataclass(frozen=True)
 class OverTime:
-    """Reads a ``Signal`` of one dimension.
+    """Reads a ``Signal`` of one dimension; ``static`` allows the key of this name.
 
     Attributes
     ----------
-    dimension
-        of the values.
-    static
-        whether the key ``static`` is allowed.
     key, along
         name and dimension of what the values are given over.
     derivatives
@@ -196,6 +190,7 @@ class OverTime:
     def _read(self, table: Any, context: Mapping[str, Any]) -> Signal:
         """Read a table; the points come from a file, from the table itself, or from where they are stored."""
         dimensionless = bool(context.get("dimensionless", False))
+        # form and keys of the table
         if not isinstance(table, Mapping):
             raise breach("must be a table of a record, or of its points", _EXAMPLE)
         stored: Points = context.get(STORED) or {}
@@ -205,17 +200,20 @@ class OverTime:
             rule = f"{unknown[0]} is an unknown key; allowed are {listed(self.keys)}"
             raise breach(rule, did_you_mean(unknown[0], self.keys))
         settings = self._settings(table, dimensionless)
+        # points kept beside the text of a saved run
         if STORED in table:
             if table[STORED] not in stored:
                 rule = "its points are kept beside this text, in the saved run that the text is from"
                 raise breach(rule, 'gr.open_run("run.nc").model has them')
             time, value = stored[table[STORED]]
             return Signal(time, value, **settings)
+        # points from the columns of a file
         missing = [key for key in (self.key, "value") if key not in table]
         if missing:
             raise breach(f"{missing[0]} is required: a column of the file, or a list of numbers", _EXAMPLE)
         if "file" in table:
             return self._from_file(table, context.get(FOLDER), dimensionless, settings)
+        # points written in the table, in ascending order
         time = self._points(self.key, table[self.key], self.along, dimensionless)
         value = self._points("value", table["value"], self.dimension, dimensionless)
         if time.size != value.size:
@@ -277,11 +275,13 @@ class OverTime:
     def _from_file(
         self, table: Mapping[str, Any], folder: Path | None, dimensionless: bool, settings: dict[str, Any]
     ) -> Signal:
+        # names of the file and its columns
         names = {key: table[key] for key in ("file", self.key, "value")}
         wrong = [key for key, name in names.items() if not isinstance(name, str) or not name or "\0" in name]
         if wrong:
             rule = f"{wrong[0]} must be a text in quotes, as there is a file: its path, or the name of a column"
             raise breach(rule, _EXAMPLE)
+        # columns of the file, times in ascending order
         path = (folder or Path()) / names["file"]
         try:
             if folder is not None:
@@ -298,6 +298,7 @@ class OverTime:
             raise breach(error.rule, error.remedy, place=str(path)) from None
         except RecordError as error:
             raise breach(error.rule, error.remedy, place=error.place, value=error.value) from None
+        # signal with its source
         source = settings.pop("source") or f"{names['file']}: {names['value']} over {names[self.key]}"
         return self._checked(Signal(time, value, source=source, **settings), str(path), names[self.key])
 
@@ -344,6 +345,7 @@ class OverTime:
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a file and its columns, or two lists."""
+        # keys that both forms share
         numbers = {"type": "array", "minItems": min(FEWEST[way] for way in self.interpolations)}
         begins = [0.0, 0.1, 0.2, 0.3] if self.key == "time" else ["0 deg", "180 deg", "360 deg", "540 deg"]
         quantity, along = Quantity(self.dimension).describe(), Quantity(self.along).describe()
@@ -355,6 +357,7 @@ class OverTime:
             **static,
             "source": {"type": "string"},
         }
+        # columns of a file, or lists of points
         text = {"type": "string", "minLength": 1}
         forms = (
             (["file", self.key, "value"], {"file": text, self.key: text, "value": text}),
@@ -366,6 +369,7 @@ class OverTime:
                 },
             ),
         )
+        # either form
         return {
             "anyOf": [
                 {

@@ -1,9 +1,7 @@
-"""How a model is simulated unless the caller says otherwise: algorithm, start, length, output, accuracy.
+"""Default settings of a model's simulation: algorithm, start, length, output, accuracy.
 
-Every key is optional. What a file leaves out is None here, so that the order of precedence (call, file, default)
-can be applied by callers; ``DEFAULTS`` are the values of last resort.
-
-Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
+Every key is optional. A key that the file leaves out is None, so that callers can apply the order of precedence: call,
+file, default. ``DEFAULTS`` holds the defaults.
 """
 
 from __future__ import annotations

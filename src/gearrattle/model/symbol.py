@@ -1,8 +1,7 @@
-"""How a table of the model file is shown where drivelines are drawn and edited.
+"""Symbol and template of a table of the model file, for drawings and the editor.
 
-A symbol is drawn along the line from the first end of an element to the second; a template is what a new table holds.
-
-Takes nothing; gives ``Shown`` to the classes of the model.
+A symbol is drawn along the line from the first end of an element to the second; a template holds the first values of a
+new table.
 """
 
 from __future__ import annotations
@@ -14,14 +13,12 @@ from gearrattle.model.table import Table
 
 
 class Symbol(NamedTuple):
-    """A drawing symbol on a horizontal line.
+    """A drawing symbol on a horizontal line, its width in px.
 
     Attributes
     ----------
     path
         SVG path data in relative commands: it begins where the line comes in, and ends where the line goes on.
-    width
-        from there to there [px].
     """
 
     path: str

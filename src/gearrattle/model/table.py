@@ -1,10 +1,8 @@
-"""What all tables of a model file share: frozen, no unknown keys, and every breach reported at once.
+"""Base of all tables of a model file: frozen, without unknown keys, with every breach reported at once.
 
 A pydantic class checks its fields one by one and its cross-field rules only if all fields are sound. Here both are
-collected: each ``Table`` may state ``rules`` on the table as written, and whatever they and the fields find leaves
-as one error, in which every entry carries a rule and a remedy in the words of this project.
-
-Takes nothing from other packages; gives ``Table``, ``Breach`` and the wording of values to the classes of the model.
+collected: each ``Table`` may have ``rules`` on the table as written. The breaches of rules and fields are raised as one
+error, each with its rule and remedy.
 """
 
 from __future__ import annotations
@@ -94,15 +92,7 @@ class Table(BaseModel):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield the breaches of rules between keys, from the table as written; fields check themselves.
-
-        Parameters
-        ----------
-        table
-            the raw table; values may be of any kind.
-        dimensionless
-            whether the model's quantities are plain numbers without units.
-        """
+        """Yield the breaches of rules between keys, from the table as written; fields check themselves."""
         del table, dimensionless
         return iter(())
 
@@ -116,12 +106,8 @@ class Table(BaseModel):
         return {key: getattr(self, key) for key in keys if key in self.model_fields_set}
 
     def to_plain(self, *, at_speed: bool = False) -> TomlTable:
-        """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others.
-
-        Parameters
-        ----------
-        at_speed
-            whether tables over speed are replaced by their values at the model's speed.
+        """Return the table as plain dictionaries, lists and numbers, with the keys that were given; tables over speed
+        as their values ``at_speed`` of the model on request.
         """
         keys_set = self.model_fields_set
         return {

@@ -5,8 +5,6 @@
 A fraction stands behind a point, a comma or, of three digits, a colon. Of dates with slashes, whose day and month may
 stand in either order, that order is taken in which the record is shorter. Clock times that fall back by more than half
 a day have passed midnight.
-
-Takes texts; gives seconds.
 """
 
 from __future__ import annotations
@@ -52,13 +50,7 @@ class Instant(NamedTuple):
 
 
 def instant_of(text: str) -> Instant | None:
-    """Return the time stamp that a text is; None: it is none.
-
-    Parameters
-    ----------
-    text
-        of one entry, without quotes.
-    """
+    """Return the time stamp in the text of one entry, without quotes; None if it is none."""
     rest = text.strip()
     day = None
     if match := _DAY.match(rest):
@@ -115,13 +107,7 @@ class FromFirst:
         self.first = instant
 
     def __call__(self, text: str) -> float:
-        """Return the seconds of one stamp.
-
-        Raises
-        ------
-        ValueError
-            the text is no stamp of the form of the first.
-        """
+        """Return the seconds of one stamp; ValueError if the text does not have the form of the first."""
         instant = instant_of(text)
         if instant is None or instant.form != self.first.form:
             raise ValueError(text)
@@ -140,13 +126,7 @@ class FromFirst:
 
 
 def over_midnight(seconds: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Return clock times without their falls at midnight, changed where they stand, and how many these were.
-
-    Parameters
-    ----------
-    seconds
-        (N,) from the first [s].
-    """
+    """Return clock times (N,) [s], changed in place, without their falls at midnight, and the number of these."""
     import numpy as np
 
     falls = np.flatnonzero(np.diff(seconds) < -0.5 * _A_DAY) + 1

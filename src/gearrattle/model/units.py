@@ -1,4 +1,4 @@
-"""Units at the file boundary: ``"1.5 kN*m/rad"`` becomes 1500.0, and nothing else ever sees a unit.
+"""Conversion of quantities with units to SI numbers: ``"1.5 kN*m/rad"`` becomes 1500.0.
 
 Two things are special here. First, *angle is a dimension*: radian and degree are not silently 1, so ``N*m`` is no
 torsional stiffness and ``N*m/rad`` no torque. Second, conversion is exact: the decimal number and the unit's factor
@@ -7,8 +7,6 @@ are multiplied as fractions and rounded once, so ``"0.05 mm"`` is the same doubl
 The text is split by a small parser of our own (products, quotients, whole powers); pint supplies only the meaning of
 a single symbol, from its registry with radian made a base unit. No text is ever evaluated. What nearly every file uses
 stands in ``known_units``, as pint has it; pint is imported when the first other symbol occurs, not before.
-
-Takes text from ``quantity``; gives it SI doubles.
 """
 
 from __future__ import annotations
@@ -31,22 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a key measures.
+    """Dimension of a key's values: what it measures, and its SI unit.
 
     Attributes
     ----------
-    name
-        in words, e.g. ``"torsional stiffness"``.
-    si
-        the SI unit a plain number is in.
     exponents
         powers of kg, m, s, rad.
-    example
-        a string a user may write.
     symbols
         if not empty, the only unit texts allowed.
-    hint
-        extra advice when the unit does not fit.
     """
 
     name: str
@@ -148,24 +138,9 @@ class _Measure(NamedTuple):
 
 
 def convert(text: str, dimension: Dimension) -> float:
-    """Convert a number with a unit to SI.
-
-    Parameters
-    ----------
-    text
-        e.g. ``"0.05 mm"``; a decimal number, optional blanks, a unit.
-    dimension
-        what the key measures; the unit must agree, angle included.
-
-    Returns
-    -------
-    float
-        The value in ``dimension.si``, correctly rounded.
-
-    Raises
-    ------
-    UnitError
-        no number, no unit, an unknown unit, the wrong dimension, or a value beyond a double's range.
+    """Convert a decimal number with a unit, such as ``"0.05 mm"``, to ``dimension.si``, correctly rounded; UnitError
+    for no number, no unit, an unknown unit, the wrong dimension (angle included), or a value beyond a double's
+    range.
     """
     number, unit = _split(text, dimension)
     if dimension.symbols and unit not in dimension.symbols:
@@ -268,6 +243,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     """Read one symbol or bracket and the whole power after it."""
     if not tokens:
         raise UnitError("must have a complete unit; something is missing at its end")
+    # base: a product in brackets, or one symbol
     head, rest = tokens[0], tokens[1:]
     if head == "(":
         base, rest = _product(rest)
@@ -279,6 +255,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     else:
         remedy = "write a speed in rpm, a frequency in Hz" if head == "1" else ""
         raise UnitError(f"must have a unit that can be read; {head!r} stands where a unit symbol should", remedy)
+    # exponent: after ^ or **, or as superscript digits
     exponent: str | None = None
     if rest and rest[0] in {"^", "**"}:
         exponent, rest = (rest[1] if len(rest) > 1 else ""), rest[2:]
@@ -286,6 +263,7 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
         exponent, rest = rest[0].translate(_SUPERSCRIPTS), rest[1:]
     if exponent is None:
         return base, rest
+    # whole powers only
     if not re.fullmatch(r"[+-]?\d{1,2}", exponent, re.ASCII) or abs(int(exponent)) > _LARGEST_POWER:
         raise UnitError(f"must have whole powers between -{_LARGEST_POWER} and {_LARGEST_POWER} in its unit")
     return _raise(base, int(exponent)), rest

@@ -1,8 +1,6 @@
 """A model's tables as TOML text: the inverse of reading.
 
 Numbers are written with the fewest digits that give the same double, so what is read back is equal.
-
-Takes plain tables from ``model``; gives text.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ def toml_text(tables: Mapping[str, Any]) -> str:
 
 
 def _is_block(value: Any) -> bool:
-    """Tell tables and non-empty arrays of tables, which get headers of their own, from values."""
+    """Whether a value is a table or a non-empty array of tables, which get headers of their own."""
     is_array = isinstance(value, (list, tuple)) and bool(value) and isinstance(value[0], Mapping)
     return is_array or isinstance(value, Mapping)
 

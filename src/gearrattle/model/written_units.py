@@ -1,9 +1,7 @@
 """The units that a model file was written in: tables that go back to its author show numbers in them.
 
 A model has all numbers in SI. Which unit each was written with is kept beside it, by path; it is no part of the model:
-models that differ in it alone are equal. What was written without a unit, or in a dimensionless model, has none.
-
-Takes tables as they are written; gives units by path.
+models that differ in it alone are equal. Numbers without a unit, and those of a dimensionless model, have none.
 """
 
 from __future__ import annotations
@@ -27,16 +25,8 @@ def written_units(model: object) -> Mapping[str, str]:
 
 
 def keep_written_units(model: object, tables: Mapping[str, Any], before: Mapping[str, str] = _NOTHING) -> None:
-    """Keep the units of tables beside the model that was read from them.
-
-    Parameters
-    ----------
-    model
-        that was just made.
-    tables
-        as they were written.
-    before
-        units of the model that it was made from; what is written anew replaces them.
+    """Keep the units of the tables as written beside the model that was read from them; they replace those of the model
+    it was made from.
     """
     vars(model)[_ATTRIBUTE] = {**before, **dict(_units_in(tables, ""))}
 

@@ -1,10 +1,8 @@
-"""Reductions: a system and a band in, a smaller system in a subspace out.
+"""Reductions of a system for a frequency band: a smaller system in a subspace.
 
 A shelf of interchangeable parts (``REDUCTIONS``); ``accuracy`` measures what any of them costs. Only lumping gives
 bodies again, and with them a driveline; the others give matrices. All keep the ends of clearances free, so that one
 basis serves every contact state.
-
-Takes piecewise systems; gives subspaces to ``reduce`` and ``condense``.
 """
 
 from gearrattle.reductions import craig_bampton, guyan, lumping, modal

@@ -1,4 +1,4 @@
-"""How far a reduced system is from the full one, inside the band: measured, not guessed.
+"""Error of a reduced system against the full one inside the band, computed and not estimated.
 
 Frequencies
     |omega_red - omega| / omega of every elastic mode of the full system up to the end of the band, paired by rank (by
@@ -12,8 +12,6 @@ Responses
     closing in on the largest errors; all in contact, the model's own damping. Levels count where the response is above
     1 % of its peak: in an antiresonance they say nothing. Near a sharp resonance a small shift of frequency is a
     large error of response: both are given.
-
-Takes a system and a subspace; gives an ``Accuracy``.
 """
 
 from __future__ import annotations
@@ -82,18 +80,8 @@ class Accuracy:
 
 
 def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Worst | None = None) -> Accuracy:
-    """Measure a reduced system against the full one.
-
-    Parameters
-    ----------
-    request
-        what was asked; its kept clearances are varied.
-    basis
-        (n, r) T.
-    watched
-        inertias whose response counts.
-    worst
-        the largest error of a frequency, where it is known.
+    """Measure a system reduced by a basis T (n, r) against the full one; responses are those of the inertias that are
+    watched.
     """
     worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]
@@ -156,7 +144,7 @@ def _worst_in(request: Request, basis: Array, states: Sequence[State]) -> list[W
 
 
 def _none_in(state: State) -> Worst:
-    """No elastic mode lies in the band."""
+    """Result where no elastic mode lies in the band."""
     return Worst(0.0, np.nan, state.words, 1)
 
 

@@ -1,12 +1,10 @@
-"""The nouns of the shelf: what a reduction is asked, and the subspace it answers with.
+"""Request to a reduction, and the subspace that it returns.
 
 A reduction chooses a basis T, the same in every contact state, and the system moves as q = T p. That is all it does:
 matrices, frequencies and responses follow from T, and so does the error, which ``accuracy`` measures against the full
 system in the same way for every part. The ends of elements with a clearance that is kept must move freely in T: a
 reduction may not decide beforehand whether a gap is open. A new reduction is a file beside this one with a function
 ``(Request) -> Subspace``, its line in the table of ``__init__``, and its test page.
-
-Takes piecewise systems; gives subspaces to ``reduce`` and ``condense``.
 """
 
 from __future__ import annotations
@@ -25,12 +23,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a reduction.
+    """Request to a reduction.
 
     Attributes
     ----------
-    system
-        the full system.
     up_to
         end of the band [rad/s].
     margin

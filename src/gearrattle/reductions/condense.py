@@ -1,4 +1,4 @@
-"""``condense``: a model and a band in, small matrices out.
+"""Condensed matrices of a model for a band.
 
 The reductions of the shelf that give no bodies: full mass matrices, amplitudes for angles. They serve frequencies,
 responses and estimates in every contact state; what can be saved and simulated as a driveline comes from ``reduce``.
@@ -98,12 +98,8 @@ class Condensed(Result):
         }
 
     def frequencies(self, contact_ratio: Mapping[str, float] | None = None) -> Array:
-        """Return (r,) natural frequencies [rad/s].
-
-        Parameters
-        ----------
-        contact_ratio
-            factor on the last slope of kept clearances, by name; 1 where nothing is said.
+        """Return (r,) natural frequencies [rad/s], under factors on the last slope of kept clearances; 1 where nothing
+        is said.
         """
         ratios = dict(contact_ratio or {})
         if problems := unknown("contact_ratio", tuple(ratios), self.clearances):
@@ -153,6 +149,7 @@ def condense(
     >>> small.coordinates
     ('flywheel', 'hub', 'gear_3', 'gear_4', 'gear_5', 'gear_6', 'gear_7', 'gear_8')
     """
+    # check names and method
     check_model(model)
     end, names = band_end(model, up_to), [element.name for element in model.elements]
     problems = unknown("keep", keep or (), names)
@@ -161,6 +158,7 @@ def condense(
         problems.append(Problem("method", shown(method), rule, did_you_mean(method, REDUCTIONS)))
     if problems:
         raise ModelError(problems)
+    # subspace of the reduction
     driveline = assemble(model)
     system = driveline.system
     request = requested(driveline, end, margin=margin, keep=keep)
@@ -168,12 +166,14 @@ def condense(
     if subspace.size == 0:
         rule = "leaves no coordinate: there is no clearance, no torque and no rigid motion to keep"
         raise ModelError(Problem("method", shown(method), rule, "name elements in keep, or widen the band"))
+    # error in the band over all contact states
     achieved = accuracy(request, subspace.basis, tuple(range(system.size)))
     if achieved.frequency_error > limit:
         rule = (
             f"puts a frequency in the band off by {100 * achieved.frequency_error:.3g} %; {100 * limit:g} % is allowed"
         )
         raise ModelError(Problem("method", shown(method), rule, "craig-bampton, a larger margin, or more in keep"))
+    # matrices in the subspace
     bodies = free_names(model)
     slopes = np.array([law.stiffness[-1] for law in system.laws], dtype=float)
     small = _linear(request, slopes).within(subspace.basis)

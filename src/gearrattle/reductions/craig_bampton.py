@@ -4,8 +4,6 @@
 
 (Craig, Bampton, AIAA J. 6 (1968) 1313). Masters, and so the ends of clearances, remain angles; the modes between them
 restore the dynamics that static condensation leaves out.
-
-Takes a ``Request``; gives a ``Subspace``.
 """
 
 from __future__ import annotations

@@ -6,8 +6,6 @@ a closed loop they must multiply to one, or the loop would lock. J, D and loads 
     J_A = sum_i rho_i^2 J_i,   D_A = sum_i rho_i^2 D_i,   T_A = sum_i rho_i T_i,      q_i = rho_i q_A,
 
 which is T^T J T and its like for the basis T whose columns are the ratios of one group each.
-
-Takes rows; gives groups to lumping.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ SAME = 1e-9  # ratios this close are one
 
 @dataclass(frozen=True)
 class Grouping:
-    """Which body turns with which.
+    """Groups of bodies that turn as one.
 
     Attributes
     ----------
@@ -60,14 +58,8 @@ class Grouping:
 
 
 def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
-    """Group the bodies that merged elements tie together, the first of each kept; None if a loop would lock.
-
-    Parameters
-    ----------
-    rows
-        (m, n) W; those of merged elements have two entries.
-    merged
-        elements of no deflection.
+    """Group the bodies that merged elements tie together, by their rows of W (m, n) with two entries each, the first
+    body of each group kept; None if a loop would lock.
     """
     owner = list(range(rows.shape[1]))
     ratio = [1.0] * len(owner)

@@ -6,8 +6,6 @@
 only, so that the basis is the same in every contact state. Exact at rest; the error grows with (omega / omega_s)^2,
 omega_s the lowest frequency with the masters held. Slaves take part in the mass matrix, which is then full: no
 driveline of lumped bodies has it.
-
-Takes a ``Request``; gives a ``Subspace``.
 """
 
 from __future__ import annotations

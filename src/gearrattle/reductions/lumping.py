@@ -1,7 +1,7 @@
 """Lumping: bodies with no relative motion in the modes that matter are merged through their kinematic ratios.
 
-The step of Padmanabhan et al. 1995, sec. 3, where a person reads mode shapes: gears that move alike are lumped onto
-their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element is asked for its share of the strain energy,
+The step of Padmanabhan et al. 1995, sec. 3, where a person did it from mode shapes: gears that move alike are lumped
+onto their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element has its share of the strain energy,
 
     s_k = k_k delta_k^2 / sum_j k_j delta_j^2,
 
@@ -10,8 +10,6 @@ by Rayleigh's quotient raises that mode by about s_k / 2. Elements are merged in
 the sum predicts no error beyond half the limit; then the error is measured (``accuracy``), and the merges with the
 largest shares are taken back while it is beyond the limit. Elements with a clearance that is kept are never merged, nor
 is one to the ground, nor one whose transmission error excites the band.
-
-Takes a ``Request``; gives ``Lumps``, whose groups ``assembly`` can write as a driveline.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ _PREDICTED = (
 
 
 class Refused(Exception):
-    """An element that was asked to be merged cannot be: which, and a key of ``REASONS``."""
+    """Refusal to merge a forced element: its index, and a key of ``REASONS``."""
 
     def __init__(self, element: int, reason: str) -> None:
         self.element, self.reason = element, reason
@@ -46,12 +44,10 @@ class Refused(Exception):
 
 @dataclass(frozen=True)
 class Fate:
-    """What became of one element.
+    """Whether the two bodies of an element are one now, and why.
 
     Attributes
     ----------
-    merged
-        whether its two bodies are one now.
     reason
         a key of ``REASONS``.
     share
@@ -88,17 +84,7 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Lumps:
-    """Groups of bodies, and why.
-
-    Attributes
-    ----------
-    grouping
-        which body turns with which.
-    fates
-        (m,) of every element.
-    error
-        the largest error of a frequency, where it was measured.
-    """
+    """Groups of bodies, the fate of every element (m,), and the largest error of a frequency, where it was measured."""
 
     grouping: Grouping
     fates: tuple[Fate, ...]
@@ -123,26 +109,31 @@ class _Rules:
         return grouping
 
     def bodies(self, merged: tuple[int, ...]) -> Grouping | str:
-        """Group the bodies, or say why not."""
+        """Group the bodies, or return the reason why not."""
+        # groups of bodies; a closed loop must not lock
         rows = self.request.system.rows
         grouping = grouped(rows, merged)
         if grouping is None:
             return "locks"
         grouping = self._settled(grouping)
+        # kept clearances must keep a deflection
         reduced = rows @ grouping.basis
         size = np.abs(rows) @ np.abs(grouping.basis)
         silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
         if any(silent[k] and k not in merged for k in self.request.kept):
             return "silences"
+        # no other element with both ends in one group may be strained
         for row in rows[~silent]:
             ends = np.flatnonzero(row)
             if ends.size == 2 and grouping.owner[ends[0]] == grouping.owner[ends[1]]:
                 return "locks"
+        # elements between bodies of their own
         for k in self.own:
             bodies = np.flatnonzero(rows[k]).tolist()
             alike = all(abs(grouping.ratio[i] - 1.0) <= SAME for i in bodies)
             if not alike or len({grouping.owner[i] for i in bodies}) < len(bodies):
                 return "own"
+        # elements between equal speeds
         for k in self.level:
             entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
             if not silent[k] and np.ptp(entries) > SAME * entries.max():
@@ -151,6 +142,7 @@ class _Rules:
 
     def _settled(self, grouping: Grouping) -> Grouping:
         """Keep the body of a group at whose speed most couplings are tied; of equals a driven one, then the first."""
+        # weight of bodies by the couplings at them
         rows = self.request.system.rows
         weight = np.zeros(rows.shape[1])
         for k, row in enumerate(rows):
@@ -163,6 +155,7 @@ class _Rules:
                 and len({grouping.owner[i] for i in ends}) > 1
             ):
                 weight[ends] += 1000.0 if k in self.level else 1.0
+        # couplings that stay couplings if a body is kept
         ratios = np.array(grouping.ratio)
 
         def tied(body: int) -> float:
@@ -170,6 +163,7 @@ class _Rules:
             same = (np.array(grouping.owner) == grouping.owner[body]) & (np.abs(ratios / ratios[body] - 1.0) <= SAME)
             return float(weight[same].sum())
 
+        # body of the largest weight in every group
         for body in grouping.kept:
             members = [i for i, o in enumerate(grouping.owner) if o == body]
             best = max(members, key=lambda i: (tied(i), i in self.request.driven, -i))
@@ -186,30 +180,21 @@ def lump(
     own: frozenset[int] = frozenset(),
     limit: float = LIMIT,
 ) -> Lumps:
-    """Choose what to merge.
+    """Choose the elements to merge; Refused if a forced one cannot be merged.
 
     Parameters
     ----------
-    request
-        what is asked.
-    forced
-        elements to be merged whatever it costs.
     level
         elements that must stay between equal speeds, because their law cannot be written otherwise.
     own
         elements that must stay between bodies of their own, at the speeds these have.
-    limit
-        largest relative error of a frequency in the band.
-
-    Raises
-    ------
-    Refused
-        a forced element cannot be merged.
     """
+    # elements that may not be merged, and those that must
     rules = _Rules(request, level, own)
     shares, frequencies = _shares(request)
     reasons = _barred(request, forced, own)
     merged = _forced(rules, forced, reasons)
+    # merge by rising share of strain energy while Rayleigh's quotient predicts half the limit at most
     largest = shares.max(axis=0, initial=0.0)
     used = shares[:, list(merged)].sum(axis=1)
     for k in sorted((k for k, reason in enumerate(reasons) if not reason), key=lambda k: (largest[k], k)):
@@ -222,17 +207,20 @@ def lump(
             merged = (*merged, k)
             used = used + shares[:, k]
             reasons[k] = "stiff"
+    # measured error: take back the largest shares while it is beyond the limit
     grouping = rules.grouping(merged)
     error: Worst | None = None
     while merged[len(forced) :] and (error := error_within(request, grouping.basis, limit)) is None:
         reasons[merged[-1]] = "measured"
         merged = merged[:-1]
         grouping = rules.grouping(merged)
+    # elements between bodies that now turn as one
     for k, row in enumerate(request.system.rows):
         if k not in merged and np.max(np.abs(row @ grouping.basis)) <= SAME * np.max(
             np.abs(row) @ np.abs(grouping.basis)
         ):
             reasons[k] = "parallel"
+    # reasons by element
     fates = tuple(_fate(reason, shares[:, k], frequencies) for k, reason in enumerate(reasons))
     return Lumps(grouping, fates, error)
 
@@ -264,7 +252,7 @@ def _shares(request: Request) -> tuple[Array, Array]:
 
 
 def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> list[str]:
-    """Why an element cannot be merged at all; an empty word where it may be."""
+    """Return the reason why an element cannot be merged at all; empty where it may be."""
     system = request.system
     order = 2.0 * np.pi * system.inputs.cycles / system.inputs.period
     inside = order <= request.margin * request.up_to

@@ -7,8 +7,6 @@ rigid motions included, and for every clearance and driven inertia the static sh
 
 (MacNeal, Computers & Structures 1 (1971) 581; Rubin, AIAA J. 13 (1975) 995). Clearances open and close on exact static
 flexibility; coordinates are amplitudes, not angles.
-
-Takes a ``Request``; gives a ``Subspace``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""``reduce``: a model and a band in, a smaller model and its record out.
+"""Reduction of a model for a band to a smaller driveline, with its error.
 
-Assembly writes the model as a system, ``reductions`` says which bodies move as one, assembly writes the new model. The
-part of Padmanabhan et al. 1995, sec. 3, that a person did by eye, with its error.
+The model is assembled as a system, ``reductions`` chooses the bodies that move as one, and the new model is written.
+Padmanabhan et al. 1995, sec. 3, did this by eye.
 """
 
 from __future__ import annotations
@@ -79,6 +79,7 @@ def reduce(
     >>> len(smaller.model.inertias)
     6
     """
+    # check names, limits and the excitation
     check_model(model)
     end = band_end(model, up_to)
     names = [element.name for element in model.elements]
@@ -97,6 +98,7 @@ def reduce(
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
     if problems:
         raise ModelError(problems)
+    # choose the bodies to merge
     request = requested(assemble(model), end, margin=margin, keep=keep, merge=merge)
     forced = tuple(dict.fromkeys(names.index(name) for name in merge))
     try:
@@ -104,20 +106,16 @@ def reduce(
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
+    # error in the band over all contact states
     achieved = accuracy(request, lumps.grouping.basis, lumps.grouping.kept, lumps.error)
     if achieved.frequency_error > limit:
         raise ModelError(_too_much(achieved, lumps, names, limit))
+    # write the smaller model
     return _reduction(model, request, lumps, achieved, limit=limit, check=check)
 
 
 def band_end(model: Model, up_to: str | float) -> float:
-    """Read the end of a band [rad/s].
-
-    Raises
-    ------
-    ModelError
-        if it is no frequency.
-    """
+    """Read the end of a band [rad/s]; ModelError if it is no frequency."""
     dimensionless = model.units == "dimensionless"
     try:
         value = Quantity(units.FREQUENCY, "positive").read(up_to, dimensionless)
@@ -135,7 +133,7 @@ def requested(
     keep: Sequence[str] | None,
     merge: Sequence[str] = (),
 ) -> Request:
-    """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
+    """Request of a reduction by indices from names; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names
@@ -151,7 +149,7 @@ def requested(
 
 
 def unknown(key: str, entries: Sequence[str], names: Sequence[str]) -> list[Problem]:
-    """Name what no element is called."""
+    """Problems of names that no element has."""
     rule = f"there is no such element; there are {', '.join(names) or 'none'}"
     return [Problem(key, shown(name), rule, did_you_mean(name, names)) for name in entries if name not in names]
 
@@ -196,7 +194,8 @@ def _reduction(
 
 
 def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list[str]:
-    """What the record must say beside the numbers."""
+    """Notes of the record beside its numbers."""
+    # elements that were merged: clearances and friction given up
     elements, notes = model.elements, []
     merged = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     if not merged:
@@ -209,6 +208,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     )
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
+    # components left out or changed
     notes += left_out(model)
     for component in model.components.values():
         if added := component.added_inertia():
@@ -226,6 +226,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
         notes.append(
             f"now between shafts of different speeds and written as a mesh with radii in ratio: {', '.join(turned)}."
         )
+    # excitation above the band
     if request.system.signals is not None:
         notes.append("records are no harmonics: whether they excite above the band is not known.")
     end = request.up_to * request.system.inputs.period / (2.0 * np.pi)

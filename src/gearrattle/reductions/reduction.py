@@ -1,7 +1,4 @@
-"""What a reduction did: the smaller model, what was lumped into what, why, and how far it is from the full one.
-
-Takes numbers from ``reduce``; gives frozen records to reports and JSON types.
-"""
+"""Result of a reduction: the smaller model, the groups of bodies, the reasons, and the error against the full model."""
 
 from __future__ import annotations
 
@@ -25,7 +22,7 @@ Array = NDArray[np.float64]
 class ReductionError:
     """Errors of the reduced model against the full one, inside the band.
 
-    ``float()`` of it is ``frequency``.
+    ``float()`` of it gives ``frequency``.
 
     Attributes
     ----------
@@ -68,17 +65,7 @@ class ReductionError:
 
 
 def stated(achieved: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
-    """Put names to errors.
-
-    Parameters
-    ----------
-    achieved
-        as the mathematics has them.
-    names
-        of the elements.
-    limit
-        what was allowed.
-    """
+    """Return the errors with the names of the elements, and the limit that was allowed."""
     return ReductionError(
         frequency=achieved.frequency_error,
         at=achieved.worst,
@@ -117,23 +104,7 @@ class ElementFate:
 
 @dataclass(frozen=True)
 class Compared:
-    """One entry of the verdicts on both motions.
-
-    Attributes
-    ----------
-    criterion
-        as in ``Verdict.entries``, like the next three.
-    subject
-        the inertia, coupling or mesh.
-    quantity
-        in words.
-    unit
-        SI unit.
-    full
-        value for the full model.
-    reduced
-        value for the reduced one.
-    """
+    """One entry of the verdicts on both motions, as in ``Verdict.entries``, with its value for either model."""
 
     criterion: str
     subject: str
@@ -179,13 +150,7 @@ class Simulated:
     entries: tuple[Compared, ...]
 
     def differences(self, above: float = 0.01) -> list[Compared]:
-        """Return the entries that differ.
-
-        Parameters
-        ----------
-        above
-            relative difference of numbers from which an entry counts as different.
-        """
+        """Return the entries that differ, numbers by more than a relative difference."""
         return [entry for entry in self.entries if entry.differs(above)]
 
 

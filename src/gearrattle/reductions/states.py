@@ -2,12 +2,10 @@
 
 A driveline with clearances has one linear system for every region vector, and on the average slopes between them (the
 contact ratio Gamma of Padmanabhan et al. 1995, sec. 6). A reduction must hold in all of them. Taken are every
-combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances
-together and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low
-while a gap hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are more than
-can be treated in some seconds: then some of them, evenly spread.
-
-Takes a piecewise system; gives slopes and dampings.
+combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances together
+and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low while a gap
+hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are too many for some
+seconds of computing; then an evenly spread selection is taken.
 """
 
 from __future__ import annotations
@@ -49,17 +47,15 @@ class State(NamedTuple):
 
 
 def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: float = 0.0) -> list[State]:
-    """Return states, all elements in their last drive stage first.
+    """Return the contact states of the varied clearances, all closed first; other elements stay in their last drive
+    stage.
 
     Parameters
     ----------
-    system
-        the full system.
-    varied
-        the clearances whose slope may change; all other elements stay in their last drive stage.
     up_to
         end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """
+    # combinations of pieces of different slope, while there are few
     factors = [_factors(system, k) for k in varied]
     chosen: dict[tuple[float, ...], None] = {(1.0,) * len(varied): None}
     if np.prod([len(f) for f in factors], dtype=float) <= _MOST_COMBINATIONS:
@@ -69,15 +65,18 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
         for i, choices in enumerate(factors):
             chosen.update({(1.0,) * i + (x,) + (1.0,) * (len(varied) - i - 1): None for x in choices})
             chosen.update({(*(f[0] for f in factors[:i]), 1.0, *(f[0] for f in factors[i + 1 :])): None})
+    # ladder of contact ratios: all clearances together, then each alone
     for rung in LADDER:
         chosen[(rung,) * len(varied)] = None
         for i in range(len(varied)):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
+    # contact ratios at which a mode passes the end of the band
     centre = tuple(f[0] for f in factors)
     for i, k in enumerate(varied):
         for rung in _passing(system, k, up_to):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
             chosen[(*centre[:i], rung, *centre[i + 1 :])] = None
+    # evenly spread choice of very many states
     factors_of = list(chosen)
     if (most := most_states(system)) < len(factors_of):
         alike = [choices for choices in factors_of if len(set(choices)) == 1]

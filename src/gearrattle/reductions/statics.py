@@ -1,9 +1,7 @@
-"""What bodies do at rest when others are moved: constraint modes, shared by condensation and component modes.
+"""Constraint modes: static displacements of the other bodies when masters are moved one by one.
 
 With the masters held, the others may still have rigid motions (a train without a master); those belong to the basis as
 well, since nothing holds them.
-
-Takes matrices; gives shapes to guyan and craig_bampton.
 """
 
 from __future__ import annotations

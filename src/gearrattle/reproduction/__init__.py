@@ -1,4 +1,4 @@
-"""The paper's own numbers beside ours: what is reproduced, what differs and why, what cannot be decided.
+"""Reproduction of the paper of 1995: its numbers beside ours, and why they differ.
 
 C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle Analysis", ASME J.
 Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``cases`` builds its models under any mean load,

@@ -1,7 +1,4 @@
-"""Sec. 9: "Bulirsch-Stoer ... failed to converge", on systems with several nonlinearities. Does ours?
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9: the failure of Bulirsch-Stoer on systems with several nonlinearities, tried with ours."""
 
 from __future__ import annotations
 
@@ -26,7 +23,7 @@ KINDS = {"rattling": False, "loaded": True}
 
 
 def tolerances(scope: Scope) -> tuple[float, ...]:
-    """Those tried."""
+    """Tolerances that are tried."""
     return QUICK if scope.quick else TOLERANCES
 
 
@@ -102,6 +99,7 @@ def _incompatible(measurements: Measurements) -> Row:
     wrong = False
     right = False
     others = []
+    # crossings of every algorithm against exact, loaded cases
     for case in (2, 3):
         setup = setup_of(measurements.scope, case, LOOSE, loaded=True)
         setups = {
@@ -115,6 +113,7 @@ def _incompatible(measurements: Measurements) -> Row:
             continue
         count = {name: run.cost.events for name, run in runs.items()}
         figures |= {f"case_{case}_{name}": float(number) for name, number in count.items()}
+        # more than twice the crossings of exact at the loose tolerance, alike at the tight one
         wrong |= count["loose"] > _TWICE * count["exact"]
         right |= abs(count["tight"] / count["exact"] - 1.0) < _ALIKE
         others += [f"{name}, case {case}" for name in OTHERS if count[name] > _TWICE * count["exact"]]
@@ -122,6 +121,7 @@ def _incompatible(measurements: Measurements) -> Row:
             f"case {case}: exact {counted(count['exact'])}, at {LOOSE:g} {counted(count['loose'])}, at {TIGHT:g} "
             f"{counted(count['tight'])}; at {LOOSE:g} " + ", ".join(f"{name} {counted(count[name])}" for name in OTHERS)
         )
+    # is it the only one
     alone = wrong and right and not others
     if others:
         why = (

@@ -6,8 +6,6 @@ J_1 omega^2 psi_c = 6.75 N m on the flywheel, and a mean of ratio x 202.5 N m th
 that drags with 0.5 N m; the hub drags with 2 % of the mean, the input gear takes the rest. *Loaded*: hub and input gear
 drag with 2 % each, the output gear takes the rest. At ratio 0.05 they are examples/paper/case*.toml, but for the start:
 runs begin at rest in the equilibrium, as the paper's counts of steps need it.
-
-Takes a number; gives a Model.
 """
 
 from __future__ import annotations
@@ -34,28 +32,23 @@ _ERROR = {"order": 20, "amplitude": 5e-6, "phase": 0.0}  # Table 2: 0.1 half-gap
 
 
 def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
-    """Return a case of Table 2 under a mean load.
-
-    Parameters
-    ----------
-    case
-        1, 2 or 3.
-    ratio
-        mean torque over the largest harmonic; the paper's light load is 0.05, its moderate one 0.5.
-    loaded
-        whether the output gear carries the mean, or is loose.
+    """Return a case of Table 2 under a mean load, ``ratio`` times the largest harmonic: 0.05 is the paper's light load,
+    0.5 its moderate one.
     """
+    # means and drag torques that balance
     mean = _decimal(ratio * LARGEST_HARMONIC)
     share = _decimal(HUB_SHARE * mean)
     drags = {"hub": share, "input_gear": share} if loaded else {"hub": share, "output_gear": LOOSE_DRAG}
     bearer = "output_gear" if loaded else "input_gear"
     rest = _decimal(sum(drags.values()) - mean)
+    # inertias, and harmonics on the flywheel
     inertias = [{"name": name, "J": inertia, "drag": DRAG[name]} for name, inertia in J.items()]
     for table in inertias:
         if table["name"] in drags:
             table["drag_torque"] = drags[str(table["name"])]
     harmonics = [{"order": order, "amplitude": amplitude} for order, amplitude in _HARMONICS]
     kind = f"a {'loaded' if loaded else 'loose'} output gear, mean {ratio:g}"
+    # the case as a model
     return Model.from_tables(
         {
             "schema": 1,
@@ -71,7 +64,7 @@ def load_case(case: int, ratio: float = 0.05, *, loaded: bool = False) -> Model:
 
 
 def _decimal(value: float) -> float:
-    """The short decimal that was meant."""
+    """Round to the short decimal that was meant."""
     return round(value, 9)
 
 

@@ -1,7 +1,4 @@
-"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4.
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4."""
 
 from __future__ import annotations
 
@@ -48,9 +45,11 @@ def section(measurements: Measurements) -> Section:
 
 
 def _fixed_are_faster(measurements: Measurements, number: int, case: int, kind: str) -> Row:
+    # printed times relative to RK2
     lines = next(lines for table_number, _, lines in TABLES if table_number == number)
     rk2, rk4, *others = (line for line in lines if line.calls)
     theirs = ", ".join(f"{line.label} {line.seconds / rk2.seconds:.2f}" for line in (rk4, *others))
+    # runs and times of ours
     runs = {
         line.label: run
         for line in lines
@@ -65,6 +64,7 @@ def _fixed_are_faster(measurements: Measurements, number: int, case: int, kind: 
     base = times["RK2"]
     ours = ", ".join(f"{label} {min(time) / min(base):.2f}" for label, time in times.items() if label != "RK2")
     ours += f" (fastest of {len(base)} runs each; the slowest of all up to {_scatter(times.values()):.0%} above)"
+    # methods that choose their steps and are slower than RK2
     slower = [name for name, time in times.items() if name not in ("RK2", "RK4") and min(time) > max(base)]
     chosen = [name for name in runs if name not in ("RK2", "RK4")]
     why = (

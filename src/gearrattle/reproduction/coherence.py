@@ -2,8 +2,6 @@
 
 The mean of gamma^2 over five harmonics, four segments of 128 points (``signals.coherence``). Beside them the ceiling:
 exact against exact begun 1e-12 half-gaps away, which no algorithm can be expected to beat.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ _HIGH = 0.9
 
 @dataclass(frozen=True)
 class Key:
-    """Which two motions, and how they were sampled."""
+    """Pair of motions, and how they were sampled."""
 
     label: str
     kind: str
@@ -59,16 +57,8 @@ def needs(scope: Scope) -> Iterator[Setup]:
 def kappa(
     measurements: Measurements, setup: Setup, reference: Setup, *, filtered: bool = True
 ) -> tuple[float, ...] | None:
-    """(4,) mean coherences of a run with a reference; None without either.
-
-    Parameters
-    ----------
-    measurements
-        all runs.
-    setup, reference
-        which two.
-    filtered
-        whether samples pass an anti-aliasing filter before some are left out.
+    """(4,) mean coherences of a run with a reference, by default with an anti-aliasing filter before decimation; None
+    without either run.
     """
     mine, theirs = measurements.run(setup), measurements.run(reference)
     if mine is None or theirs is None:
@@ -110,6 +100,7 @@ def _all(measurements: Measurements) -> Iterator[tuple[Key, tuple[float, ...] | 
 
 
 def _rows(label: str, coherences: Found) -> Iterator[Row]:
+    # coherences of one body under either load
     for i, (body, printed_value) in enumerate(zip(BODIES, printed.COHERENCES[label][1], strict=True)):
         parts: list[str] = []
         figures: dict[str, float] = {}
@@ -119,6 +110,7 @@ def _rows(label: str, coherences: Found) -> Iterator[Row]:
             if len(values) == len(keys):
                 parts.append(f"{kind}: {values[0]:.2f} with RK2 (aliased {values[2]:.2f}), {values[1]:.2f} with exact")
                 figures |= {f"{kind}_rk2": values[0], f"{kind}_exact": values[1], f"{kind}_aliased": values[2]}
+        # at the level of chance, or undecided
         noise = printed_value <= CHANCE.mean_high
         status = NOISE if noise else UNDECIDED if parts else UNAVAILABLE
         why = (
@@ -142,7 +134,7 @@ def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
 
 
 def _meaning(coherences: Found) -> Row:
-    """What a coherence says of an algorithm: RK4's motion is invented, its harmonics are not."""
+    """Say what a coherence tells about an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
         "Sec. 9, coherence as a measure of agreement",
         "solutions are compared by it",
@@ -154,7 +146,7 @@ def _meaning(coherences: Found) -> Row:
 
 
 def _aliased(coherences: Found) -> Row:
-    """Whether low coherences are the algorithms'."""
+    """Whether low coherences are due to the algorithms, or to aliasing."""
     figures = {
         f"{kind}_{body}_{'filtered' if filtered else 'aliased'}": value
         for kind in KINDS
@@ -175,6 +167,7 @@ def _aliased(coherences: Found) -> Row:
 
 def _hardest(coherences: Found) -> Row:
     """Sec. 9: it is more difficult to find the solution at I_2."""
+    # body of the lowest coherence, of runs with any below the limit
     parts: list[str] = []
     most: list[bool] = []
     figures: dict[str, float] = {}
@@ -187,6 +180,7 @@ def _hardest(coherences: Found) -> Row:
         parts.append(f"{name} {hub} of {total}")
         most.append(2 * hub > total)
         figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}
+    # the hub, in more than half of them
     return row(
         "Sec. 9, the solution at I_2 is the hardest",
         "lowest coherence at theta_2''",

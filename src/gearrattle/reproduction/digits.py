@@ -1,7 +1,4 @@
-"""Formats of numbers on the reproduction page.
-
-Takes numbers; gives text.
-"""
+"""Formats of numbers on the reproduction page."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 ``simulate`` runs whole periods; 800 and 850 units of 1/omega, and RK4's 819.2 and 857.6, are none. Here the solver of
 the shelf is told how many steps to take.
-
-Takes a case, an algorithm, a step and a number of steps; gives what they cost.
 """
 
 from __future__ import annotations
@@ -31,17 +29,7 @@ TABLEAUS = {"rk2": MIDPOINT, "rk4": CLASSICAL}
 
 @dataclass(frozen=True)
 class Counted:
-    """What the steps cost.
-
-    Attributes
-    ----------
-    steps, calls, crossings
-        counts.
-    span
-        time marched over, in units of 1/omega.
-    seconds
-        processor time of every run [s].
-    """
+    """Steps, calls and crossings over a span of time [1/omega], and the processor time of every run [s]."""
 
     steps: int
     calls: int
@@ -53,23 +41,7 @@ class Counted:
 def count_steps(
     case: int, algorithm: str, step: float, steps: int, *, loaded: bool, tick: Callable[[float], None]
 ) -> Counted:
-    """Take so many steps from static rest, several times over.
-
-    Parameters
-    ----------
-    case
-        of Table 2, under light load.
-    algorithm
-        "rk2" or "rk4".
-    step
-        in units of 1/omega.
-    steps
-        how many.
-    loaded
-        which of our loads.
-    tick
-        called with the finished share; what it raises ends everything.
-    """
+    """Take so many steps, each in units of 1/omega, from static rest, several times over."""
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle
     cycles = math.ceil(steps * step / (2.0 * math.pi)) + 1

@@ -7,8 +7,6 @@ D, and the mesh carries R F = D + J_4 theta_4''. Contact is therefore first lost
     D* = max over a period of -J_4 theta_4'',
 
 read off the smooth motion under the largest D: a figure that no crossing enters.
-
-Takes how much time there is; gives a section.
 """
 
 from __future__ import annotations
@@ -191,6 +189,7 @@ def _histories(shown: Sequence[Stop], cycles: int, tick: Tick) -> Chart:
 
 
 def _map(case: Sequence[Stop], mesh: Sequence[Stop]) -> Chart:
+    # regimes over the load, up and down, of both systems
     panels = []
     titles = (
         ("Case 1, loose gear", "drag torque D  [N m]", (0.08, 12.5)),
@@ -204,6 +203,7 @@ def _map(case: Sequence[Stop], mesh: Sequence[Stop]) -> Chart:
             y = np.array([_HEIGHT[stop.regime] + shift for stop in chosen])
             lines.append(Line(np.array([stop.load for stop in chosen]), y, name, colour, "points", 4.0))
         panels.append(Panel(title, "regime", x_title, tuple(lines), x_range=x_range, y_range=(-0.3, 2.3), x_log=True))
+    # caption and legend
     caption = (
         "Regime over the load: 0 no impact, 1 single-sided, 2 double-sided; upward drawn a little higher. Where they "
         "differ, two motions exist under the same load."

@@ -10,8 +10,6 @@ and H1 from spectra). For a sine without mean, h = b/A <= 1,
 for large A they go to one as 1 - 2 h/pi and 1 - 4 h/pi.
 
 Points: exact motions of the mesh alone (``sweep``), whose shape is no assumption.
-
-Takes how much time there is; gives a section.
 """
 
 from __future__ import annotations
@@ -45,14 +43,8 @@ _DIGITS = 60
 
 
 def under_load(amplitude: float, load: float) -> Describing:
-    """How the gap answers a sine about the mean that carries a load, found by bisection.
-
-    Parameters
-    ----------
-    amplitude
-        in half-gaps.
-    load
-        mean force in units of K b, not negative.
+    """Contact ratios of the gap under a sine [half-gaps] about the mean that carries a load [K b, not negative], by
+    bisection.
     """
     low, high = 0.0, 1.0 + load + amplitude  # the mean force grows with the mean, and is at least load at high
     for _ in range(_DIGITS):
@@ -133,15 +125,7 @@ def _ranks(stops: Sequence[Stop]) -> tuple[float, float]:
 
 
 def curve(amplitudes: Array, load: float) -> tuple[Array, Array]:
-    """Mean slope and gain of the closed forms.
-
-    Parameters
-    ----------
-    amplitudes
-        (N,) [half-gaps].
-    load
-        mean force in units of K b.
-    """
+    """(N,) mean slope and gain of the closed forms at amplitudes [half-gaps], under a mean load [K b]."""
     results = [under_load(amplitude, load) if load else under_sine(GAP, amplitude) for amplitude in amplitudes.tolist()]
     return np.array([result.mean_slope for result in results]), np.array([result.gain for result in results])
 
@@ -265,12 +249,14 @@ def _values() -> Row:
 
 
 def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
+    # loads and amplitudes of both kinds of impact
     panels = []
     reach = max(10.0, 1.1 * max(stop.amplitude for stop in double))
     plans = (
         ("Single-sided", single, LOAD, np.linspace(LOAD, widest(LOAD), 80), (0.0, 1.6)),
         ("Double-sided", double, 0.0, np.geomspace(1.0, reach, 80), (1.0, reach)),
     )
+    # closed forms as lines, exact motions as points
     for title, stops, load, amplitudes, x_range in plans:
         lines = []
         at = np.array([stop.amplitude for stop in stops])
@@ -290,6 +276,7 @@ def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
                 y_range=(0.0, 1.05),
             )
         )
+    # caption and legend
     caption = (
         f"Lines: closed forms for a sine, single-sided under a mean load of {LOAD:g} K b until it reaches the other "
         "side. Points: exact motions of the mesh alone."

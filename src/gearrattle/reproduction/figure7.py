@@ -1,8 +1,6 @@
 """Fig. 7: case 3, relative displacements by RK2 and RKV; spectra by RK2 and GRS. Ours, drawn the same way.
 
 Which displacement the paper draws and which cycles is not known to us (its text survives, its figures do not).
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -66,6 +64,7 @@ def _run(measurements: Measurements, algorithm: str, kind: str) -> Run | None:
 
 
 def _histories(measurements: Measurements, kind: str) -> Row:
+    # runs, and the instants up to which they agree
     item, printed_claim = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
     rk2, rkv, exact = (_run(measurements, name, kind) for name in ("rk2", "rkv", "exact"))
     if rk2 is None or rkv is None or exact is None:
@@ -73,9 +72,11 @@ def _histories(measurements: Measurements, kind: str) -> Row:
     period = rk2.trajectory.layout.period
     apart = float(pointwise(rkv.trajectory, rk2.trajectory).passed[-1]) / period
     horizon = exact.predictability_horizon / period
+    # statistics against those of exact motions begun nearby
     near = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
     judged = (("RK2", rk2), ("RKV", rkv), ("exact begun 1e-12 away", near))
     off = _different(measurements, kind, exact, {name: run for name, run in judged if run is not None})
+    # difference of RK2 and RKV over the motion
     parts = _difference(rkv, rk2)
     summary = (
         f"rms of the difference over rms of the motion, last {SHOWN} cycles: "
@@ -83,6 +84,7 @@ def _histories(measurements: Measurements, kind: str) -> Row:
         f"statistics outside those of {MANY} exact motions begun nearby: "
         f"{', '.join(f'{name} {a} of {b}' for name, (a, b) in off.items())}"
     )
+    # slight in all bodies, or the reasons why not
     slight = max(parts.values()) < _SLIGHT
     why = (
         f"slight in {', '.join(name for name, v in parts.items() if v < _SLIGHT) or 'none'} only: they are a tenth "
@@ -149,16 +151,19 @@ def high_share(run: Run) -> float:
 
 
 def _spectra(measurements: Measurements, kind: str) -> Row:
+    # runs, and mean square above the high order against exact
     item, printed_claim = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
     rk2, gear, exact = (_run(measurements, name, kind) for name in ("rk2", "gear", "exact"))
     if rk2 is None or exact is None:
         return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
     base = high_share(exact)
     own = high_share(rk2) / base - 1.0
+    # without GRS: RK2 alone
     if gear is None:
         status = measurements.result(setup_of(measurements.scope, "gear", loaded=KINDS[kind])).status
         summary = f"gear: {status}. RK2 against exact above order {HIGH_ORDER:g}: {100 * own:+.1f} % of mean square"
         return row(item, printed_claim, summary, UNAVAILABLE, rk2=own)
+    # change by chance, and by GRS
     near = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
     chance = abs(high_share(near) / base - 1.0) if near is not None else 0.0
     change = high_share(gear) / base - 1.0
@@ -166,6 +171,7 @@ def _spectra(measurements: Measurements, kind: str) -> Row:
         f"above order {HIGH_ORDER:g}, mean square against exact: GRS {100 * change:+.0f} %, RK2 {100 * own:+.0f} %, "
         f"exact begun 1e-12 away {100 * chance:.0f} % off"
     )
+    # smoother than chance and RK2
     smooths = change < min(own, 0.0) - max(_SMOOTHING, chance)
     why = (
         "the damping of backward differences at steps too long for the mode"
@@ -203,6 +209,7 @@ def _history_chart(measurements: Measurements, kind: str) -> Chart | None:
 
 
 def _spectrum_chart(measurements: Measurements, kind: str) -> Chart | None:
+    # densities at flywheel and output gear, by algorithm
     names = {"exact": INK, "rk2": COLOURS[0], "gear": COLOURS[1]}
     panels = []
     for inertia in ("flywheel", "output_gear"):
@@ -228,6 +235,7 @@ def _spectrum_chart(measurements: Measurements, kind: str) -> Chart | None:
                 y_log=True,
             )
         )
+    # caption and legend
     caption = f"Power spectral densities of accelerations, case 3, {kind}, steady part."
     legend = tuple(Key(line.name, line.colour) for line in panels[0].lines)
     return Chart(f"fig-7cd-{kind}", f"Figure 7(c), (d), {kind}", caption, tuple(panels), legend=legend)

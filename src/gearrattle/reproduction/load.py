@@ -1,7 +1,4 @@
-"""Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2.
-
-Takes Measurements; gives a section.
-"""
+"""Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2."""
 
 from __future__ import annotations
 
@@ -104,7 +101,7 @@ def _cost(measurements: Measurements, kind: str, label: str) -> Row:
 
 
 def _why(measurements: Measurements, kind: str, algorithm: str, change: float) -> str:
-    """What the step is held by at either load."""
+    """Say what limits the step at either load."""
     runs = [
         measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind]))
         for ratio in (LIGHT, MODERATE)

@@ -2,8 +2,6 @@
 
 Inertias, stiffnesses and ratios of the eight-inertia model are inferred by least squares from the frequencies and
 shapes the paper prints (examples/paper/eight_dof.toml is the same model with loads and clearances). No load is needed.
-
-Takes nothing; gives a section.
 """
 
 from __future__ import annotations
@@ -33,6 +31,7 @@ _KEPT = ("clutch", "spline", "mesh_34")
 
 def eight_inertias() -> Model:
     """The transmission of Fig. 2(a), its clearances closed."""
+    # couplings and meshes, their stiffness in torsion referred to unit radii
     couplings = [
         {"name": name, "between": [f"body_{a}", f"body_{b}"], "stiffness": stiffness}
         for name, a, b, stiffness in (*_COUPLINGS, _SHAFT)
@@ -46,6 +45,7 @@ def eight_inertias() -> Model:
         }
         for name, a, b, stiffness in _MESHES
     ]
+    # transmission as a model
     return Model.from_tables(
         {
             "schema": 1,
@@ -84,12 +84,15 @@ def _frequencies(linear_modes: Modes) -> Row:
 
 def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
     """Compare the first two elastic shapes, scaled as printed."""
+    # computed shapes, scaled as the printed ones
     two, three = (np.asarray(linear_modes.shapes)[:, mode] for mode in (1, 2))
     two, three = two / two[-1], three / three[1]
+    # the printed entry without which the others fit best
     nine = np.array(printed.PSI_2)
     at = min(range(nine.size), key=lambda k: float(np.abs(np.delete(nine, k) - two).max()))
     off_2 = float(np.abs(np.delete(nine, at) - two).max())
     off_3 = float(np.abs(np.array(printed.PSI_3) - three).max())
+    # rows of both shapes
     return (
         row(
             "Sec. 3, shape psi_2",

@@ -1,9 +1,7 @@
-"""Every run the page rests on, made once.
+"""Runs of the reproduction, each made once.
 
 Sections say which runs they need (``Setup``); ``measure`` makes them all and hands over a ``Measurements``, from which
 sections read. A run that fails, or whose algorithm is missing, is a result with a status.
-
-Takes setups; gives Measurements.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ _FEWEST = 8
 
 @dataclass(frozen=True)
 class Scope:
-    """How long runs are. ``cycles`` shortens the paper's lengths in a quick run."""
+    """Lengths of runs; ``cycles`` shortens those of the paper in a quick run."""
 
     quick: bool
 
@@ -59,26 +57,16 @@ class Scope:
 
 @dataclass(frozen=True)
 class Setup:
-    """One run.
+    """One run of a case, as ``load_case`` builds it.
 
     Attributes
     ----------
-    case, loaded, ratio
-        of ``load_case``.
-    algorithm
-        its name.
     cycles
         length in common periods.
     step
         of a fixed step, in units of 1/omega as the paper has it; None where steps are chosen.
-    tolerance
-        of those that choose.
-    samples
-        output samples a cycle.
     nearby
         whether the start is 1e-12 half-gaps away.
-    repeats
-        how often it is run for its time.
     """
 
     case: int
@@ -99,24 +87,14 @@ class Setup:
 
 @dataclass(frozen=True)
 class Measurements:
-    """Results by their setups, and the scope they were made in.
-
-    Attributes
-    ----------
-    scope
-        how long runs are.
-    results
-        the fastest run of every setup.
-    wall_times
-        of all its runs [s].
-    """
+    """Fastest run of every setup, wall times of all its runs [s], and the scope they were made in."""
 
     scope: Scope
     results: Mapping[Setup, Result]
     wall_times: Mapping[Setup, tuple[float, ...]]
 
     def result(self, setup: Setup) -> Result:
-        """How a run went."""
+        """Status and run of a setup."""
         return self.results[setup]
 
     def times(self, setup: Setup) -> tuple[float, ...]:
@@ -146,17 +124,7 @@ def seconds_of(setup: Setup) -> float:
 
 
 def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = None) -> Measurements:
-    """Make every run once, or as often as its setup says.
-
-    Parameters
-    ----------
-    scope
-        how long runs are.
-    setups
-        which; repeated ones are made once.
-    progress
-        called with the finished share of the time they take; what it raises ends everything.
-    """
+    """Make every run once, or as often as its setup says."""
     wanted = tuple(dict.fromkeys(setups))
     total = sum(seconds_of(setup) for setup in wanted)
     done, furthest = 0.0, 0.0

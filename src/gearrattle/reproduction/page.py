@@ -1,7 +1,4 @@
-"""The reproduction as a result: "paper, ours, why they differ".
-
-Takes a Reproduction; gives its presentation.
-"""
+"""The reproduction as a result: "paper, ours, why they differ"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the paper prints, as data: C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated
+"""Numbers that the paper prints: C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated
 with Gear Rattle Analysis", ASME J. Mech. Design 117 (1995) 185-192. Nothing here is ours.
 
 Steps are in units of 1/omega, omega = 150 rad/s being inferred (see docs/reproduction.md).
@@ -15,14 +15,8 @@ class Performance:
 
     Attributes
     ----------
-    label
-        the paper's short name.
-    algorithm
-        ours.
     step
         "average step h_i"; None: failed to converge (so are the others).
-    steps, calls
-        counts.
     time
         run time, min:sec.
     """

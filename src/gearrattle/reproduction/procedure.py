@@ -1,8 +1,6 @@
-"""Everything of the paper that can be examined here, in the order of its sections.
+"""Reproduction of all statements of the paper that can be checked, in the order of its sections.
 
 Each section says which runs it needs; all are made first, once, and the sections are then read off them.
-
-Takes nothing but how much time there is; gives a Reproduction.
 """
 
 from __future__ import annotations
@@ -37,19 +35,9 @@ _READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
 
 
 def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
-    """Run what the paper ran, and compare.
-
-    Parameters
-    ----------
-    quick
-        whether to shorten the runs to about a tenth; the figures are then samples, not results.
-    progress
-        called with the finished share, 0 to 1; what it raises ends everything.
-
-    Raises
-    ------
-    ModelError, ConvergenceError
-        never for an algorithm that fails, which is a result.
+    """Run what the paper ran, and compare. ``quick`` shortens the runs to about a tenth: samples, not results.
+    ``progress`` is called with the finished share, 0 to 1, and what it raises ends everything; an algorithm that
+    fails is a result, not an error.
     """
     begin = time.perf_counter()
     scope = Scope(quick)

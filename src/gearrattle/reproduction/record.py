@@ -1,7 +1,4 @@
-"""What a reproduction is: rows of "paper, ours, why they differ", in sections, each row with an honest status.
-
-Takes text, tables and charts; gives frozen records to the page and to JSON.
-"""
+"""Result of a reproduction: sections with rows of "paper, ours, why they differ", each row with its status."""
 
 from __future__ import annotations
 
@@ -35,22 +32,12 @@ STATUSES = (REPRODUCED, CONSTRUCTED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABL
 
 @dataclass(frozen=True)
 class Row:
-    """One statement of the paper, and the result of its check.
+    """One statement of the paper with its place, and the result of its check.
 
     Attributes
     ----------
-    item
-        what, with its place in the paper.
-    paper
-        what is printed there.
-    ours
-        what was measured here.
-    status
-        how the two compare.
     why
         the reason, where there is one to give; always for ``differs``.
-    figures
-        our figures by name, for machines.
     """
 
     item: str
@@ -73,23 +60,7 @@ def row(item: str, paper: str, ours: str, status: Status, why: str = "", **figur
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page.
-
-    Attributes
-    ----------
-    key
-        anchor.
-    title
-        heading.
-    words
-        what was done, in a sentence or two.
-    rows
-        the comparison.
-    tables
-        numbers behind it.
-    charts
-        figures.
-    """
+    """A part of the page."""
 
     key: str
     title: str
@@ -101,17 +72,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Reproduction(Result):
-    """All sections.
-
-    Attributes
-    ----------
-    sections
-        in the order of the page.
-    quick
-        whether runs were shortened; their figures are then samples, not results.
-    seconds
-        how long everything took.
-    """
+    """All sections; of a quick run the figures are samples, not results."""
 
     kind: ClassVar[str] = "reproduction"
     notes: ClassVar[tuple[str, ...]] = ()

@@ -7,8 +7,6 @@ stiffness only), 8 x 8 with damping:
 
 and R_lambda the largest over the smallest |eigenvalue|, the rigid-body pair left out (it is 0 and the mean drag rate).
 Mixed coordinates x = R theta of the gears are T A T^-1: a similarity, which leaves every eigenvalue as it is.
-
-Takes nothing; gives a section.
 """
 
 from __future__ import annotations
@@ -29,16 +27,8 @@ _K, _C = np.array(list(STIFFNESS.values())), np.array(list(DAMPING.values()))
 
 
 def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = False) -> Array:
-    """(8, 8) Jacobian with stiffness contact ratios given.
-
-    Parameters
-    ----------
-    clutch, gear
-        Gamma_c, Gamma_g.
-    time_scale
-        omega for dimensionless time, 1 for seconds.
-    mixed
-        whether the gears move along the line of action [m] instead of turning.
+    """(8, 8) Jacobian with stiffness contact ratios Gamma_c, Gamma_g; ``time_scale`` is omega for dimensionless time, 1
+    for seconds; ``mixed``: the gears move along the line of action [m] instead of turning.
     """
     stiffness = (_ROWS.T * (_K * [clutch, 1.0, gear])) @ _ROWS
     damping = (_ROWS.T * _C) @ _ROWS + np.diag(_DRAG)
@@ -82,6 +72,7 @@ def section() -> Section:
 
 
 def _rows() -> tuple[Row, ...]:
+    # R_lambda in three formulations
     forms = {
         "dimensional": jacobian(0.1, 1.0),
         "dimensionless": jacobian(0.1, 1.0, SPEED),
@@ -89,8 +80,10 @@ def _rows() -> tuple[Row, ...]:
     }
     ratio = {name: stiffness_ratio(a) for name, a in forms.items()}
     summary = ", ".join(f"{value:.1f} {name}" for name, value in ratio.items())
+    # spread of natural frequencies, and condition numbers
     apart = [float(f[-1] / f[0]) for f in (natural(0.1, 0.05), natural(0.1, 1.0))]
     condition = [conditioning(forms[name]) for name in ("dimensional", "dimensionless")]
+    # rows against the printed values
     return (
         row(
             "Fig. 6(b), largest R_lambda, Gamma_c = 0.1",
@@ -133,6 +126,7 @@ def _rows() -> tuple[Row, ...]:
 
 
 def _chart() -> Chart:
+    # R_lambda and natural frequencies over Gamma_g
     gamma = np.linspace(0.02, 1.0, 50)
     ratios = [
         Line(gamma, np.array([stiffness_ratio(jacobian(c, g)) for g in gamma]), f"Gamma_c = {c:g}", COLOURS[i])
@@ -141,6 +135,7 @@ def _chart() -> Chart:
     waves = np.array([natural(0.1, g) for g in gamma])
     modes = tuple(Line(gamma, waves[:, i], f"mode {i + 1}", INK) for i in range(3))
     rules = tuple(Rule(at, label=f"paper: {at:g}") for at in (printed.R_LAMBDA_MIXED, printed.R_LAMBDA_DIMENSIONAL))
+    # panels of Figs. 5 and 6
     panels = (
         Panel(
             "Natural frequencies, Gamma_c = 0.1",
@@ -153,6 +148,7 @@ def _chart() -> Chart:
         ),
         Panel("R_lambda", "", "Gamma_g", tuple(ratios), rules=rules, x_range=(0.0, 1.0), y_range=(0.0, 400.0)),
     )
+    # caption and legend
     caption = (
         "Left: Fig. 5, undamped. Right: Fig. 6, both parts, in every formulation; dashed: the largest values the paper "
         "names for Gamma_c = 0.1, dimensional and dimensionless."

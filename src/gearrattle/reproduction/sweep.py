@@ -7,8 +7,6 @@ their backlash, a mean and one harmonic in units of K b, the mesh force at a def
     m x'' + c g(x) x' + K f(x) = K b (mean + amplitude sin(w t)),    m = (R^2/J_3 + R^2/J_4)^-1,
 
 x the deflection, w in units of sqrt(K/m).
-
-Takes a function that makes a model for a load; gives stops: a load, the regime there and its contact ratios.
 """
 
 from __future__ import annotations
@@ -53,14 +51,8 @@ class Stop:
     ----------
     load
         in the unit of the sweep.
-    rising
-        whether the sweep goes upward.
-    regime
-        of the mesh.
     amplitude
         half the peak-to-peak deflection of the mesh [half-gaps].
-    mean_slope, gain
-        the two contact ratios of the mesh.
     start
         initial state, in the form that ``simulate`` takes; None: static equilibrium.
     """
@@ -83,15 +75,10 @@ def loose_gear(drag: float) -> Model:
 
 
 def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
-    """The paper's gear pair without the rest of the driveline.
-
-    Parameters
-    ----------
-    frequency
-        of the load, in units of the resonance in contact.
-    mean, amplitude
-        of the load on the deflection, in units of K b.
+    """The paper's gear pair without the rest of the driveline: the load has a frequency in units of the resonance in
+    contact, mean and amplitude on the deflection in units of K b.
     """
+    # load on the deflection as a torque on the input gear
     torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
     mesh: dict[str, Any] = {
         "name": GEAR,
@@ -101,6 +88,7 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
         "damping": DAMPING[GEAR],
         "backlash": 2.0 * HALF_GAP,
     }
+    # gear pair as a model
     return Model.from_tables(
         {
             "schema": 1,
@@ -130,12 +118,8 @@ def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: in
     ----------
     model_of
         returns the driveline under a load; all its gear ratios must be one.
-    loads
-        ascending.
     cycles
         per load; the first two thirds are discarded, the rest is evaluated.
-    tick
-        called before every run; an exception from it ends the sweep.
     """
     stops, start = [], None
     for rising in (True, False):

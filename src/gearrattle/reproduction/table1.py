@@ -1,7 +1,5 @@
 """Tables 1 and 2: the sixteen dimensionless parameters, recomputed by eqs. (15)-(19) from round dimensional values
 (inferred), and the clearances of the three cases, read back from the models.
-
-Takes the values of ``cases``; gives a section.
 """
 
 from __future__ import annotations
@@ -55,9 +53,11 @@ def _table_2() -> tuple[Row, ...]:
 
 
 def _case(case: int, line: printed.Clearances) -> Row:
+    # components of the model
     model = load_case(case)
     clutch, spline = model.couplings
     mesh = model.meshes[0]
+    # half-gaps and ratios in units of the table
     angle = HALF_GAP / RADIUS
     error = mesh.transmission_error[0].amplitude / HALF_GAP if mesh.transmission_error else 0.0
     free = (float(spline.stiffness_ratio), float(spline.damping_ratio)) if spline.clearance else (1.0, 1.0)
@@ -67,6 +67,7 @@ def _case(case: int, line: printed.Clearances) -> Row:
         mesh=(0.0, 0.0, round(0.5 * mesh.backlash / HALF_GAP, 9)),
         error=round(error, 9),
     )
+    # row against the printed case
     return row(
         f"Table 2, case {case}",
         line.in_words(),
@@ -82,9 +83,11 @@ def _case(case: int, line: printed.Clearances) -> Row:
 
 
 def _rows(ours: dict[str, float], right: dict[str, bool]) -> tuple[Row, ...]:
+    # inertia ratios that two printed quantities give
     wrong = [name for name, is_right in right.items() if not is_right]
     by_stiffness = float(printed.TABLE_1["Omega_12^2"]) / float(printed.TABLE_1["Omega_11^2"])
     by_damping = float(printed.TABLE_1["eta_12"]) / float(printed.TABLE_1["eta_11"])
+    # rows against the printed parameters
     return (
         row(
             "Table 1, all but Omega_22^2",

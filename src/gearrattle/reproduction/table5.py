@@ -1,8 +1,6 @@
 """Table 5: measured against computed accelerations; only the arithmetic of sigma can be checked.
 
-    sigma = 100 (experiment - simulation) / experiment
-
-Takes nothing; gives a section.
+sigma = 100 (experiment - simulation) / experiment
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850).
-
-Takes Measurements; gives a section.
-"""
+"""Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850)."""
 
 from __future__ import annotations
 
@@ -41,15 +38,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
 
 
 def section(measurements: Measurements, tick: Progress) -> Section:
-    """Compare both tables.
-
-    Parameters
-    ----------
-    measurements
-        all runs.
-    tick
-        called with the finished share of the steps counted here; what it raises ends everything.
-    """
+    """Compare both tables."""
     counts = _counts(measurements.scope, tick)
     rows = [
         _fixed_row(number, line, [counts[number, line.label, loaded] for loaded in (False, True)])
@@ -111,12 +100,14 @@ def _fixed_row(number: int, line: Performance, counts: list[Counted]) -> Row:
 
 def _row(measurements: Measurements, number: int, case: int, line: Performance) -> Row:
     item = f"Table {number}, {line.label}"
+    # rattling and loaded runs
     setups = [setup_of(measurements.scope, case, line.algorithm, loaded=loaded) for loaded in (False, True)]
     results = [measurements.result(setup) for setup in setups]
     summary = "; ".join(
         f"{kind}: {_counts_and_times(result, measurements.times(setup))}"
         for kind, result, setup in zip(("rattling", "loaded"), results, setups, strict=True)
     )
+    # runs that are missing or failed
     runs = [result.run for result in results if result.run is not None]
     if len(runs) < len(results):
         missing = all(result.wall_time == 0.0 for result in results)
@@ -127,6 +118,7 @@ def _row(measurements: Measurements, number: int, case: int, line: Performance) 
             UNAVAILABLE if missing else DIFFERS,
             "" if missing else "a run did not come to an end",
         )
+    # counts of steps and calls
     figures = {
         f"{name}_{kind}": float(value)
         for kind, run in zip(("rattling", "loaded"), runs, strict=True)
@@ -165,6 +157,7 @@ def _counts_and_times(result: Result, times: tuple[float, ...]) -> str:
 def _table(
     measurements: Measurements, which: tuple[int, int, tuple[Performance, ...]], loaded: bool, counts: Counts
 ) -> Table:
+    # heads of the columns
     number, case, lines = which
     head = (
         "algorithm",
@@ -181,6 +174,7 @@ def _table(
         "crossings",
         "time, s (slowest)",
     )
+    # printed and measured counts, by algorithm
     rows = []
     for line in (*lines, Performance("exact", "exact", None, None, None, None)):
         theirs = ("–",) * 4

@@ -1,8 +1,6 @@
 """Sec. 9: "the TR yielded by the fixed step routines appear to encompass a larger bandwidth (rms to peak)".
 
 Measured on case 2 as TR_peak - TR_rms over the last eight cycles (eqs. (23)-(25)).
-
-Takes Measurements and the setups of case 2; gives rows.
 """
 
 from __future__ import annotations
@@ -22,6 +20,7 @@ _CLEARLY = 1.2
 
 def bandwidth(measurements: Measurements, kind: str, setup_of: Callable[..., Setup]) -> Row:
     """Compare rms-to-peak spans of fixed and variable steps."""
+    # rms-to-peak spans of hub and output gear, by algorithm
     exact = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]))
     item, printed_claim = f"Sec. 9, TR spans more with fixed steps, case 2, {kind}", "a larger bandwidth, rms to peak"
     span = {}
@@ -33,6 +32,7 @@ def bandwidth(measurements: Measurements, kind: str, setup_of: Callable[..., Set
             span[name] = np.abs(ratios.peak - ratios.rms)[at]
     if not {"rk2", "rk4", "rkv"} <= set(span):
         return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    # fixed steps clearly wider than chosen ones
     summary = ", ".join(f"{name} {figure(float(v[0]), 2)}, {figure(float(v[1]), 2)}" for name, v in span.items())
     wider = bool(np.all(np.minimum(span["rk2"], span["rk4"]) > _CLEARLY * span["rkv"]))
     why = (
@@ -40,6 +40,7 @@ def bandwidth(measurements: Measurements, kind: str, setup_of: Callable[..., Set
         if wider
         else "RK2's is that of exact to within what eight cycles vary; RK4's step is unstable"
     )
+    # row against the printed claim
     return row(
         item,
         printed_claim,

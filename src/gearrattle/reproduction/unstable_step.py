@@ -1,10 +1,8 @@
-"""RK4 at the paper's step h = 0.0128: outside its stability region while the gears touch.
+"""RK4 at the paper's step h = 0.0128: outside its stability region while the gears are in contact.
 
 With R the stability polynomial, |R(h lambda)| <= 1 must hold for every eigenvalue of every region met. Where the mesh
 is in contact the paper's step gives 1.69; its limit there is found by bisection. The loaded cases show what follows:
 the exact teeth stay in contact, RK4's rattle.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -86,6 +84,7 @@ def separations(run: Run) -> int:
 
 
 def _row(measurements: Measurements, case: int) -> Row:
+    # loaded runs of three algorithms
     item = f"Sec. 9, RK4 gives compatible solutions, loaded case {case}"
     runs = {name: measurements.run(setup_of(measurements.scope, case, name)) for name in ("exact", "rk4", "rk2")}
     exact = runs["exact"]
@@ -93,10 +92,12 @@ def _row(measurements: Measurements, case: int) -> Row:
     rk2 = runs["rk2"]
     if exact is None or rk4 is None or rk2 is None:
         return row(item, "compatible", "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    # contact and deflection of the gears under RK4
     t = rk4.trajectory
     gear = t.layout.clearance_names.index("gear")
     share = float(np.mean(t.region[t.time > SETTLED * t.layout.period, gear] != 0))
     reach = np.max(np.abs(t.deflection[:, gear])) / HALF_GAP
+    # separations of the teeth
     none = separations(exact)
     some = separations(rk4)
     fine = separations(rk2)

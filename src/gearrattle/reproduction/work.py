@@ -2,8 +2,6 @@
 
 Case 3 over the first part of the motion, up to where perturbations have grown a thousandfold; light (0.05) and moderate
 (0.5) load. Calls are interpolated, log over log, between the runs on either side of an error.
-
-Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -90,14 +88,17 @@ def calls_for(points: Points, error: float) -> float:
 
 def _rows(kind: str, curves: Curves) -> Iterator[Row]:
     """Higher against lower order, and chosen against fixed steps, at either load."""
+    # error that every algorithm reaches
     pair = [curves[kind, ratio] for ratio in (LIGHT, MODERATE)]
     error = max(max(min(e for e, _ in points) for points in curves.values()) for curves in pair)
     error = 10.0 ** np.ceil(np.log10(error))
+    # calls for this error
     calls = [{name: calls_for(points, error) for name, points in curves.items()} for curves in pair]
     summary = "; ".join(
         f"at {ratio:g}: {', '.join(f'{name} {counted(round(n))}' for name, n in call.items())}"
         for ratio, call in zip((LIGHT, MODERATE), calls, strict=True)
     )
+    # higher against lower order, under light and moderate load
     for how, high, low in (("fixed steps", "rk4", "rk2"), ("chosen steps", "rkv", "rkf")):
         light, moderate = (call[high] / call[low] for call in calls)
         worse = light > _CLEARLY * max(1.0, moderate)
@@ -111,6 +112,7 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
             light=light,
             moderate=moderate,
         )
+    # fixed against chosen steps
     ratio = [call["rk2"] / call["rkf"] for call in calls]
     yield row(
         f"Sec. 9, fixed steps of low order are faster, {kind}",
@@ -124,6 +126,7 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
 
 
 def _chart(curves: Curves) -> Chart:
+    # error over calls, under either load
     colour = dict(zip(ORDERS, COLOURS, strict=False))
     panels = []
     for (kind, ratio), curve in curves.items():
@@ -144,6 +147,7 @@ def _chart(curves: Curves) -> Chart:
                 y_log=True,
             )
         )
+    # caption and legend
     legend = tuple(Key(name, colour[name]) for name in ORDERS)
     caption = "Error against function calls; down and to the left is better."
     return Chart(

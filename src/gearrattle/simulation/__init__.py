@@ -1,1 +1,1 @@
-"""A model is simulated: its settings, its limits, one run, or a stream of chunks that is kept on disk."""
+"""Simulation of a model: settings, limits, one run, or a stream of chunks that is kept on disk."""

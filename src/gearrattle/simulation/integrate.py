@@ -1,4 +1,4 @@
-"""The one loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
+"""Loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
 
 from __future__ import annotations
 
@@ -24,26 +24,14 @@ _SLOW = 60.0  # seconds a cycle: of machines it takes milliseconds
 def integrate(
     task: Task, layout: Layout, algorithm: str, discard: int = 0, progress: Progress | None = None
 ) -> Trajectory:
-    """Integrate a task and name the result after its driveline.
+    """Integrate a task and name the result after its driveline; ConvergenceError, with time, state and remedy, if the
+    algorithm becomes unstable or stalls.
 
     Parameters
     ----------
-    task
-        system, start and output grid.
-    layout
-        names and constants of the driveline.
-    algorithm
-        a key of ``SOLVERS``.
-    discard
-        cycles criteria leave out.
     progress
         called with the fraction done after every slice; whatever it raises ends the run. Its method
         ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
-
-    Raises
-    ------
-    ConvergenceError
-        the algorithm went unstable or stalled; carries time, state and what to try.
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)
@@ -61,16 +49,12 @@ def finish(
     begin: float,
     first_cycle: int = 0,
 ) -> Trajectory:
-    """Drive a run to its end; see ``integrate``.
+    """March a run that has just begun to its end; see ``integrate``.
 
     Parameters
     ----------
-    march
-        the run, just begun.
     task
         what it works on; its ``cycles`` are those of this trajectory.
-    layout, algorithm, discard, progress
-        as in ``integrate``.
     begin
         clock reading [s] from which its wall time counts.
     first_cycle
@@ -94,7 +78,9 @@ def finish(
 
 
 def _reason(position: Position, layout: Layout, least: float, cycles: float) -> str:
-    """Say why a march is slow that has gone fewer cycles than the least; empty where it is not, or that is unknown."""
+    """Say why a march is slow that has done fewer cycles than the least; empty where it is fast, or the reason is
+    unknown.
+    """
     if cycles >= least or position.fastest is None:
         return ""
     return f"a cycle takes minutes: {layout.element_names[position.fastest]} moves very fast for its inertias"
@@ -151,8 +137,10 @@ class Grid(NamedTuple):
 
 def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
     """Return the trajectory of a motion: everything in it named after the driveline."""
+    # labels of regions from indices of pieces
     first, crossings = layout.region_of_first_piece, motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
+    # time, forces of clearances, regions and torques, slice by slice
     per_cycle, samples = grid.samples_per_cycle, len(motion.angle)
     time, torque = np.empty(samples), np.empty_like(motion.force)
     force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
@@ -163,6 +151,7 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
         force[part] = motion.force[part][:, layout.clearance]
         region[part] = motion.piece[part] + first
         torque[part] = motion.force[part] * layout.radii[:, 0]
+    # trajectory under the names of the driveline
     return Trajectory(
         layout=layout,
         time=time,

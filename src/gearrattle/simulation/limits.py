@@ -1,4 +1,4 @@
-"""What a run would take, refused before it begins: rates beyond double precision, and more memory than there is."""
+"""Limits of a run, checked before it begins: rates beyond double precision, and memory."""
 
 from __future__ import annotations
 
@@ -22,12 +22,8 @@ _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 @kept
 def check_rates(driveline: Driveline) -> None:
-    """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order.
-
-    Raises
-    ------
-    ModelError
-        naming every value, and the largest that is taken.
+    """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order; the
+    ModelError names every value, and the largest that is taken.
     """
     model, system = driveline.model, driveline.system
     period, problems = system.inputs.period, []
@@ -73,21 +69,8 @@ def _too_high(model: Model, period: float) -> list[Problem]:
 
 
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, location: str) -> None:
-    """Refuse a run whose samples would not fit into half of the machine's memory.
-
-    Parameters
-    ----------
-    system
-        the driveline.
-    cycles, samples_per_cycle
-        of the run, or of what is in memory at a time.
-    location
-        the setting to name.
-
-    Raises
-    ------
-    ModelError
-        with what it would take, and what fits.
+    """Refuse a run whose samples, as many as are in memory at a time, would not fit into half of the machine's memory;
+    the ModelError names the setting ``location``, what the run would take and what fits.
     """
     need, most = bytes_of_sample(system) * cycles * samples_per_cycle, _SHARE * memory()
     if need <= most:
@@ -103,12 +86,8 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
 
 @kept
 def check_tables(system: PiecewiseSystem) -> None:
-    """Refuse ``exact`` to a driveline too large for tables that the sweep does not take (``solvers.choice``).
-
-    Raises
-    ------
-    ModelError
-        with what the tables would take, and what fits.
+    """Refuse ``exact`` for a driveline too large for the tables that the sweep does not need (``solvers.choice``); the
+    ModelError says what they would take, and what fits.
     """
     states, most = 2 * system.size, _SHARE * memory()
     need = 8.0 * _MATRICES * states**2

@@ -1,7 +1,7 @@
-"""Whether bodies that turn freely keep the speed of the file over the judged part of a run.
+"""Drift of the mean speed of freely turning bodies over the judged part of a run.
 
-Their velocities are fluctuations about that speed, and their mean is zero if the motion repeats. What is left of it
-shifts torque orders against the motion, so a mean above a thousandth of the fluctuation is told.
+Their velocities are fluctuations about that speed, and their mean is zero if the motion repeats. A mean that is not
+zero shifts torque orders against the motion; above a thousandth of the fluctuation it gets a note.
 """
 
 from __future__ import annotations
@@ -23,15 +23,7 @@ _NOTHING = 1e-300  # below every fluctuation that is one
 
 
 def mean_speed_notes(model: Model, system: PiecewiseSystem, trajectory: Trajectory) -> tuple[str, ...]:
-    """Say of the freely turning body whose mean speed is farthest off by how much, and why; nothing where all keep it.
-
-    Parameters
-    ----------
-    model
-        settled, under harmonics of one speed.
-    system, trajectory
-        its free inertias.
-    """
+    """Note the freely turning body whose mean speed is farthest off, by how much and why; none where all keep it."""
     settings = model.simulation
     assert settings.discard is not None and settings.samples_per_cycle is not None  # noqa: PT018 - settled
     bodies = np.concatenate([np.zeros(0, np.int64), *(train.bodies for train in trains(system))])

@@ -11,19 +11,12 @@ from gearrattle.remember import kept
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:
-    """The model with every simulation setting filled in and checked.
+    """The model with every simulation setting filled in and checked; arguments are None where the call is silent.
 
-    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start, as a
-    run of a stated duration and one with ramps of a torque. Settings as of the last call give the same model again,
-    with all that was made of it.
-
-    Parameters
-    ----------
-    model
-        the model as loaded.
-    arguments
-        settings of the call by their names in the file; None where the call is silent.
+    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling: discard
+    = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start; so is a run of
+    a stated duration, and one with ramps of a torque. The settings of the last call return the same model again, with
+    all its derived values.
 
     Raises
     ------
@@ -44,7 +37,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
 
 @kept
 def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
-    """The model as settled last, by the arguments of the call."""
+    """Cache of the model as it was settled last, with the arguments of that call."""
     return {}
 
 

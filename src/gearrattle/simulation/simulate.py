@@ -1,4 +1,4 @@
-"""``simulate``: a model in, a run out."""
+"""Simulation of a model in time."""
 
 from __future__ import annotations
 
@@ -113,23 +113,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class Plan:
-    """A simulation about to begin.
-
-    Attributes
-    ----------
-    model
-        the model with every setting filled in.
-    task
-        what to integrate.
-    layout
-        names and constants of the driveline.
-    algorithm
-        a key of ``SOLVERS``.
-    discard
-        cycles criteria leave out.
-    notes
-        what must be noted before anything has moved.
-    """
+    """A simulation about to begin: settings filled in, task, layout, key of ``SOLVERS``, cycles to discard, notes."""
 
     model: Model
     task: Task
@@ -139,27 +123,14 @@ class Plan:
     notes: tuple[str, ...]
 
     def run(self, trajectory: Trajectory, notes: tuple[str, ...] = ()) -> Run:
-        """The run a trajectory of this plan makes, with what must be noted besides."""
+        """Run of a trajectory of this plan, with the notes of the plan."""
         every = whole_trajectory(self.model, trajectory)
         return Run(replace(every, notes=(*self.notes, *trajectory.notes, *notes)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
-    """Settle every setting, assemble the system and find the start.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    arguments
-        settings of the call by their names in the file; None where the call is silent.
-    audit
-        whether to audit the energy.
-
-    Raises
-    ------
-    ModelError
-        bad settings, or no static equilibrium.
+    """Settle every setting, assemble the system and find the start; ModelError for bad settings, or without a static
+    equilibrium.
     """
     used = settled(model, arguments)
     settings = used.simulation
@@ -178,12 +149,8 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
 
 
 def check_takes(driveline: Driveline, algorithm: str) -> None:
-    """Refuse a model that only ``exact`` takes to another algorithm.
-
-    Raises
-    ------
-    ModelError
-        friction, clipped contact damping, a torque over time or a sweep.
+    """Refuse another algorithm where only ``exact`` takes the model: friction, clipped contact damping, a torque over
+    time or a sweep (ModelError).
     """
     if algorithm != "exact" and (reason := needs_exact(driveline)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
@@ -191,7 +158,7 @@ def check_takes(driveline: Driveline, algorithm: str) -> None:
 
 
 def needs_exact(driveline: Driveline) -> str:
-    """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
+    """Reason why only ``exact`` takes a model; empty where every algorithm does."""
     if driveline.system.auxiliaries:
         name = driveline.layout.auxiliary_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
@@ -200,13 +167,13 @@ def needs_exact(driveline: Driveline) -> str:
 
 @kept
 def _notes_of(model: Model) -> tuple[str, ...]:
-    """What must be noted of every run of a model."""
+    """Notes on every run of a model."""
     of_parts = (*component_notes(model), *decay_notes(model))
     return (*period_of(model).notes, *of_parts, *_sweep_notes(model), *record_notes(model))
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:
-    """What a sweep of the speed means for a count in cycles."""
+    """Notes on a sweep of the speed whose length is given in cycles."""
     sweep = model.excitation.sweep
     if sweep is None:
         return ()

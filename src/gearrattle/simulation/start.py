@@ -1,4 +1,4 @@
-"""The state in which a run begins, by the words of ``simulation.initial``.
+"""Initial state of a run, as ``simulation.initial`` names it.
 
 ``steady``: the equilibrium under the means, and every free train turns as in its periodic rigid response
 (``engine.system.rigid``), along a sweep that of the first speed. A train whose means do not balance, or that a record
@@ -22,12 +22,8 @@ _MOST_NAMED = 3
 
 
 def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return angles and velocities (n,) of the free inertias at t = 0, and what must be noted.
-
-    Raises
-    ------
-    ModelError
-        the model has no static equilibrium.
+    """Return angles and velocities (n,) of the free inertias at t = 0, with notes; ModelError without a static
+    equilibrium.
     """
     system = driveline.system
     model = driveline.model

@@ -1,4 +1,4 @@
-"""Every fixed step against its method's stability region."""
+"""Fixed steps against the stability regions of their methods."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ class StepLimit:
 
     Attributes
     ----------
-    algorithm
-        its name.
     step
         the step a run of the model would take [s].
     product
@@ -47,21 +45,9 @@ class StepLimit:
 def step_limits(
     model: Model, regions: Sequence[RegionStiffness], step: float | str | None = None
 ) -> tuple[StepLimit, ...]:
-    """One entry for every fixed-step algorithm; none for a driveline that only ``exact`` takes.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    regions
-        its regions with their eigenvalues.
-    step
-        [s], or a string with a unit; None: the file's, else the algorithm's own.
-
-    Raises
-    ------
-    ModelError
-        bad settings, or no static equilibrium.
+    """Return one limit for every fixed-step algorithm, none for a driveline that only ``exact`` takes; ``step`` in s,
+    with a unit, or None for the file's, else the algorithm's own. ModelError for bad settings, or without a static
+    equilibrium.
     """
     if needs_exact(assemble(model)):
         return ()

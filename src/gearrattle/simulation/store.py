@@ -40,14 +40,12 @@ Arrays = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class State:
-    """Where a stored motion stands.
+    """State of a stored motion: finished chunks and periods.
 
     Attributes
     ----------
     owner
         format, model, settings and versions, as lines of text.
-    chunks, done
-        finished chunks, and their periods.
     march
         snapshot of the march (``solvers.Extensible``).
     sums
@@ -62,15 +60,7 @@ class State:
 
 
 class Store:
-    """A folder that keeps the chunks of one long motion.
-
-    Attributes
-    ----------
-    folder
-        where.
-    state
-        of the last whole chunk; None if there is none yet.
-    """
+    """A folder that keeps the chunks of one long motion; its state is that after the last whole chunk, None before."""
 
     def __init__(self, folder: Path, owner: str, state: State | None) -> None:
         self.folder, self.state = folder, state
@@ -81,17 +71,6 @@ class Store:
     @classmethod
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
         """Open a folder, made when the first chunk is kept.
-
-        Parameters
-        ----------
-        folder
-            where; it need not exist.
-        model
-            the model with every setting of the simulation filled in.
-        settings
-            what else decides the bits and the files.
-        resume
-            whether to go on with what it holds.
 
         Raises
         ------
@@ -135,13 +114,7 @@ class Store:
             return 0 if self.state is None else self.state.done
 
     def _hold(self) -> None:
-        """Keep others from writing into the folder.
-
-        Raises
-        ------
-        ModelError
-            another program writes into it.
-        """
+        """Lock the folder; ModelError where another program writes into it."""
         if self._lock is None:
             try:
                 self._lock = Lock(self.folder)
@@ -149,12 +122,8 @@ class Store:
                 raise ModelError(Problem(str(self.folder), "", error.rule, error.remedy)) from None
 
     def check_there(self) -> None:
-        """Refuse to go on with a folder that has lost what was kept in it: a chunk after a gap can never be read.
-
-        Raises
-        ------
-        ModelError
-            the folder, its state or its last chunk has been removed.
+        """Refuse to go on with a folder that has lost its state or its last chunk (ModelError): a chunk after a gap can
+        never be read.
         """
         if self.state is None:
             return
@@ -203,13 +172,7 @@ class Store:
 
 
 def read_state(folder: Path) -> State | None:
-    """The state in a folder, or None.
-
-    Raises
-    ------
-    ModelError
-        the file is no state of a stored motion.
-    """
+    """The state in a folder, or None; ModelError if the file is no state of a stored motion."""
     path = folder / STATE
     rule = "must be the state of a stored motion"
     try:
@@ -268,13 +231,7 @@ def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
 
 
 def _chunks(folder: Path, state: State) -> Iterator[Run]:
-    """Yield the chunks, each a continuation of the one before.
-
-    Raises
-    ------
-    ModelError
-        a chunk of another motion, or one that does not begin where the one before ended.
-    """
+    """Yield the chunks; ModelError for one of another motion, or one that does not begin where the one before ended."""
     done, model = 0, None
     for index in range(state.chunks):
         path = folder / _CHUNK.format(index + 1)
@@ -293,7 +250,7 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
 
 
 def _owner(model: Model, settings: Mapping[str, Any]) -> str:
-    """Everything that decides the bits, as lines of text."""
+    """Lines of text on everything that decides the bits of a motion."""
     versions = {name: version_of(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     content = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join(
@@ -306,7 +263,7 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
 
 
 def _others(folder: Path) -> list[str]:
-    """Names of what is in a folder and was left there by no stream, ascending; a first chunk may lack its state."""
+    """Names in a folder that no stream has written, ascending; a first chunk may lack its state."""
     if not folder.exists():
         return []
     own = re.compile(rf"chunk-\d{{6}}\.nc|{re.escape(PREFIX)}.*|\.lock")

@@ -1,4 +1,4 @@
-"""``stream``: a motion of any length, chunk by chunk, in the memory of one chunk.
+"""Stream of a motion of any length: chunk by chunk, in the memory of one chunk.
 
 Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
 run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
@@ -120,13 +120,7 @@ def stream(
 
 
 def _length(chunk: int | None, plan: Plan) -> int:
-    """Periods a chunk.
-
-    Raises
-    ------
-    ModelError
-        not a whole number, or less than one.
-    """
+    """Periods a chunk; ModelError unless they are a whole number from 1 on."""
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
     if problems := argument_problems({"chunk": (Count(1), chunk)}):
@@ -135,13 +129,7 @@ def _length(chunk: int | None, plan: Plan) -> int:
 
 
 def _begun(plan: Plan, chunk: int) -> Extensible:
-    """The march, ready for the first chunk.
-
-    Raises
-    ------
-    ModelError
-        the algorithm cannot go on where it ended.
-    """
+    """The march, ready for the first chunk; ModelError if the algorithm cannot go on where it ended."""
     task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
     march = SOLVERS[plan.algorithm](task)
     if not isinstance(march, Extensible):
@@ -213,16 +201,19 @@ class Stream:
         ConvergenceError
             the algorithm failed.
         """
+        # end of the motion
         if self.done >= self.cycles:
             if self._store is not None:
                 self._store.release()
             raise StopIteration
         if self._store is not None:
             self._store.check_there()
+        # begin the next chunk, unless a failed call has begun it
         plan, cycles = self._plan, self._next
         if not self._ready:
             self._march.extend(cycles)
             self._ready = True
+        # march and name the chunk
         discard = min(max(plan.discard - self.done, 0), cycles)
         run = plan.run(
             finish(
@@ -236,6 +227,7 @@ class Stream:
                 first_cycle=self.done,
             )
         )
+        # judge it, and store it before it counts
         sums = add(run.trajectory, self._sums)
         if self._store is not None:
             self._store.keep(run, self._march.snapshot(), sums.packed(), self.done + cycles)

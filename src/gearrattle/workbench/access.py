@@ -1,12 +1,10 @@
-"""Who may ask the workbench, and what its answers may do: checked before any route is reached.
+"""Access checks of the workbench, made before any route is reached.
 
 A request passes if its ``Host`` names this server, its ``Origin`` (where there is one) is this server, and it carries
 the token: as a cookie, or as ``Authorization: Bearer``. The start address carries the token once and exchanges it for
 the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit of
 size and of time while they are read, and together hold so much memory at most. Requests end at a rate: those with the
-token at one of their own, those without it at one for each address, so that nobody spends what others may ask.
-
-Takes ASGI scopes; passes them on, or answers.
+token at one of their own, those without it at one for each address, so that nobody uses up the rate of others.
 """
 
 from __future__ import annotations
@@ -117,19 +115,7 @@ class Strangers:
 
 
 class Access:
-    """The application behind its checks.
-
-    Parameters
-    ----------
-    application
-        what is asked when a request has passed.
-    host
-        that the server listens on.
-    token
-        that opens the page.
-    password
-        that opens it as well; empty: none.
-    """
+    """The application behind its checks of host, token and password, which is empty for none."""
 
     def __init__(self, application: Application, host: str, token: str, password: str = "") -> None:
         self._application, self._host, self._token, self._password = application, host, token, password
@@ -198,6 +184,7 @@ class Access:
         is_whole = False
         end = time.monotonic() + _LONGEST_BODY
 
+        # one message of the body, within the limits of time, size and memory
         async def limited() -> Message:
             nonlocal size, is_whole
             if is_whole:  # what comes now is the end of the connection
@@ -216,6 +203,7 @@ class Access:
                 raise _refused(503, "too much is uploaded at once; try again in a moment")
             return message
 
+        # free the memory that the body held
         try:
             await self._application(scope, limited, send)
         finally:

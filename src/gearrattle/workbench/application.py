@@ -15,8 +15,6 @@ What lives as long as the application is kept in its ``state``:
     importing   thread that imports the rest
 
 An application without ``begun`` (its lifespan was not entered) serves what is there, and computes nothing.
-
-Takes the workspace folder; gives an ASGI application, and the server that ends it.
 """
 
 from __future__ import annotations
@@ -59,30 +57,14 @@ _UNOPENED = 1.0  # seconds
 
 @dataclass(frozen=True)
 class Limits:
-    """What jobs may take.
-
-    Attributes
-    ----------
-    processes
-        jobs that run at a time.
-    memory
-        bytes that one may hold.
-    """
+    """Number of jobs that run at a time, and bytes that one may hold."""
 
     processes: int
     memory: float
 
 
 def application(folder: Folder, limits: Limits) -> Starlette:
-    """Return the application of a workspace folder; ``Access`` stands before it.
-
-    Parameters
-    ----------
-    folder
-        the workspace folder.
-    limits
-        of jobs.
-    """
+    """Return the application of a workspace folder, with limits for its jobs; ``Access`` stands before it."""
 
     @contextlib.asynccontextmanager
     async def living(app: Starlette) -> AsyncIterator[None]:
@@ -107,13 +89,6 @@ class Server(uvicorn.Server):
     """A server that, when it is to end, ends answers under way before it waits for them.
 
     An answer that it had to cancel is no fault, and is not logged as one.
-
-    Parameters
-    ----------
-    config
-        of uvicorn.
-    state
-        of the application.
     """
 
     def __init__(self, config: uvicorn.Config, state: State) -> None:

@@ -1,10 +1,8 @@
-"""What a new table or a new row holds: values that are valid where they stand, and change as little as they can.
+"""First values of a new table or row: valid where they stand, with as little effect as possible.
 
 Every table begins with what it must have, as the examples of the JSON Schema of model files give it. A further sine has
 the next order. Stages begin as the law that the coupling has, and a further stage goes on as the last one does: the law
 stays what it is until its values are changed.
-
-Takes the tables of a file as written and where the table or row is wanted; gives edits.
 """
 
 from __future__ import annotations
@@ -61,21 +59,8 @@ trees in two threads at once (``SystemError: AST constructor recursion depth mis
 
 
 def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Begun:
-    """Return the edits that begin a table or a list, or add a row to the list that stands there.
-
-    Parameters
-    ----------
-    tables
-        of the file.
-    location
-        of the table or list, such as ``("coupling", 0, "stages")``.
-    option
-        which one of the tables that may stand there.
-
-    Raises
-    ------
-    LookupError
-        no table or list may stand there.
+    """Return the edits that begin a table or a list, or add a row to it; ``option`` chooses among the tables that may
+    stand there. LookupError if none may.
     """
     if location[:1] == ("coupling",) and location[2:] in (("stages",), ("coast_stages",)):
         return list(_staged(_found(tables, location[:2]), location))

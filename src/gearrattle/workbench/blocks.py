@@ -2,8 +2,6 @@
 
 The blocks joined are the document again, letter by letter. A comment directly above a header belongs to that header,
 and a new key of a table goes below its last key, not below the comment on the next table.
-
-Takes text; gives blocks to ``editing``.
 """
 
 from __future__ import annotations
@@ -51,7 +49,7 @@ class Block:
 
 
 def blocks_of(text: str) -> list[Block]:
-    """Take a valid TOML document apart; the first block is that of the keys above the first header."""
+    """Split a valid TOML document into blocks; the first one holds the keys above the first header."""
     lines = _lines(text)
     opened = headers(text)
     starts = [_first_comment(lines, header.line - 1) for header in opened]
@@ -123,5 +121,5 @@ def _first_comment(lines: list[str], header: int) -> int:
 
 
 def _is_aside(line: str) -> bool:
-    """Tell blank lines and comments from keys."""
+    """Whether a line is blank or a comment."""
     return not line.strip() or line.lstrip().startswith("#")

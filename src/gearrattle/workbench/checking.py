@@ -1,7 +1,4 @@
-"""A text is checked as ``gearrattle check`` does, and every problem is led to its field and its line.
-
-Takes a text; gives problems, the drawing and the tables as written, in JSON types.
-"""
+"""Check of a model text as ``gearrattle check`` does it, each problem with its field and line."""
 
 from __future__ import annotations
 
@@ -26,21 +23,8 @@ from gearrattle.workbench.together import groups_of
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
-    """Check a model file that may be incomplete.
-
-    Parameters
-    ----------
-    text
-        its content.
-    folder
-        the workspace; other files that the text names are read from there.
-    file
-        name of the file in it, to which names in the text are relative; empty: a file in the folder itself.
-
-    Raises
-    ------
-    ModelError
-        the name leads out of the folder.
+    """Check a model file that may be incomplete; data files in it are relative to ``file``, a name in the workspace
+    folder. ModelError if that name leads out of the folder.
 
     Returns
     -------
@@ -50,6 +34,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         path (none where something is wrong), and ``groups``, patterns of values that a factor changes
         together, with their words.
     """
+    # text to tables
     name = file or NAME
     path = name if folder is None else str(folder.path(name))
     with allowed_root(None if folder is None else folder.root):
@@ -57,6 +42,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
             tables, positions = read_tables(text, path)
         except ModelError as error:
             return _answer(error.problems, path, name)
+        # tables to a model, its notes and groups
         problems: Sequence[Problem] = ()
         notes: Sequence[str] = ()
         groups: Mapping[str, str] = {}
@@ -68,6 +54,7 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
             problems = error.problems
         except ConvergenceError as error:
             problems = [Problem("model", "", error.message, error.remedy)]
+    # answer for the page
     return _answer(problems, path, name) | {
         "notes": list(notes),
         "drawing": drawing(tables),
@@ -113,7 +100,7 @@ def _problem(problem: Problem, path: str, name: str) -> dict[str, Any]:
 
 
 def plain(tables: Mapping[str, Any]) -> Any:
-    """Return tables in the types that JSON has: dates as text, numbers that are none as text."""
+    """Return tables in the types that JSON has: dates as text, infinite numbers and NaN as text."""
     if isinstance(tables, Mapping):
         return {key: plain(value) for key, value in tables.items()}
     if isinstance(tables, list):

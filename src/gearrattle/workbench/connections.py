@@ -1,10 +1,8 @@
-"""Connections to the workbench whose first head has not come: each waits so long for it, and few wait at a time.
+"""Connections to the workbench without a first head yet: their waiting time and their number are limited.
 
 Whoever opens a connection holds memory and a file descriptor of the server before ``access`` can check who asks. So a
 connection has seconds to send its first head, and where too many have not, the one that has waited longest is closed: a
 browser sends a head as soon as it is connected.
-
-Takes connections; passes their requests on.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""What is different between jobs: values of their models, and what came out.
+"""Differences between jobs: values of their models, and their results.
 
 Of a number that is better the smaller it is, the best is named where it is beyond the scatter of the runs.
-
-Takes the folders of jobs; gives rows of text and numbers, one column a job.
 """
 
 from __future__ import annotations
@@ -36,11 +34,6 @@ _WORDS: Mapping[str, Mapping[Any, int]] = {"severity": RANKS, "regime": REGIME_R
 
 def differences(folders: Sequence[Path]) -> dict[str, Any]:
     """Return where models of jobs differ, and their verdicts side by side.
-
-    Parameters
-    ----------
-    folders
-        of the jobs, in the order of the columns.
 
     Returns
     -------

@@ -1,9 +1,7 @@
-"""A model file as a drawing: bodies, what connects and drives them, and where each stands, in pixels.
+"""Drawing of a model file: bodies, elements and loads, with positions in pixels.
 
 The file may be incomplete or wrong: what can be read of it is drawn. Bodies stand as in the report's sketch
 (``report/plots/placement.py``), so a driveline looks the same while it is built and when it has been run.
-
-Takes the tables of a file as written; gives values in JSON types.
 """
 
 from __future__ import annotations
@@ -37,18 +35,13 @@ _LOADS: Mapping[str, type[Shown]] = {"torque": Torque, "motion": Motion}
 
 @dataclass(frozen=True)
 class Link:
-    """An element, or a pair of bodies of a component that is not sound yet.
+    """An element, or a pair of bodies of a component that is not sound yet; ``arms`` are all bodies whose angles it
+    reads.
 
     Attributes
     ----------
-    table, index
-        row of the component.
     ends
         two body numbers; -1 for ground, -2 for a body that does not exist.
-    arms
-        all bodies whose angles it reads.
-    element
-        what is known of a sound one.
     """
 
     table: str
@@ -163,6 +156,7 @@ def _connections(links: Sequence[Link], count: int, driven: int) -> _Connections
 
 def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placement: Placement) -> list[dict[str, Any]]:
     """Return bodies with the discs on their shafts."""
+    # J of bodies that can be read
     is_dimensionless = tables.get("units") == "dimensionless"
     context = {"dimensionless": is_dimensionless, OMEGA: None}
     sizes = np.full(len(rows), np.nan)
@@ -171,9 +165,11 @@ def _bodies(tables: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], placem
             sizes[number] = Inertia.model_validate({"name": "a", "J": row.get("J")}, context=context).J
         except ValidationError:
             continue
+    # heights of discs, the median for unknown J
     known = sizes[np.isfinite(sizes)]
     usual = float(np.median(known)) if known.size else 1.0
     heights = disc_heights(np.where(np.isfinite(sizes), sizes, usual)) if rows else np.empty(0)
+    # discs on every shaft
     discs: dict[int, set[int]] = {}
     for number, (column, _) in placement.bodies.items():
         below = {foot[0] - column for foot in placement.feet.get(number, ())}

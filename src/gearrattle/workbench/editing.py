@@ -1,4 +1,4 @@
-"""A model file is edited as its author would: one value or table changes, comments and layout stay.
+"""Edits of a model file that keep its comments and layout.
 
 Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table", "value"}``,
 ``{"op": "delete", "path"}``, ``{"op": "rename", "table", "name", "to"}`` and ``{"op": "begin", "path", "option"}``,
@@ -7,9 +7,7 @@ which begins a table or a list with values that are valid there (``beginning``),
 need be no sound model, only TOML. What is set may be a factor, ``{"factor": 3}``, and its path a pattern: every value
 keeps its unit. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
 
-Whatever the edit does to the text, the values in it are compared with those of the same edit of plain tables.
-
-Takes a text; gives a text.
+After every edit of the text its values are compared with those of the same edit of plain tables.
 """
 
 from __future__ import annotations
@@ -51,24 +49,8 @@ class Edited(NamedTuple):
 
 
 def edited(text: str, edits: Sequence[Edit]) -> Edited:
-    """Edit a model file.
-
-    Parameters
-    ----------
-    text
-        the content of the file, TOML.
-    edits
-        one after another, each on what the one before left.
-
-    Returns
-    -------
-    Edited
-        The text, comments kept, and sentences on what went with a deleted body.
-
-    Raises
-    ------
-    ModelError
-        the text is no TOML, an edit is none, or its path leads nowhere.
+    """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what a deleted body took
+    along. ModelError if the text is no TOML, an edit is none, or its path leads nowhere.
     """
     if not isinstance(edits, Sequence) or isinstance(edits, str) or len(edits) > _MOST:
         raise _refused("edits", "", f"must be a list of at most {_MOST} edits")
@@ -274,7 +256,7 @@ def _carried_out(text: str, step: Step) -> str:
 
 
 def _last_of_its_kind(tables: Mapping[str, Any], location: Location) -> Location:
-    """Return the array in place of its only entry: it goes with it."""
+    """Return the array in place of its only entry, which is deleted with it."""
     only = isinstance(location[-1], int) and _value_at(tables, location[:-1])
     return location[:-1] if isinstance(only, list) and len(only) == 1 else location
 

@@ -2,8 +2,6 @@
 
 A name is a relative path with ``/``. Names with ``..``, hidden parts, backslashes, drive letters or control characters
 are refused by their text; a symbolic link that leads outside is refused by what it leads to.
-
-Takes names; gives paths and listings.
 """
 
 from __future__ import annotations
@@ -50,12 +48,7 @@ class NotThereError(ModelError):
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder of which files are read and written.
-
-    Attributes
-    ----------
-    root
-        the folder, without symbolic links.
+    """A folder, without symbolic links, of which files are read and written.
 
     Examples
     --------
@@ -89,13 +82,7 @@ class Folder:
         _sweep_all(_folders_within(self.jobs / job, PREFIX))
 
     def path(self, name: str) -> Path:
-        """Return the path of a file by its name.
-
-        Raises
-        ------
-        ModelError
-            it is no name, or leads outside.
-        """
+        """Return the path of a file by its name; ModelError if it is no name, or leads outside."""
         parts = name.split("/")
         fine = 0 < len(name) <= _LONGEST and name.isprintable() and not any(sign in name for sign in '\\:*?"<>|')
         if not fine or any(part.startswith(".") or part != part.strip() or not part for part in parts):
@@ -111,29 +98,15 @@ class Folder:
         return path
 
     def file(self, name: str) -> Path:
-        """Return the path of a file that exists.
-
-        Raises
-        ------
-        ModelError
-            it is no name, or leads outside.
-        NotThereError
-            there is no such file.
-        """
+        """Return the path of a file; NotThereError if there is none, ModelError if it is no name or leads outside."""
         path = self.path(name)
         if not path.is_file():
             raise NotThereError(Problem("file", name, "there is no such file in the folder", "upload it first"))
         return path
 
     def job(self, job: str) -> Path:
-        """Return the folder of a job that exists.
-
-        Raises
-        ------
-        NotThereError
-            there is no such job.
-        ModelError
-            it holds a link, a pipe or a device.
+        """Return the folder of a job; NotThereError if it does not exist, ModelError if it holds a link, a pipe or a
+        device.
         """
         if not JOB_NAME.fullmatch(job) or not (self.jobs / job).is_dir():
             raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
@@ -141,14 +114,8 @@ class Folder:
         return self.jobs / job
 
     def make_jobs(self) -> None:
-        """Make the folder of jobs.
-
-        Raises
-        ------
-        ModelError
-            it, or the hidden folder around it, is a link or a file.
-        OSError
-            the machine refused.
+        """Make the folder of jobs; ModelError if it, or the hidden folder around it, is a link or a file, OSError if
+        the machine refuses.
         """
         for path in (self.jobs.parent, self.jobs):
             if not os.path.lexists(path):
@@ -165,15 +132,8 @@ class Folder:
             raise ModelError(Problem("file", name, refused.rule, refused.remedy)) from None
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a file, whole or not at all; its folders are made.
-
-        Raises
-        ------
-        ModelError
-            it is no name, leads outside, names a folder or a file of a kind that is not kept here, or the machine
-            refuses.
-        OSError
-            the disk takes no more.
+        """Write a file, whole or not at all, and make its folders; ModelError if it is no name, leads outside, is a
+        folder or a kind that is not kept here, or the machine refuses; OSError if the disk is full.
         """
         path = self.path(name)
         if path.suffix.lower() not in _KINDS:
@@ -251,13 +211,9 @@ def _folders_within(root: Path, hidden: str) -> Iterator[Path]:
 
 
 def check_job_folder(folder: Path) -> None:
-    """Refuse the folder of a job in which anything is no regular file and no folder: somebody else may have made it.
-
-    Raises
-    ------
-    ModelError
-        a link, which may lead to any file of this machine, a pipe, a device or a socket; or folders that cannot be
-        read, or are nested too deep to be.
+    """Refuse the folder of a job with anything but regular files and folders in it (ModelError): somebody else may have
+    made it, and a link may lead to any file of this machine. So is one whose folders cannot be read, or are nested
+    too deeply.
     """
     if folder.is_symlink():
         raise _no_regular_file(folder.name, "")

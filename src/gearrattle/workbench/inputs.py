@@ -1,13 +1,11 @@
-"""What a job computes with: its model file and the data files that model and options name, in a folder of their own.
+"""Input files of a job: its model and the data files that model and options name, in a folder of their own.
 
     inputs/model.toml    the model; data files in its folder or below keep the names that they have in it
     inputs/data/         data files from elsewhere; who names them names them there
     inputs/measured/     files that options name, by their names in the workspace folder, and what these name
 
-They are copied when a job is submitted. So a file that is changed later changes no job, and what is handed over runs
-anywhere.
-
-Takes a text, options and the workspace folder; gives models, names and the filled folder.
+They are copied when a job is submitted. So a later change of a file changes no job, and the folder can be run on any
+machine.
 """
 
 from __future__ import annotations
@@ -35,38 +33,15 @@ Location = tuple[int | str, ...]
 
 
 def model_of(text: str, folder: Folder, file: str = "") -> Model:
-    """Return the model of a text as if it stood in a file of the workspace folder.
-
-    Parameters
-    ----------
-    text
-        a model file, TOML.
-    folder
-        the workspace.
-    file
-        name of the file in it: names of data files are relative to it. Empty: a file in the folder itself.
-
-    Raises
-    ------
-    ModelError
-        the text is no model, or the name leads out of the folder.
+    """Return the model of a text as if it stood in a file of the workspace folder, to which names of data files are
+    relative; ModelError if the text is no model, or the name leads out of the folder.
     """
     with allowed_root(folder.root):
         return loads(text, str(folder.path(file or NAME)))
 
 
 def moved(options: Mapping[str, Any], of_files: Sequence[str], inputs: Path = Path()) -> dict[str, Any]:
-    """Return options of a task with the paths of files in the folder of inputs.
-
-    Parameters
-    ----------
-    options
-        by name, in JSON types; files by their names in the workspace folder.
-    of_files
-        options that are a file, or tables that name files.
-    inputs
-        the folder of inputs.
-    """
+    """Return options of a task with the paths of files, and of tables that name files, in the folder of inputs."""
     home = inputs / MEASURED
     return {name: _moved(value, home) if name in of_files else value for name, value in options.items()}
 
@@ -77,28 +52,8 @@ def files_of(options: Mapping[str, Any], of_files: Sequence[str]) -> list[str]:
 
 
 def copy_inputs(target: Path, folder: Folder, text: str, file: str, others: Sequence[str] = ()) -> list[str]:
-    """Fill the folder of inputs of a job.
-
-    Parameters
-    ----------
-    target
-        the folder; made here.
-    folder
-        the workspace.
-    text, file
-        of the model, and the name of its file in the workspace; see ``model_of``.
-    others
-        names of the files that options name.
-
-    Returns
-    -------
-    list[str]
-        Names of the data files in it.
-
-    Raises
-    ------
-    ModelError
-        a file is not there, or may not be read.
+    """Copy a model, its data files and those that options name into a new folder of inputs, and return the names of the
+    data files; ModelError if one is missing or may not be read.
     """
     with allowed_root(folder.root):
         reserved = {"..", *([MEASURED] if others else [])}

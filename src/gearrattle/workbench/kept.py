@@ -1,4 +1,4 @@
-"""A result as a job keeps it: the files that ``gr.save`` writes, and beside them what the page needs at once.
+"""Results of jobs on disk: the files that ``gr.save`` writes, and what the page shows at once.
 
     result/         report.html, summary.json, results.nc, figures/: what the user takes along
     view.json       sections and tables for the page
@@ -7,10 +7,8 @@
     partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them; of branches that
                     are followed: so_far.json, what is there to see of them
 
-``keep`` is called once, by the process that computed the result; the server then only reads files. What is not there
-(a job of an earlier version, a motion that was put into the folder) is made from results.nc when it is asked for.
-
-Takes results and the folder of a job; gives files, and what is read from them.
+``keep`` is called once, by the process that computed the result; the server then only reads files. Files that are
+missing (a job of an earlier version, a motion that was put into the folder) are made from results.nc on request.
 """
 
 from __future__ import annotations
@@ -52,15 +50,7 @@ _PAUSE, _SHARE = 0.4, 0.1
 
 
 def keep(result: Any, folder: Path) -> None:
-    """Save a result into the folder of a job, and what the page shows of it.
-
-    Parameters
-    ----------
-    result
-        of any kind.
-    folder
-        of the job; it exists.
-    """
+    """Save a result into the folder of a job, and what the page shows of it."""
     presentation = presentation_of(result)
     save(presentation, folder / RESULT)
     _write_json(view_of(presentation), folder / VIEW)
@@ -85,13 +75,7 @@ def _write_traces(run: Run, folder: Path) -> None:
 
 
 class Growing:
-    """What is there so far of a result, written to be seen: seldom enough to take a tenth of the work.
-
-    Parameters
-    ----------
-    folder
-        of what is computed until all of it is there.
-    """
+    """What is there so far of a result, written to be seen: seldom enough to take a tenth of the work."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._next = folder, 0.0
@@ -123,13 +107,7 @@ def read_view(folder: Path) -> dict[str, Any]:
 
 
 def motions_of(folder: Path) -> dict[str, Any] | None:
-    """Return the motions at points of a job's branches; None if none of them can be shown.
-
-    Raises
-    ------
-    ModelError
-        the job keeps none.
-    """
+    """Return the motions at points of a job's branches, None if none can be shown; ModelError if the job keeps none."""
     path = folder / MOTIONS
     if not path.is_file():
         problem = Problem("motions", folder.name, "keeps no branches of motions", "run continuation again")
@@ -179,13 +157,7 @@ def _plain_view(folder: Path) -> dict[str, Any]:
 
 
 def run_of(folder: Path) -> Run:
-    """Return the motion of a job.
-
-    Raises
-    ------
-    ModelError
-        the result is none.
-    """
+    """Return the motion of a job; ModelError if the result is none."""
     path = folder / RESULT / "results.nc"
     if not path.is_file():
         raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))

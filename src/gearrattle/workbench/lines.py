@@ -1,7 +1,4 @@
-"""What the page lays over each other: the spectrum of a channel, and the shift of time that makes two channels agree.
-
-Takes a run or a recording; gives JSON.
-"""
+"""Spectrum of a channel, and the shift of time at which two channels agree, for curves over each other."""
 
 from __future__ import annotations
 
@@ -20,13 +17,6 @@ from gearrattle.trajectory import Array
 def density(source: Run | Recording, channel: str) -> dict[str, Any]:
     """Return the power spectral density of a channel, and the frequency of the shaft that orders refer to; None
     for it along a sweep.
-
-    Parameters
-    ----------
-    source
-        the run or the recording.
-    channel
-        its name.
     """
     data = psd(source, channel)
     layout = assemble(source.model).layout if isinstance(source, Run) else None
@@ -42,15 +32,11 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
 
 
 def best_shift(simulated: tuple[Array, Array], measured: tuple[Array, Array]) -> float:
-    """Return by how much a measured time is shifted so that the channel agrees best with a simulated one [s].
+    """Return the shift of a measured time [s] at which its channel agrees best with a simulated one, both uniformly
+    sampled.
 
     The largest cross-correlation, at the measured rate, over all shifts that leave the measured channel, or the part of
     it that is as long, within the simulated one; means are taken out. A motion that repeats has many; any is as good.
-
-    Parameters
-    ----------
-    simulated, measured
-        times [s] and values, uniform; of the simulated one that part which may be compared.
     """
     from scipy.signal import fftconvolve
 

@@ -1,9 +1,7 @@
-"""What follows a slider: a short run of a model with some values changed, its verdict and its phase planes.
+"""Short run of a model with some values changed by a slider: its verdict and its phase planes.
 
-Fewer cycles are computed than a long run has, so that the answer comes while the hand moves; what is kept is run in
-full. A model that asks for fewer itself, such as one whose record ends, gets those.
-
-Takes a model and values by path; gives JSON.
+Only few cycles are computed, so that the answer comes while the slider moves; a run that is kept has its full length. A
+model with fewer cycles of its own, such as one whose record ends, has those.
 """
 
 from __future__ import annotations
@@ -23,14 +21,8 @@ _DRAWN = 2  # cycles in the phase planes: they take longer to draw than the moti
 
 
 def live_view(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the verdict and the phase planes of a model with values changed.
-
-    Parameters
-    ----------
-    model
-        the driveline.
-    values
-        by path, as they are written: ``{"mesh.gear.backlash": "0.1 mm"}``.
+    """Return the verdict and the phase planes of a model with values changed, by path as they are written:
+    ``{"mesh.gear.backlash": "0.1 mm"}``.
     """
     changed = model.with_(dict(values)) if values else model
     own = settled(changed, {}).simulation

@@ -1,9 +1,7 @@
-"""``view``: a result in a notebook, as the page of the workbench shows it: tabs, figures to zoom, histories, sound.
+"""Interactive view of a result in a notebook: tabs, figures to zoom, histories, sound.
 
-It is an anywidget made of the same text as on the page; what it asks for it asks over the notebook's kernel, in the
-same messages that the page turns into requests. Without anywidget the static view of the result is shown.
-
-Takes a result of any kind; gives what a notebook shows.
+It is an anywidget made of the same text as on the page; its requests go to the notebook's kernel, in the same messages
+as those of the page to the server. Without anywidget the static view of the result is shown.
 """
 
 from __future__ import annotations
@@ -29,13 +27,7 @@ Answer = tuple[dict[str, Any], list[bytes]]
 
 
 class Shown(Protocol):
-    """What a notebook shows of a result.
-
-    Attributes
-    ----------
-    view
-        sections, tables and names of figures, in JSON types.
-    """
+    """View of a result in a notebook: sections, tables and names of figures, in JSON types."""
 
     view: dict[str, Any]
 
@@ -53,13 +45,7 @@ class Static:
 
 
 class Answers:
-    """What a widget in a notebook asks for, of one result.
-
-    Attributes
-    ----------
-    motion
-        the run behind the result; None where there is none.
-    """
+    """Answers to the requests of a notebook's widget about one result, and the run behind it, if any."""
 
     def __init__(self, result: Any) -> None:
         self.presentation = presentation_of(result)
@@ -148,6 +134,7 @@ def _widget_class() -> Any:
     class View(AnyWidget):
         """A result as an anywidget; ``chosen`` holds what was clicked in a map, or in branches."""
 
+        # state shared with the browser
         _esm = widgets.text("result")
         _css = widgets.style()
         view = Dict().tag(sync=True)
@@ -158,6 +145,7 @@ def _widget_class() -> Any:
         has_sound = Bool(False).tag(sync=True)
         has_cases = Bool(False).tag(sync=True)
 
+        # questions of the browser over the kernel
         def __init__(self, answers: Answers, **values: Any) -> None:
             super().__init__(**values)
             self._answers = answers

@@ -1,7 +1,4 @@
-"""Which keys of a model's tables name a body: to rename it everywhere, and to say what goes with it.
-
-Takes tables as written, sound or not; gives locations to ``editing``.
-"""
+"""References to bodies in a model's tables: for renaming, and for what a deletion takes along."""
 
 from __future__ import annotations
 

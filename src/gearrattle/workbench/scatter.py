@@ -1,11 +1,9 @@
-"""How far the numbers of a run scatter by chance: from equal parts of what is judged of it.
+"""Statistical scatter of the numbers of a run, from equal parts of its judged time.
 
 A rattling driveline is mostly chaotic, so a number of a run is one of many that it could have been. The judged time is
 cut into ``PARTS`` parts of whole cycles. A rate is the mean of those of the parts: its standard error is their standard
 deviation over the root of their number. The largest of a run scatters about as the largest of each part do: the largest
 of many independent values follows Gumbel's law, whose standard deviation does not change with their number.
-
-Takes the folder of a job; gives standard errors.
 """
 
 from __future__ import annotations
@@ -27,13 +25,7 @@ _SURE = 2.0
 
 
 def standard_errors(folder: Path) -> Errors:
-    """Return the standard errors of a run's numbers, by clearance; empty where fewer than ``PARTS`` cycles are judged.
-
-    Parameters
-    ----------
-    folder
-        of the job, a run.
-    """
+    """Return the standard errors of a run's numbers by clearance; none where fewer than ``PARTS`` cycles are judged."""
     source = source_of(folder)
     assert source.period is not None  # a run has one
     cycles = round(source.step * (source.count - 1) / source.period)
@@ -44,19 +36,8 @@ def standard_errors(folder: Path) -> Errors:
 
 
 def errors_of(impacts: Hits, bounds: Array) -> Errors:
-    """Return the standard errors of the numbers of every clearance.
-
-    Parameters
-    ----------
-    impacts
-        of a run.
-    bounds
-        (``PARTS`` + 1,) of the parts, ascending [s].
-
-    Returns
-    -------
-    Mapping[str, Mapping[str, float]]
-        By clearance and then by number: ``impacts_per_second``, ``max_approach_speed`` and ``max_impact_energy``.
+    """Return the standard errors of the numbers of every clearance, by its name and theirs (``impacts_per_second``,
+    ``max_approach_speed``, ``max_impact_energy``), from parts with (``PARTS`` + 1,) ascending bounds [s].
     """
     errors: dict[str, Mapping[str, float]] = {}
     for number, clearance in enumerate(impacts.clearances):
@@ -72,14 +53,8 @@ def errors_of(impacts: Hits, bounds: Array) -> Errors:
 
 
 def best_of(values: Sequence[float | None], errors: Sequence[float | None]) -> tuple[int | None, bool]:
-    """Return which number is the smallest beyond doubt, and whether only chance may make one of them the smallest.
-
-    Parameters
-    ----------
-    values
-        None where there is none.
-    errors
-        their standard errors; None where they are not known: then none is the best.
+    """Return the index of the smallest number if it is the smallest beyond doubt, else None, and whether the smallest
+    two may differ by chance; with an unknown standard error there is no best.
     """
     there = [number for number, value in enumerate(values) if value is not None]
     known = [

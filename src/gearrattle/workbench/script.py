@@ -1,8 +1,6 @@
-"""The Python script that does what a job did.
+"""Python script that repeats a job.
 
 It reads the model file beside it, calls the same function with the same options, and saves the same result.
-
-Takes the record of a job; gives Python source.
 """
 
 from __future__ import annotations
@@ -58,19 +56,7 @@ _READ = "measurement"
 
 
 def script(task: str, options: Mapping[str, Any], title: str, version: str) -> str:
-    """Return the script of a job.
-
-    Parameters
-    ----------
-    task
-        name of the public function.
-    options
-        its keyword arguments, in JSON types.
-    title
-        what the job is called.
-    version
-        of gearrattle.
-    """
+    """Return the Python script that repeats a job: the public function of its task with its keyword arguments."""
     first = [name for name in _FIRST.get(task, ()) if name in options]
     named = [name for name in options if name not in first]
     words = "".join(f", {_value(name, options[name])}" for name in first)

@@ -1,7 +1,4 @@
-"""The server of the workbench: its socket, its start address, and its end.
-
-Takes a folder; serves it until it is interrupted.
-"""
+"""The server of the workbench: its socket, its start address, and its end."""
 
 from __future__ import annotations
 
@@ -60,6 +57,7 @@ def serve(
     ModelError
         the folder, the host or the port cannot be served, or a limit is no possible one; an extra is missing.
     """
+    # check the extra and the arguments
     try:
         import uvicorn
 
@@ -72,10 +70,12 @@ def serve(
     if not folder.is_dir():
         raise ModelError(Problem("FOLDER", f'"{folder}"', "must be a folder", "make it first"))
     _check_limits(workers, memory)
+    # lock the folder and open the socket
     password = _password(host)
     workspace = Folder(folder.resolve())
     lock = _locked(workspace)
     listening = _listening(host, port)
+    # application behind its access checks
     token, number = secrets.token_urlsafe(32), listening.getsockname()[1]
     limits = Limits(workers or max(1, (os.cpu_count() or 2) - 1), memory or 0.5 * _memory())
     app = application(workspace, limits)
@@ -93,6 +93,7 @@ def serve(
         server_header=False,
         date_header=False,
     )
+    # announce the start address, and serve until interrupted
     try:
         announce(f"http://{_shown(host)}:{number}/?token={token}")
         if password:
@@ -132,13 +133,7 @@ def _check_limits(workers: int | None, memory: float | None) -> None:
 
 
 def _password(host: str) -> str:
-    """Return the password of a host; empty on loopback.
-
-    Raises
-    ------
-    ModelError
-        it is needed and missing, or short.
-    """
+    """Return the password of a host, empty on loopback; ModelError if it is needed and missing, or short."""
     if is_loopback(host):
         return ""
     password = os.environ.get(PASSWORD, "")

@@ -1,8 +1,6 @@
-"""What the editor can add to a driveline: title, symbol, ends and template of every table of a model file.
+"""Tables that the editor can add to a driveline: title, symbol, ends and template of each.
 
 All of it follows from the classes that read these tables: a new component needs nothing here, and no JavaScript.
-
-Takes the classes of the model; gives values in JSON types.
 """
 
 from __future__ import annotations

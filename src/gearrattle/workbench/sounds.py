@@ -1,7 +1,4 @@
-"""What runs sound like beside each other: one gain for all that are compared, as ``gr.listen`` does.
-
-Takes the folders of jobs; gives the gain and the level of each, in JSON types, and sounds.
-"""
+"""Sounds of several runs at one gain, as ``gr.listen`` makes them."""
 
 from __future__ import annotations
 
@@ -16,27 +13,12 @@ from gearrattle.workbench.kept import run_of
 
 
 def sound_of(folder: Path, elements: Sequence[str] | None, gain: float | None = None) -> Sound:
-    """Return the sound of a job's run.
-
-    Parameters
-    ----------
-    folder
-        of the job.
-    elements, gain
-        as of ``listen``.
-    """
+    """Return the sound of a job's run; elements and gain as of ``listen``."""
     return listen(run_of(folder), elements=elements, gain=gain)
 
 
 def at_one_gain(folders: Sequence[Path], elements: Sequence[str] | None) -> dict[str, Any]:
     """Return the gain at which the sounds of several runs keep their differences, and what each of them is.
-
-    Parameters
-    ----------
-    folders
-        of the jobs.
-    elements
-        as of ``listen``.
 
     Returns
     -------

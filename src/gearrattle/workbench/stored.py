@@ -1,7 +1,4 @@
-"""Files of the folder of a job, which somebody else may have made: regular ones are read, and what is damaged is named.
-
-Takes paths; gives text, what JSON says, and what the machine refused as a problem.
-"""
+"""Safe reading of files in the folder of a job, which somebody else may have made; damage is named."""
 
 from __future__ import annotations
 
@@ -28,14 +25,8 @@ def problem_of(error: OSError) -> Problem:
 
 
 def stored_text(path: Path, largest: int = _LARGEST) -> str:
-    """Return the text of a file in the folder of a job, of so many bytes at most.
-
-    Raises
-    ------
-    ModelError
-        it is no regular file, is too large, or holds no text.
-    FileNotFoundError
-        there is none.
+    """Return the text of a file in the folder of a job; ModelError if it is no regular file, has more than so many
+    bytes or holds no text, FileNotFoundError if there is none.
     """
     try:
         with opened(path) as stream:
@@ -69,12 +60,8 @@ def stored_object(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what a library raises on a damaged file into a problem that names the file.
-
-    Raises
-    ------
-    ModelError
-        it is damaged, or what reads it says what is wrong.
+    """Turn what a library raises on a damaged file into a ModelError that names the file; errors of this package pass
+    unchanged.
     """
     try:
         yield

@@ -1,8 +1,6 @@
-"""Values of a model that are changed together, and what a change of a model is called.
+"""Groups of values that a factor changes together, and words for changes of a model.
 
 One key of all parts of a kind, such as the drag torque of all inertias, is a group, by a pattern with ``*``.
-
-Takes models; gives patterns and words.
 """
 
 from __future__ import annotations
@@ -49,6 +47,7 @@ def change_words(before: Model, after: Model) -> str:
     'drag torque of 3 inertias x3'
     """
     # parts that are new or gone
+    # parts added and removed
     old = before.to_tables()
     new = after.to_tables()
     words = []
@@ -71,6 +70,7 @@ def change_words(before: Model, after: Model) -> str:
             words.append(f"{path_label(pattern, before).words} x{ratio:.{_DIGITS}g}")
             differing = [path for path in differing if path not in members]
     words += [_value_words(path, values.get(path), old, after) for path in differing]
+    # the first changes, and the number of the others
     said = words if len(words) <= _MOST_SAID else [*words[: _MOST_SAID - 1], f"{len(words) - _MOST_SAID + 1} more"]
     return listed(said)
 

@@ -6,8 +6,6 @@ few samples is read from the run itself, a wide one from the index; ``thin`` cho
 bucket of samples are among those of its blocks, so nothing is lost by the way.
 
 Impacts are drawn as marks of their own, at their exact instants: of every bucket of time the hardest, with their count.
-
-Takes a folder of a run; gives channels, samples and impacts of windows of time.
 """
 
 from __future__ import annotations
@@ -117,16 +115,8 @@ class Source:
         return int(np.clip(low, 0, self.count - 1)), int(np.clip(high, 1, self.count))
 
     def trace(self, name: str, begin: float, end: float, points: int) -> tuple[Array, Array]:
-        """Return times and values of at most ``points`` samples that draw the same picture.
-
-        Parameters
-        ----------
-        name
-            of the channel.
-        begin, end
-            window of time [s].
-        points
-            at most; 16 or more.
+        """Return times and values of at most ``points`` samples, 16 or more, that draw the same picture of a channel in
+        a window of time [s].
         """
         low, high = self.window(begin, end)
         where, values = self._candidates(name, low, high)
@@ -151,15 +141,7 @@ class RunFile(Source):
     """Histories of ``results.nc`` of a run, with the index beside it."""
 
     def __init__(self, file: Path, index: Path | None = None) -> None:
-        """Open a saved run.
-
-        Parameters
-        ----------
-        file
-            what ``Run.save`` wrote (.nc).
-        index
-            folder with what ``write_index`` wrote; None: there is none.
-        """
+        """Open a saved run (.nc), with the folder of its index if ``write_index`` made one."""
         import h5netcdf
 
         self.file = file
@@ -231,15 +213,7 @@ class InMemory(Source):
     """Channels that are in memory: of a run, or of a recording, whose samples may be uneven."""
 
     def __init__(self, time: Array, values: Mapping[str, tuple[Trace, Array]]) -> None:
-        """Hold channels.
-
-        Parameters
-        ----------
-        time
-            (N,) ascending [s].
-        values
-            by name, what a channel is and its (N,) samples.
-        """
+        """Hold channels (N,) over ascending times (N,) [s], by name."""
         self._time, self._values = time, values
         self.count = time.size
         self.start = float(time[0])
@@ -293,15 +267,7 @@ def _text(label: Any) -> str:
 
 
 def write_index(source: RunFile, folder: Path) -> None:
-    """Write the extremes of every block of every channel, for a run that is long.
-
-    Parameters
-    ----------
-    source
-        the run.
-    folder
-        an existing one.
-    """
+    """Write the extremes of every block of every channel of a long run into an existing folder."""
     if source.count <= LONG:
         return
     for quantity in dict.fromkeys(trace.quantity for trace in source.channels()):
@@ -318,14 +284,8 @@ def write_index(source: RunFile, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Hits:
-    """The impacts of a run.
-
-    Attributes
-    ----------
-    clearances
-        name and unit of the approach speed of each.
-    time, clearance, velocity, energy
-        (I,) as of ``Marks``, ascending in time.
+    """Impacts of a run, arrays (I,) as of ``Marks``, ascending in time; ``clearances`` are names and units of approach
+    speed.
     """
 
     clearances: list[dict[str, str]]
@@ -358,14 +318,8 @@ class Hits:
         np.savez(folder / _IMPACTS, names=names, **{name: getattr(self, name) for name in _OF_IMPACTS})
 
     def within(self, begin: float, end: float, at_most: int) -> Marks:
-        """Return the impacts of a window of time, or the hardest of every bucket if there are too many.
-
-        Parameters
-        ----------
-        begin, end
-            window [s], both included.
-        at_most
-            marks of a clearance.
+        """Return the impacts of a closed window of time [s], of each clearance so many at most: then the hardest of
+        every bucket of time.
         """
         rows = [self._of(own, (begin, end), at_most) for own in self._rows]
         chosen = np.concatenate([row for row, _ in rows]) if rows else np.zeros(0, np.int64)
@@ -396,7 +350,7 @@ class Hits:
 
 
 def described(source: Source, hits: Hits | None = None) -> dict[str, Any]:
-    """Return what can be drawn, in JSON types: channels, the window of all, the period, clearances with impacts."""
+    """Return the channels, the window of all, the period and the clearances with impacts, in JSON types."""
     clearances = [] if hits is None else hits.clearances
     is_mesh = {clearance["name"]: clearance["unit"] == "m/s" for clearance in clearances}
     channels = [

@@ -1,10 +1,8 @@
-"""A result of any kind for the page: its sections, tables and the names of its figures in JSON types.
+"""Views of results for the page: sections, tables and names of figures in JSON types.
 
 One mechanism serves all kinds: what a ``Presentation`` puts on its page is written out. What the report of a run adds
 (headline, numbers, parts with their shares of time, the driveline coloured by regime, reasons to trust it) follows as
 ``verdict``.
-
-Takes presentations; gives JSON.
 """
 
 from __future__ import annotations

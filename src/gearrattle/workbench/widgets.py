@@ -3,8 +3,6 @@
 A widget's file names the parts that it needs in its first line (``// needs: plot, theme``); a part ends with ``export
 default``, as a widget does. A notebook loads a widget as one text, so relative imports fail there: the parts are put
 before it, each in a scope of its own. The page imports them, so that it loads every part once.
-
-Takes names of widgets; gives JavaScript and CSS.
 """
 
 from __future__ import annotations
@@ -26,27 +24,15 @@ def names() -> tuple[str, ...]:
 
 @cache
 def text(name: str) -> str:
-    """Return a widget with all it needs as one ES module.
-
-    Raises
-    ------
-    KeyError
-        there is no such widget.
-    """
+    """Return a widget with all it needs as one ES module; KeyError for an unknown one."""
     source = _source(name)
     return "\n".join([*(_scoped(part) for part in _needed(name)), source])
 
 
 @cache
 def module(name: str) -> str:
-    """Return a widget as an ES module that imports what it needs from beside it.
-
-    All parts are named, also those that parts need, so that a browser asks for them at once.
-
-    Raises
-    ------
-    KeyError
-        there is no such widget.
+    """Return a widget as an ES module that imports all parts, also those that parts need, so that a browser asks for
+    them at once; KeyError for an unknown one.
     """
     source, direct = _source(name), _needs(name)
     others = [part for part in _needed(name) if part not in direct]

@@ -1,7 +1,4 @@
-"""A mesh stiffness that alternates with the tooth pairs in contact.
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
-"""
+"""A mesh stiffness that alternates with the tooth pairs in contact."""
 
 from __future__ import annotations
 

@@ -1,12 +1,9 @@
-"""What every component of a driveline gives: elements, each one deflection with its law.
+"""Base of components: each makes elements, and an element is one deflection with its law.
 
     delta = sum_i w_i theta_i - e(t),      torque on body i:  -w_i F(delta, delta')
 
-A component is a table of the model file. It says what it reads (its fields and ``rules``), which bodies it names and
-which elements it makes. The rest of the package knows elements only: what is particular to a component stands in its
-own file. ``COMPONENTS`` in ``__init__.py`` is the table of them.
-
-Takes value kinds from ``quantity``; gives ``Element`` and ``Component``.
+A component is a table of the model file. It defines its keys (fields and ``rules``), the bodies it names and the
+elements it makes. The rest of the package knows elements only. ``COMPONENTS`` in ``__init__.py`` lists all components.
 """
 
 from __future__ import annotations
@@ -176,12 +173,8 @@ class Component(Shown):
         return False
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return the array of tables, and the table, of what stands for it between groups of bodies.
-
-        Parameters
-        ----------
-        to
-            by body the one kept of its group, and its angle over that one's.
+        """Return the array of tables, and the table, of the component between groups of bodies; by body ``to`` has the
+        one kept of its group, and its angle over that one's.
         """
         raise NotImplementedError
 

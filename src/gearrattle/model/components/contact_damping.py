@@ -1,7 +1,4 @@
-"""Contact damping: linear in the rate, or clipped so that contact never pulls.
-
-Takes values as they are read; gives breaches.
-"""
+"""Contact damping: linear in the rate, or clipped so that contact never pulls."""
 
 from __future__ import annotations
 
@@ -15,16 +12,8 @@ ContactDamping = Annotated[Literal["kelvin-voigt", "clipped"], Choice(("kelvin-v
 
 
 def clipping_rules(gaps: Sequence[float | None], carrying: Sequence[float | None], remedy: str) -> Iterator[Breach]:
-    """Yield a breach of clipped contact damping where there is no free gap.
-
-    Parameters
-    ----------
-    gaps
-        as read, none of which may be zero; None: refused by its field.
-    carrying
-        slopes and dampings of the gaps as read, all of which must be zero; None: refused by its field.
-    remedy
-        what to write.
+    """Yield a breach of clipped contact damping without a free gap: no gap may be zero, and all slopes and dampings
+    inside must be zero. None stands for a value that its field has refused.
     """
     if 0.0 in gaps or any(carrying):
         yield Breach(("contact_damping",), "clipped", "clipped contact damping needs a gap free of torque", remedy)

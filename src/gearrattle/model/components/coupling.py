@@ -3,8 +3,6 @@
 Its law is piecewise linear: eqs. (9)-(10) of Padmanabhan et al., J. Mech. Design 117 (1995) 185, are the two-stage
 case, a multi-stage clutch damper the general one. Friction (``hysteresis``) and contact damping that cannot pull
 (``contact_damping``) stand beside the law. ``hooke`` makes it a Hooke joint.
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Dry friction in a coupling: loops of a full height that may not fall from stage to stage.
-
-Takes raw tables; gives breaches, and hysteresis and stick stiffness of a piece.
-"""
+"""Dry friction in a coupling: loops of a full height that may not fall from stage to stage."""
 
 from __future__ import annotations
 

@@ -7,13 +7,11 @@ driving yoke is perpendicular to the plane of the shafts,
 
     e(phi) = - sum_k tan^2k(beta/2) / k  sin 2k phi.
 
-A load T on the driven side asks T (1 - de/dphi) of the driving side, so that power is conserved. Here phi turns
-uniformly, and the torque -T de/dphi is that of the mean load: what fluctuates of either is of second order.
+A load T on the driven side loads the driving side with T (1 - de/dphi), so that power is conserved. Here phi turns
+uniformly, and the torque -T de/dphi is that of the mean load: fluctuations of both are of second order.
 
 Source: the series of arctan(p tan phi), p = 1 / cos beta, with (p - 1) / (p + 1) = tan^2(beta/2); Dubbel, Taschenbuch
 fuer den Maschinenbau, "Gelenkwellen".
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
 """
 
 from __future__ import annotations
@@ -67,15 +65,7 @@ class HookeJoint(Table):
 
 
 def joint_rules(table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breach]:
-    """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit.
-
-    Parameters
-    ----------
-    table
-        of the coupling, as written.
-    dimensionless
-        whether the model is.
-    """
+    """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit."""
     joint = table.get("hooke")
     if joint is None:
         return

@@ -1,7 +1,4 @@
-"""A gear pair on its line of action, ``delta = R_a theta_a - R_b theta_b - e(t)`` [m].
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
-"""
+"""A gear pair on its line of action, ``delta = R_a theta_a - R_b theta_b - e(t)`` [m]."""
 
 from __future__ import annotations
 

@@ -7,8 +7,6 @@ With absolute angles in one positive sense, the planets' axes turning with the c
 
 (A. Kahraman, J. Sound Vib. 173 (1994) 125, the torsional model). Both vanish where all turn with the carrier. The
 elements are called NAME-sun-PLANET and NAME-ring-PLANET.
-
-Takes value kinds from ``quantity``; gives a noun of a ``Model``.
 """
 
 from __future__ import annotations

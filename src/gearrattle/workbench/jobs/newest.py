@@ -1,7 +1,4 @@
-"""Answers at once, such as those that follow a slider: one at a time, and of those that wait only the newest.
-
-Takes requests as they come; gives an answer to each, or says that a newer one has taken its place.
-"""
+"""Quick answers, such as those that follow a slider: one at a time, and of those that wait only the newest."""
 
 from __future__ import annotations
 
@@ -19,17 +16,7 @@ class SupersededError(GearRattleError):
 
 
 class Newest:
-    """A warm process, and the newest request that waits for it.
-
-    Parameters
-    ----------
-    folder
-        the workspace.
-    memory
-        bytes that the process may hold.
-    reserve
-        where processes come from.
-    """
+    """A warm process from the reserve, with a limit of memory [bytes], and the newest request that waits for it."""
 
     def __init__(self, folder: Folder, memory: float, reserve: Reserve) -> None:
         self._folder, self._process = folder, WarmProcess(memory, reserve)
@@ -38,16 +25,8 @@ class Newest:
         self._process.start()
 
     def ask(self, what: str, text: str, file: str, question: dict[str, Any]) -> dict[str, Any]:
-        """Return the answer to a question about a model.
-
-        Parameters
-        ----------
-        what
-            "live": what the model does with some values changed; "estimate": what a study of it costs.
-        text, file
-            of the model, and the name of its file in the workspace folder.
-        question
-            what else is asked.
+        """Return the answer to a question about a model: "live", what it does with some values changed, or "estimate",
+        what a study of it costs.
 
         Raises
         ------

@@ -1,8 +1,6 @@
-"""Options of a task are checked before anything runs: their names, and what each may be.
+"""Check of a task's options before anything runs: their names and types.
 
 A task is a public function; what its arguments may be is what their annotations say, read for the values that JSON has.
-
-Takes a task and options; gives nothing, or every problem.
 """
 
 from __future__ import annotations
@@ -28,13 +26,6 @@ _LONGEST = 1_000_000  # characters of JSON: the record of a job keeps them, and 
 def check_options(task: str, options: Mapping[str, Any]) -> None:
     """Check a task and its options.
 
-    Parameters
-    ----------
-    task
-        its name.
-    options
-        by name, in JSON types.
-
     Raises
     ------
     ModelError
@@ -49,11 +40,13 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
         ...
     gearrattle.errors.ModelError: options.axes: found mesh.gear.backlash; must be an object or null
     """
+    # known task, options of bounded length
     if task not in TASKS:
         raise ModelError(Problem("task", task[:40], f"must be one of {', '.join(TASKS)}"))
     if len(json.dumps(options)) > _LONGEST:
         rule = f"are longer than {_LONGEST / 1e6:.0f} MB together"
         raise ModelError(Problem("options", "", rule, "name long tables as files, or ask for fewer values"))
+    # names and types of options
     kinds = _kinds(task)
     problems = [
         Problem(f"options.{name}"[:80], "", "is no option of this task", _meant(name, list(kinds)))
@@ -65,6 +58,7 @@ def check_options(task: str, options: Mapping[str, Any]) -> None:
         for name, kind in kinds.items()
         if name in options and not _holds(kind, options[name])
     ]
+    # options that are missing
     signature = inspect.signature(TASKS[task].callable())
     problems += [
         Problem(f"options.{name}", "", f"is missing; it must be {listed(_words(kind), 'or')}")
@@ -143,7 +137,7 @@ def _is_group(value: Any, inner: Sequence[Any]) -> bool:
 
 
 class _Kind(NamedTuple):
-    """What a kind of value is called, and whether a value of JSON is of it."""
+    """Words of a kind of value, and the test whether a value of JSON is of it."""
 
     words: str
     holds: Callable[[Any, Sequence[Any]], bool]

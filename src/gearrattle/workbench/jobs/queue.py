@@ -1,7 +1,4 @@
-"""The queue of jobs: what waits, what runs, and who is told when that changes.
-
-Takes requests; gives jobs, which live in the workspace folder and survive the server.
-"""
+"""Queue of jobs: waiting and running ones, and notice of every change."""
 
 from __future__ import annotations
 
@@ -34,19 +31,7 @@ _LONGEST_NAME = 120
 
 
 class Jobs:
-    """All jobs of a workspace folder, and the processes that compute them.
-
-    Parameters
-    ----------
-    folder
-        the workspace folder.
-    processes
-        how many jobs run at a time.
-    memory
-        bytes that one may hold.
-    reserve
-        where processes come from.
-    """
+    """All jobs of a workspace folder and their processes: so many at a time, each with a limit of memory [bytes]."""
 
     def __init__(self, folder: Folder, processes: int, memory: float, reserve: Reserve) -> None:
         folder.sweep()
@@ -71,34 +56,16 @@ class Jobs:
             return list(self._jobs.values())
 
     def get(self, job: str) -> Job:
-        """Return a job.
-
-        Raises
-        ------
-        NotThereError
-            there is none of this id.
-        """
+        """Return a job; NotThereError if there is none of this id."""
         with self._changed:
             if job not in self._jobs:
                 raise NotThereError(Problem("job", job[:64], "there is no such job", "look at the list of runs"))
             return self._jobs[job]
 
     def submit(self, job: Job, text: str) -> Job:
-        """Put a job into the queue; its model, options and data files are checked and copied first.
-
-        Parameters
-        ----------
-        job
-            a new one; without a name it has that of the model, or says what its model has that its parent's has not.
-        text
-            of its model.
-
-        Raises
-        ------
-        ModelError
-            of the model, the task or its options.
-        OSError
-            the disk takes no more.
+        """Check and copy model, options and data files of a new job and put it into the queue; without a name it has
+        that of the model, or says what its model has that its parent's has not. ModelError for the model, the task
+        or its options, OSError if the disk is full.
         """
         check_options(job.task, job.options)
         model = model_of(text, self._folder, job.file)
@@ -138,15 +105,7 @@ class Jobs:
         return self._folder.jobs / job
 
     def rename(self, job: str, name: str) -> Job:
-        """Give a job another name.
-
-        Raises
-        ------
-        ModelError
-            its record cannot be read.
-        OSError
-            the disk takes no more.
-        """
+        """Give a job another name; ModelError if its record cannot be read, OSError if the disk is full."""
         with self._changed:
             known = self.get(job)
             read_job(self.path(job))
@@ -177,13 +136,7 @@ class Jobs:
             return cancelled
 
     def delete(self, job: str) -> None:
-        """Remove a job that has ended, with all its files.
-
-        Raises
-        ------
-        ModelError
-            it has not ended, or some of its files cannot be removed.
-        """
+        """Remove a job with all its files; ModelError if it has not ended, or some files cannot be removed."""
         with self._changed:
             removed = self.get(job)
             if removed.state not in ENDED:

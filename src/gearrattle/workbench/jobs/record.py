@@ -1,9 +1,7 @@
-"""A job as the page sees it and as its folder keeps it.
+"""Record of a job, in its folder and for the page.
 
-The folder may have been made by somebody else, or by another version: a record that cannot be read becomes a job that
-is broken, with the reason, and spoils no other.
-
-Takes what is asked for; gives ``job.json``, whole or not at all.
+The folder may have been made by somebody else, or by another version: a record that cannot be read gives a broken job
+with the reason, and does not affect other jobs.
 """
 
 from __future__ import annotations
@@ -36,35 +34,19 @@ def now() -> str:
 
 @dataclass
 class Job:
-    """One computation.
+    """One computation: a row of ``tasks.TASKS``, its options and its progress.
 
     Attributes
     ----------
-    id
-        name of its folder.
-    task
-        what is computed, a row of ``tasks.TASKS``.
-    name
-        for people.
-    parent
-        the job it came from; None: none.
     state
         how far it is. A job is "broken" if the server ended before it.
-    options
-        arguments of the task.
-    progress
-        finished share 0 ... 1, and the phase in a word or two.
     created, started, ended
         ISO 8601 in UTC; None: not yet.
     problems
         why it failed: place, value, rule, remedy of each.
-    sentence
-        what came out.
     file
         name of the model's file in the workspace folder, to which names of data files are relative; empty: none, a file
         in the folder itself.
-    data_files
-        names of data files among its inputs.
     """
 
     task: str
@@ -100,13 +82,7 @@ def read_jobs(jobs: Path) -> list[Job]:
 
 
 def read_job(folder: Path) -> Job:
-    """Return the job of a folder.
-
-    Raises
-    ------
-    ModelError
-        there is no record, it is damaged, or it says what no job has.
-    """
+    """Return the job of a folder; ModelError if its record is missing, damaged or says what no job has."""
     check_job_folder(folder)
     try:
         content = stored_object(folder / NAME, _LARGEST)

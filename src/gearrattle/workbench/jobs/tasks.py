@@ -1,9 +1,7 @@
-"""What can be computed: the table of tasks, each a public function of gearrattle on a model.
+"""Tasks of the workbench: each is a public function of gearrattle on a model.
 
 A task's options are the function's keyword arguments in JSON types; files among them are names within the workspace
 folder. To add one: its line here.
-
-Takes a model, options and progress; gives a result of any kind.
 """
 
 from __future__ import annotations
@@ -24,12 +22,10 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Task:
-    """One line of the table.
+    """A public function that the workbench runs as a job.
 
     Attributes
     ----------
-    function
-        module and name of the public function.
     files
         options that are the name of a file of the workspace folder, or tables that name some.
     fixed
@@ -104,17 +100,9 @@ def carry_out(
 
     Parameters
     ----------
-    task
-        its name.
-    model
-        the driveline.
-    options
-        by name, in JSON types.
     folders
         of the inputs, in which options name their files, and that in which what is computed is kept until all of it is
         there.
-    progress
-        is told the finished share.
     """
     entry = TASKS[task]
     function = entry.callable()

@@ -1,4 +1,4 @@
-"""What processes that compute are forked from: a process is warm once it has imported this module."""
+"""Imports of the process from which computing processes are forked: a process is warm once it has them."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
-"""A process that computes one thing after the other and stays warm; whoever asks may end it at any time.
+"""Warm process that computes one request after the other, and may be ended at any time.
 
 The process has imported gearrattle and loaded compiled loops before it is asked, so that the first answer comes at
 once; on Linux it is forked from one that has (``template.py``). Compiled loops do not hear a request to stop: to cancel
 is to end the process. Its memory is watched, and ends it as well.
-
-Takes what is to be done, by name; gives what it returned.
 """
 
 from __future__ import annotations
@@ -121,15 +119,7 @@ class Reserve:
 
 
 class WarmProcess:
-    """A process of one's own, another in its place when it has ended.
-
-    Parameters
-    ----------
-    memory
-        bytes that it may hold.
-    reserve
-        where the next process comes from.
-    """
+    """A process with a limit of memory [bytes], replaced from the reserve when it has ended."""
 
     def __init__(self, memory: float, reserve: Reserve) -> None:
         self._memory, self._reserve = memory, reserve
@@ -144,27 +134,22 @@ class WarmProcess:
         return self._started
 
     def ask(self, what: str, content: dict[str, Any], progress: Callable[[float], None] | None = None) -> Any:
-        """Return the answer to a request of the process that ``start`` has named, and of no other.
-
-        Whoever ends that process, even before it is asked, ends the request with it.
-
-        Raises
-        ------
-        FailedError
-            the work failed.
-        EndedError
-            the process ended.
+        """Return the answer of the process that ``start`` has named, and of no other; EndedError if that process ends,
+        even before it is asked, FailedError if the work failed.
         """
+        # process that has been started
         if self._started is None:
             raise EndedError("its process was not started")
         try:
             process, connection = self._started.result()
         except CancelledError:
             raise EndedError("its process was ended before it was warm") from None
+        # send the request
         try:
             with self._sending:
                 connection.send((what, content))
                 self._is_asked = True
+            # pass progress on until the answer comes
             while True:
                 while not connection.poll(_LOOKED):
                     self._check(process)
@@ -178,6 +163,7 @@ class WarmProcess:
                     raise FailedError(value)
                 else:
                     return value
+        # the process has ended
         except (EOFError, OSError):
             process.join(5.0)
             raise EndedError(_how(process.exitcode)) from None
@@ -273,7 +259,7 @@ def warm_up() -> None:
 
 
 def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
-    """Compute a job and keep it in its folder; return the sentence."""
+    """Compute a job and keep it in its folder; return its sentence."""
     from gearrattle.model import load
     from gearrattle.report.kinds import presentation_of
     from gearrattle.workbench.inputs import INPUTS, NAME

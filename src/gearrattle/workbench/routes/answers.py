@@ -1,4 +1,4 @@
-"""What all endpoints share: answers in JSON, and errors as problems in JSON."""
+"""Answers of all endpoints in JSON, errors as problems."""
 
 from __future__ import annotations
 
@@ -86,13 +86,7 @@ def _refusal(error: GearRattleError | OSError) -> JsonAnswer:
 
 
 def json_object(content: bytes) -> dict[str, Any]:
-    """Return the JSON object in a body.
-
-    Raises
-    ------
-    ModelError
-        it is none, or too large.
-    """
+    """Return the JSON object in a body; ModelError if it is none, or too large."""
     if len(content) > _LARGEST_JSON:
         raise ModelError(Problem("body", f"{len(content) / 1e6:.0f} MB", f"has at most {_LARGEST_JSON / 1e6:.0f} MB"))
     try:
@@ -105,13 +99,7 @@ def json_object(content: bytes) -> dict[str, Any]:
 
 
 def text_of(body: dict[str, Any], name: str, default: str | None = None) -> str:
-    """Return a text of a body.
-
-    Raises
-    ------
-    ModelError
-        it is missing, or no text.
-    """
+    """Return a text of a body; ModelError if it is missing, or no text."""
     value = body.get(name, default)
     if not isinstance(value, str):
         raise ModelError(Problem(name, type(value).__name__, "must be a text"))
@@ -119,13 +107,7 @@ def text_of(body: dict[str, Any], name: str, default: str | None = None) -> str:
 
 
 def object_of(body: dict[str, Any], name: str) -> dict[str, Any]:
-    """Return an object of a body; empty where it is missing.
-
-    Raises
-    ------
-    ModelError
-        it is none.
-    """
+    """Return an object of a body, empty where it is missing; ModelError if it is none."""
     value = body.get(name) or {}
     if not isinstance(value, dict):
         raise ModelError(Problem(name, type(value).__name__, "must be an object"))

@@ -1,7 +1,4 @@
-"""Files of the workspace folder, and the examples that come with the package.
-
-Takes requests for ``/api/files`` and ``/api/examples``; gives listings and contents.
-"""
+"""Files of the workspace folder, and the examples that come with the package."""
 
 from __future__ import annotations
 

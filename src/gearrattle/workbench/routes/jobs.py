@@ -1,7 +1,4 @@
-"""Jobs over HTTP: started, listed, named, cancelled, removed, and told of over a socket; answers that follow a slider.
-
-Takes requests for ``/api/jobs``, ``/api/live`` and ``/api/estimate``, and the socket ``/api/events``; gives JSON.
-"""
+"""HTTP interface to jobs: start, list, name, cancel, remove, news over a socket, and answers that follow a slider."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The HTTP interface to models: check a text, edit it, and what forms and palettes are made of.
-
-Takes requests; gives JSON.
-"""
+"""HTTP interface to models: check, edit, and the contents of forms and palettes."""
 
 from __future__ import annotations
 

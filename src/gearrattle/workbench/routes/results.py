@@ -1,7 +1,4 @@
-"""What came out of a job: its view, figures, histories, impacts, sound, and what is handed over.
-
-Takes requests for ``/api/jobs/ID/...``, ``/api/compare`` and ``/api/measured/...``; gives responses.
-"""
+"""HTTP interface to the results of a job: view, figures, histories, impacts, sound, files."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Widgets and their parts, each a module, and their style sheet.
-
-Takes requests for ``/widgets/...``; gives JavaScript and CSS.
-"""
+"""Widgets and their parts, each a module, and their style sheet."""
 
 from __future__ import annotations
 
