@@ -202,6 +202,7 @@ def _group(
 def _strip_product(adds: bool) -> Any:
     """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
 
+    # the same in Python, with numba switched off
     def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
         (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
         for i in range(strips):
@@ -212,8 +213,10 @@ def _strip_product(adds: bool) -> Any:
                     sums += flat[begin + apart * j + r] * y[j]
                 out[at + 4 * i + r] = sums
 
+    # as LLVM instructions
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
         def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            # addresses of the arrays' numbers
             kinds, (_, where, _, _, at) = signature.args, operands
             first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
             data, weights, sums = (context.make_array(kinds[i])(context, builder, operands[i]).data for i in (0, 2, 3))
@@ -224,6 +227,7 @@ def _strip_product(adds: bool) -> Any:
                 strip, rows = builder.gep(entry, [here]), builder.gep(target, [there])
                 _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
 
+            # strips two at a time; the last one by itself if their number is odd
             pairs = builder.ashr(strips, integer(1))
             with cgutils.for_range(builder, pairs) as loop:
                 group(builder.shl(loop.index, integer(1)), 2)

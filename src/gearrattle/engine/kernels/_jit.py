@@ -310,6 +310,7 @@ def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Cal
     addresses: dict[tuple[Any, ...], int] = {}
     kernel: Any = entry
 
+    # a call compiles for types that are met for the first time
     def call(*arguments: Any) -> Any:
         nonlocal kernel
         kinds = tuple(map(type, arguments))
@@ -322,10 +323,12 @@ def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Cal
             compiled.add(kinds)
         return kernel(*arguments)
 
+    # compile with the settings
     def compile_(*arguments: Any) -> None:
         with _set(settings):
             kernel._compile_for_args(*arguments)
 
+    # the address of the machine code for these types
     def address(*arguments: Any) -> int:
         shape = tuple(map(_kind, arguments))
         if shape not in addresses:

@@ -94,11 +94,13 @@ def _jacobian(b, time, z, out):
     field, count = _field(b), _states(b)
     size, y = array_at(b[SIZE], (count,), np.float64), array_at(b[STATE], (count,), np.float64)
     wave, deflection, rate, piece, force = _scratch(b)
+    # the state in SI units, and the pieces of the elements
     for i in range(count):
         y[i] = z[i] * size[i]
     element_states(field, time, y, wave, deflection, rate, piece, force)
     r, n, references = b[DEFLECTIONS], b[INERTIAS], b[REFERENCES]
     out[:] = 0.0
+    # deflections, drag and angles of the reference inertias
     for i in range(n):
         for j in range(r):
             out[r + i, j] = field.basis[j, i]
@@ -106,6 +108,7 @@ def _jacobian(b, time, z, out):
     for i in range(references):
         out[r + field.references[i], r + n + i] = 1.0
     for k in range(b[ELEMENTS]):
+        # forces: stiffness and damping of the present pieces
         p = field.laws.first[k] + int(piece[k])
         for j in range(r + n):
             stiff = field.laws.stiffness[p] * field.combination[k, j] if j < r else 0.0
@@ -113,6 +116,7 @@ def _jacobian(b, time, z, out):
             out[j, r + n + references + k] = change
             for i in range(n):
                 out[j, r + i] -= field.rows[k, i] * change / field.inertia[i]
+    # to scaled states
     for j in range(r + n):
         for i in range(count):
             out[j, i] *= size[j] / size[i]

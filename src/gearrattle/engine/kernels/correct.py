@@ -100,10 +100,12 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
     pull, matrix, row
         scratch.
     """
+    # the neighbourhood: elements and inertias that feel the change within the window
     elements, inertias, active = near.element, near.inertia, near.active[c]
     clearance, places, length = network.clearance, near.reference, network.length
     e0, m = near.element_start[c], near.element_start[c + 1] - near.element_start[c]
     i0, n = near.inertia_start[c], near.inertia_start[c + 1] - near.inertia_start[c]
+    # their laws, and room that is zero
     k_near, c_near = room[0], room[1]
     for k in range(m):
         k_near[k], c_near[k] = stiffness[elements[e0 + k]], damping[elements[e0 + k]]
@@ -112,20 +114,25 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
             moved[j, k] = 0.0
         for i in range(n + 1):
             turned[j, i] = 0.0
+    # the motion that the change of the force makes, from zero at the crossing, order by order
     _respond(near, c, e0, i0, length, k_near, c_near, jump, moved, turned, pull)
+    # its polynomials in the window's time: shifted by the instant of the crossing
     integrals = network.mean.size
     angles = integrals + network.clearances.size
     shifts(-now, matrix)
     for i in range(ORDER + 1):
+        # add deflections and force integrals
         _shifted_row(matrix, i, moved, i, active, 1, 2, row)
         for k in range(m):
             e = elements[e0 + k]
             table[i, e] += row[2 * k]
             if clearance[e] >= 0:
                 table[i, integrals + clearance[e]] += row[2 * k + 1]
+        # add velocities
         _shifted_row(matrix, i, turned, i, active, 0, 1, row)
         for k in range(n):
             table[i, inertias[i0 + k]] += row[k]
+        # add angles of reference inertias: velocities integrated once
         for r in range(places.shape[1]):
             if places[c, r] >= 0:
                 for j in range(ORDER, max(i, 1) - 1, -1):

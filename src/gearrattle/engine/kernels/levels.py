@@ -131,7 +131,9 @@ def _add_product(generator, factor, source, out):
 def _write_region(generator, rows, duration, region):
     """Write the series of all rows and, if there are more steps than columns, the exponential: the series of these."""
     size = generator.shape[0]
+    # the step over which the Taylor series represents every row to rounding
     region.step[0] = h = _NORM / max(norm_of_square(generator, size), _NORM)
+    # series of all rows: r Z^m / m!
     for k in range(rows.shape[0]):
         for b in range(size):
             region.series[k, 0, b] = rows[k, b]
@@ -141,8 +143,10 @@ def _write_region(generator, rows, duration, region):
                 for a in range(size):
                     total += region.series[k, m - 1, a] * generator[a, b]
                 region.series[k, m, b] = total / m
+    # few steps: the state is carried by its own series
     if duration < size * h:
         return
+    # many steps: exp(Z h) - 1, column by column
     region.step[1] = 1.0
     term, product = np.empty(size), np.empty(size)
     for b in range(size):

@@ -130,8 +130,10 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     """
     size, table, calls, error, last = y.size, buffers.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
     for j in range(last + 1):
+        # the next row of the table: the modified midpoint rule with more steps
         _midpoint(field, control.held, t, h, y, 2 * (j + 1), buffers, after)
         calls += 2 * (j + 1)
+        # Richardson's extrapolation in h^2 through all columns
         for i in range(size):
             below = table[0, i]
             table[0, i] = after[i]
@@ -142,6 +144,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
                 table[k, i] = table[k - 1, i] + step
         if j == 0:
             continue
+        # the error is the difference of the last two columns; the step this column would allow
         for i in range(size):
             after[i], buffers.error[i] = table[j, i], table[j, i] - table[j - 1, i]
         error = error_of(control, y, after, buffers.error)
@@ -149,6 +152,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
         buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
         if sure or j < target - 1:
             continue
+        # accepted, or with no hope of it up to the last column
         if error <= 1.0:
             return error, j, calls
         hopeless = (j + 2.0) * (j + 3.0) if j < target else j + 2.0

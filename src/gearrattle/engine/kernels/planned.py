@@ -52,8 +52,10 @@ def compile_ahead(connection: Connection) -> None:
 
 def planned() -> dict[str, Planned]:
     """Every kernel of ``_ahead.PLAN`` by its name."""
+    # samples of the arguments' types
     addresses = building.Stages(*(0 for _ in building.Stages._fields))
     words, parts, three = IntVector, (extremes.Parts, extremes.Rows), (Vector, Vector, Vector)
+    # kernels with the way each is compiled and the types it is called with
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
         (vectorised, notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
@@ -85,6 +87,7 @@ def planned() -> dict[str, Planned]:
         (compact, building.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in building.Stages()),
     ]
+    # prepared, by their names in the plan
     known = {}
     for compiled_with, entry, kinds in entries:
         function = getattr(entry, "py_func", entry)

@@ -53,6 +53,7 @@ def push(common, free, modes, bounds, scratch, a, b):
     """One block, [a, b), whose exp(G horizon) stands in ``scratch.one``: let it follow, or be pushed."""
     n, width = modes.basis.shape[0], free.width[0]
     chained, horizon = free.chained[0], common.limits[HORIZON]
+    # what the chains push of each mode, and how large the bound by pushes becomes
     follows, pushed, followed = True, 0.0, 0.0
     for i in range(a, b):
         follows = follows and modulus(modes.triangle[i, i]) * horizon > _APART
@@ -63,12 +64,14 @@ def push(common, free, modes, bounds, scratch, a, b):
             modes.triangle[i, j], modes.left[i, j] = total, 0.0
             for p in range(a, i + 1):
                 pushed += horizon * scratch.one[p - a, i - a] * modulus(total)
+    # the same by following, where the modes are far from the signal's pace; the smaller one is taken
     if follows:
         _follow(common, free, modes, a, b)
         for i in range(a, b):
             for j in range(chained, width):
                 followed += modulus(modes.left[i, j])
         follows = followed < pushed
+    # what is not used is zero
     for i in range(a, b):
         for j in range(chained, width):
             if follows:

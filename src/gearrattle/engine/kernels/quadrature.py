@@ -107,24 +107,30 @@ def integrate_moments(moves, path, durations, samples, room, moments):
     """
     width, levels, strips, z = samples.shape[1], moves.step.shape[1], moves.generator.shape[1], room.z
     for i in range(durations.size):
+        # the state at the beginning: a sample, or where the interval before ended
         region, sample, left = path[i, 0], path[i, 1], durations[i]
         if sample >= 0:
             for j in range(width):
                 z[j] = samples[sample, j]
+        # a knot: the chains are written anew, and what follows them moves
         if path[i, 2] >= 0:
             for j in range(moves.chains.shape[1]):
                 at = width - moves.chains.shape[1] + j
                 for k in range(moves.followed.shape[0]):
                     z[k] += moves.followed[k, j] * (moves.chains[path[i, 2], j] - z[at])
                 z[at] = moves.chains[path[i, 2], j]
+        # memories that are known in this region
         for j in range(moves.known.shape[1]):
             if moves.known[region, j] == moves.known[region, j]:  # not NaN
                 z[moves.first_memory + j] = moves.known[region, j]
+        # about the region's point of rest
         for j in range(width):
             z[j] -= moves.shift[region, j]
+        # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.moments``)
         if path[i, 3]:
             _weigh(moments, moves.advance.shape[0] + moves.step.shape[0] + region, 1.0, z, width, room)
             continue
+        # dyadic steps, the longest first: z z' at the beginning of each
         for level in range(levels - 1, -1, -1):
             while left >= moves.step[region, level]:
                 index = region * levels + level
@@ -132,6 +138,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
                 multiply(moves.advance, index, strips, width, z, room.made, 0)
                 add(strips, room.made, 0, z)
                 left -= moves.step[region, level]
+        # what is left, by Gauss-Legendre nodes
         if left > 0.0:
             _remainder(moves, region, left, width, room, moments)
         for j in range(width):

@@ -99,12 +99,14 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     held = width - inputs.shape[1]
     z, values, rest = np.empty(width), np.empty(4 * lines.rows.shape[1]), 3 * inertias
     for i in range(states.shape[0]):
+        # states and inputs of the sample, and all rows over both
         row, at = (phase + i) % inputs.shape[0], begin + i
         for j in range(held):
             z[j] = states[i, j]
         for j in range(inputs.shape[1]):
             z[held + j] = inputs[row, j]
         multiply(lines.rows, 0, lines.rows.shape[1], width, z, values, 0)
+        # angles, velocities and what the inputs accelerate
         for j in range(inertias):
             angle = values[j]
             for r in range(references):
@@ -112,6 +114,7 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
             out.angle[at, j] = angle
             out.velocity[at, j] = values[inertias + j]
             out.acceleration[at, j] = values[2 * inertias + j] - lines.drag[j] * values[inertias + j]
+        # forces, and the accelerations that they make
         for k in range(elements):
             piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
             deflection, rate = values[rest + k], values[rest + elements + k]

@@ -239,10 +239,12 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
     """
     buffers, probe, here = scratch
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
+    # what is known of the roots, and where the step ends so far
     begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
     known = 0 if control.held else 2  # values at the ends of a blind step are known
     first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
     while True:
+        # what comes next: a guess of a root, the move to the first root, or a sample
         locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
         if locating:
             x = _next_guess(roots[done], tries)
@@ -260,6 +262,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
                 _take(after, stepper.states[i])
                 continue
             x = max(ahead, 0.0) / h
+        # the state there, by a step of its own length from the beginning
         if method.kind == EXTRAPOLATION:
             calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, buffers, probe)[2]
         else:
@@ -271,10 +274,12 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
         elif not locating:
             _take(probe, stepper.states[counts[SAMPLE] - 1])
             continue
+        # store it, or count the evaluations and go on
         if control.held:
             counts[CALLS] += calls
         if moving:
             continue
+        # the element's distance from its corner there narrows the bracket
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
@@ -288,6 +293,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             tries += 1
             if not _narrow(root, x, value) and tries < _LOCATING:
                 continue
+        # the root is settled: log the crossing, or end the step at the first of them
         x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
         if not control.held:
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
@@ -323,6 +329,7 @@ def _try(field, method, control, stepper, h, buffers, after):
 @kernel
 def step_on(field, method, control, stepper, samples_per_period, most_events, budget):
     """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
+    # room for the work
     size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
     counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
     buffers = StepBuffers(
@@ -337,27 +344,32 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     )
     old, new, here = _four(elements), _four(elements), _four(elements)
     after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
+    # the first step, and the elements' states at its beginning
     if not counts[BEGUN]:
         counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
     _take(stepper.piece, old[2])
     look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
     end = (rows - 1) * field.period / samples_per_period
     for _ in range(budget):
+        # stop where the run above must act
         if counts[SAMPLE] >= rows:
             return DONE
         if counts[EVENTS] + most_events > stepper.event_time.size:
             return LOG_FULL
+        # try a step: up to the last sample at most
         t, left = clock[NOW], end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
         h, wanted = left if last else clock[NEXT], clock[NEXT]
         _take(slope, buffers.stages[0])
         _take(stepper.piece, buffers.at[2])
         error = _try(field, method, control, stepper, h, buffers, after)
+        # rejected: a shorter one is tried next
         if error > 1.0:
             counts[REJECTED] += 1
             if clock[NEXT] < control.shortest or t + clock[NEXT] == t:
                 return NO_CONVERGENCE
             continue
+        # accepted: the elements' states at its end
         if control.fixed and not _is_finite(after):
             return NON_FINITE
         counts[CALLS] += 1
@@ -366,6 +378,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         _take(stepper.piece, new[2])
         then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
         look(field, then, after, control.held, new, buffers.wave, slope)
+        # crossings and samples within the step
         x, k, up, count = 2.0, -1, 0, 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
@@ -385,12 +398,14 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
                 roots,
                 after,
             )
+        # take it: up to the first crossing where pieces are held
         met = x <= 1.0
         taken = x * h if met else h
         _take(after, y)
         counts[STEP] += 1
         clock[NOW] = t + taken if met else then
         clock[SMALLEST] = min(clock[SMALLEST], taken) if taken > 0.0 else clock[SMALLEST]
+        # over the crossing into the next piece
         if met:
             counts[STALLED] = counts[STALLED] + 1 if taken == 0.0 else 0
             if counts[STALLED] > _MOST_STALLED:

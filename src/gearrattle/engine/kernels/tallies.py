@@ -126,6 +126,7 @@ def _end(out, v, k, met, left, push, held):
 @strict
 def _strike(judged, crossings, window, v, out):
     """Add the impacts that begin in the window, and contacts that were open and end here."""
+    # the next crossing of the same corner, backwards: it ends the contact
     events = crossings.time.size
     following, returns = np.empty(events, np.int64), np.full(out.open.shape[1], -1, np.int64)
     time, rate, integral = crossings.time, crossings.velocity, crossings.force_integral
@@ -133,6 +134,7 @@ def _strike(judged, crossings, window, v, out):
         k = crossings.clearance[i]
         corner = judged.pieces[k] - k + min(crossings.from_piece[i], crossings.to_piece[i])
         following[i], returns[corner] = returns[corner], i
+    # contacts that were open when the chunk began
     for corner in range(returns.size):
         i = returns[corner]
         if out.open[v, corner] > 0.0 and i >= 0:
@@ -140,15 +142,18 @@ def _strike(judged, crossings, window, v, out):
             _end(out, v, crossings.clearance[i], out.met[v, corner], abs(rate[i]), push, held)
             out.open[v, corner] = 0.0
     for i in range(events):
+        # an impact: out of the free gap, or outwards into a stiffer piece
         k = crossings.clearance[i]
         begin, origin, to = judged.pieces[k], crossings.from_piece[i], crossings.to_piece[i]
         outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
         if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
             continue
+        # the flank it is on, and the one before
         flank, before = (1.0 if to + judged.label[k] >= 0 else -1.0), out.flank[v, k]
         out.flank[v, k] = flank
         if not window[0] <= time[i] <= window[1]:
             continue
+        # impacts in the window: counts and speeds
         speed = abs(rate[i])
         out.count[v, k] += 1.0
         out.drive[v, k] += 1.0 if flank > 0.0 else 0.0
@@ -157,6 +162,7 @@ def _strike(judged, crossings, window, v, out):
         out.speed[v, k] += speed
         out.top_speed[v, k] = max(out.top_speed[v, k], speed)
         out.square[v, k] += speed * speed
+        # its contact: open at the end of the chunk, or ended by a later crossing
         j = following[i]
         if j < 0:
             corner = begin - k + min(origin, to)

@@ -87,10 +87,12 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     scratch
         see ``window_scratch``.
     """
+    # sizes: strips of what is carried and of y without its chains
     out, terms, total, weight = scratch
     behind, moved = strips_of(carried.size), width - chained[0]
     first, strips = 4 * behind, behind + strips_of(moved)
     rows = 4 * strips
+    # y, B y, B^2 y, B^3 y
     for i in range(4 * strips_of(moved)):
         terms[first + i] = y[i]
     for r in range(3):
@@ -99,9 +101,11 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         out[i] = 0.0
     for i in range(moved, width):
         total[i] = 0.0
+    # as many rounds as x needs for rounding
     rounds = _STRIPS if chained[0] > 0 else 1
     while rounds < _STRIPS and x > _REACH[rounds]:
         rounds += 1
+    # Horner in B^4
     x2 = x * x
     x3, x4 = x2 * x, x2 * x2
     for q in range(rounds - 1, 0, -1):
@@ -114,6 +118,7 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         add(strips - behind, out, first, total)
         _combine_chains(p, c1, c2, c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
+    # the first three orders of what is carried, then add all
     weight[0], weight[1], weight[2] = x, x2 / 2.0, x3 / 6.0
     strip_product_added(terms, (rows, 4, rows, strips, 3), weight, out, 0)
     add(behind, out, 0, carried)
