@@ -27,20 +27,24 @@ LENGTH = BOUNDS + 1
 @kernel
 def _field(b):
     """The field a block describes."""
+    # sizes
     n, m, r, h = b[INERTIAS], b[ELEMENTS], b[DEFLECTIONS], b[HARMONICS]
     return Field(
+        # inertia, drag, rows and coordinates
         array_at(b[FIELD], (n,), np.float64),
         array_at(b[FIELD + 1], (n,), np.float64),
         array_at(b[FIELD + 2], (m, n), np.float64),
         array_at(b[FIELD + 3], (r, n), np.float64),
         array_at(b[FIELD + 4], (m, r), np.float64),
         array_at(b[FIELD + 5], (b[REFERENCES],), np.int64),
+        # torques, transmission errors and cycles of the harmonics
         array_at(b[FIELD + 6], (n,), np.float64),
         array_at(b[FIELD + 7], (n, h), np.float64),
         array_at(b[FIELD + 8], (n, h), np.float64),
         array_at(b[FIELD + 9], (m, h), np.float64),
         array_at(b[FIELD + 10], (m, h), np.float64),
         array_at(b[FIELD + 11], (h,), np.float64),
+        # laws of the elements, piece by piece
         Laws(
             array_at(b[FIELD + 12], (m + 1,), np.int64),
             array_at(b[FIELD + 13], (b[PIECES],), np.float64),

@@ -74,12 +74,14 @@ class MultistepMarch:
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
+        # addresses of CVODE's functions
         memory, problem = self.memory, self.problem
         elements, samples = len(self.block.field.rows), len(problem.sample_times)
         names = ["CVode", "CVodeGetDky", "CVodeGetIntegratorStats", "CVodeGetNumStepSolveFails"]
         names += ["CVodeGetNumJacEvals", "CVodeGetRootInfo", "CVodeReInit", "CVodeSetStopTime", "CVodeSetInitStep"]
         functions: list[int] = [sundials.address("cvode", name) for name in names]
         self.library = kernel.Library._make([memory.memory, memory.vector, memory.between, *functions, memory.newton])
+        # the state at t = 0 is the first sample; room for samples and crossings
         counts, numbers = np.zeros(8, np.int64), np.zeros(6)
         counts[kernel.SAMPLE], numbers[kernel.SMALLEST] = 1, np.inf
         states = np.zeros((samples, self.block.states))
@@ -101,6 +103,7 @@ class MultistepMarch:
             np.zeros(_FIRST_LOG),
             np.zeros(_FIRST_LOG),
         )
+        # scratch, and the elements' states at the beginning
         waves = 2 * self.block.field.cycles.size
         self.scratch = [
             kernel.Scratch(np.zeros(self.block.states), np.zeros(waves), *(np.zeros(elements) for _ in range(4)))

@@ -185,6 +185,7 @@ class Batch:
         *,
         kept: Kept = END,
     ) -> None:
+        # regions and log, which grow on demand
         count = len(window)
         flow = flow_of(pattern.system)
         size = Size.of(flow)
@@ -192,15 +193,18 @@ class Batch:
         self.store = Store(flow, Capacity(4, 64, longest, longest))
         self.log = empty_log()
         self.outcome, self.cursor = np.zeros(count, np.int64), np.zeros(many.CURSOR, np.int64)
+        # the variants
         angle, velocity = (np.array(part, dtype=float) for part in start)
         shared = pattern.frame(), pattern.statics(), pattern.judged
         how = np.array([pattern.start])
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, how, self.outcome)
+        # a march, its samples and notes, and the inputs in the scales of each variant
         self.buffers = _buffers(flow, self.cases)
         self.march, self.samples = _march(size), _room(flow, size, pattern.cycles, kept)
         self.inputs, self.notes = packed_inputs(flow), notes_for(size, kept.per_cycle)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
+        # what is written of a finished motion, and the addresses of the kernels called
         self.out: Any
         entry, self.out = finish or (compact(many.judge), room_for(count, self.cases.judged))
         self.at, self.limit = self._entries(entry), StepLimit(pattern.system)
@@ -217,6 +221,7 @@ class Batch:
 
     def go_on(self, slices: int = _SLICES) -> bool:
         """Do some slices of work, make what room they asked for; whether there is more to do."""
+        # some slices of the compiled loop
         counts = self.march.counts
         answer = many.march_many(
             self.at,
@@ -233,10 +238,12 @@ class Batch:
             self.cursor,
             slices,
         )
+        # room for regions or crossings
         if answer == many.MORE_ROOM:
             self.store.grow()
         elif answer == many.MORE_LOG:
             self.log = doubled(self.log)
+        # a variant that goes on without end is left to the general way
         now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
         is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
         is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
@@ -255,6 +262,7 @@ class Batch:
         flow
             of this variant.
         """
+        # crossings behind the first sample, and the pieces there
         samples, counts = self.samples, self.march.counts
         log = first_of(self.log, int(counts[packed.EVENTS]))
         ahead = (log.cycle - samples.first // samples.per_cycle) + log.fraction > 0.0
@@ -262,6 +270,7 @@ class Batch:
         initial[log.clearance[passed]] = log.piece[passed] + 2 * log.upward[passed] - 1
         if not np.array_equal(initial, samples.pieces[0]):
             return None
+        # samples in SI units
         sampled, _ = sampled_quantities(flow, samples)
         steps, period = int(counts[packed.STEPS]), flow.system.inputs.period
         cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
@@ -279,6 +288,7 @@ class Batch:
     def _entries(self, finish: Callable[..., Any]) -> Any:
         """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
 
+        # arguments of the types that the kernels are called with
         cases = self.cases
         buffers = self.buffers
         regions = self.store.packed
@@ -292,6 +302,7 @@ class Batch:
         response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
+        # kernels by the names in ``many.Entries``
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (laid_out.lay_out, (workspace, system, frame, buffers.scales)),
@@ -306,6 +317,7 @@ class Batch:
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
         }
+        # compiled, as for a single run
         addresses = {
             name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
             for name, (entry, arguments) in calls.items()

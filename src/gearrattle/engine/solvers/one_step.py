@@ -65,17 +65,20 @@ class StepMarch:
     """
 
     def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
+        # the method and the problem
         self._step_on = vectorised(step_on)
         self.task = task
         self.tableau = tableau
         self.fixed = fixed
         self.problem = FieldProblem.of(task)
+        # the step, and limits on their number
         self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
         if fixed:
             _check_count(task, self.step)
         slice_steps = min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1))
         self._steps = max(10, slice_steps if tableau is not None else slice_steps // _CALLS_OF_EXTRAPOLATION)
         self.method, self.control = _method(tableau), self._control(held)
+        # the stepper at the start, with room for samples and crossings
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
             y.copy(),
@@ -127,6 +130,7 @@ class StepMarch:
 
     def motion(self) -> Motion:
         """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""
+        # counts and the log of crossings
         s = self.stepper
         steps = int(s.counts[STEP])
         rejected = int(s.counts[REJECTED])
@@ -138,12 +142,14 @@ class StepMarch:
             s.event_rate[:count],
             s.event_integral[:count],
         )
+        # with a fixed step: the modes for which it is not stable, in the regions visited
         notes: tuple[str, ...] = ()
         begin = time.perf_counter()
         if self.fixed and self.tableau is not None:
             visited = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
             notes = stability_notes(self.tableau, self.step, self.problem.flow, *visited)
         aside = time.perf_counter() - begin
+        # samples, counts and notes
         return self.problem.motion(
             s.states,
             crossings,

@@ -41,9 +41,11 @@ MOST_BYTES = 1 << 30  # of arrays, which double when they are full: slots that w
 @kept
 def packed_inputs(flow: Flow) -> Inputs:
     """Oscillators of the flow, with their rotation over every level's step."""
+    # rotation of the oscillators over every level's step
     high, low = split_cycles(flow.system.inputs.cycles)
     steps = np.array([step_of(level) for level in range(DEEPEST + 1)])
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
+    # knots of the signals, and their chains padded for vectors
     whole = np.floor(flow.knots[:-1])
     knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals

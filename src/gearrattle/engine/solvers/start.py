@@ -58,6 +58,7 @@ def _last_start(_: Flow) -> dict[tuple[bytes, bytes, tuple[int, ...]], tuple[tup
 def _new_start(
     flow: Flow, z: Array, angle: Array, auxiliary_pieces: IntArray | None
 ) -> tuple[tuple[int, ...], IntArray]:
+    # pieces by the deflection alone; on a corner within rounding the inner one
     pieces = [0] * len(flow.system.laws)
     on_corner: dict[int, int] = {}
     for i, k in enumerate(flow.system.clearances):
@@ -69,6 +70,7 @@ def _new_start(
             if abs(delta - corner) <= ON_CORNER * max(abs(corner), size):
                 pieces[k] = law.inner(c, c + 1)
                 on_corner[i] = c
+    # on a corner: by the first derivative that is not rounding
     undecided = dict(on_corner)
     for order in range(1, _DERIVATIVES + 1 if undecided else 1):
         signs = _signs(flow, _accompanied(flow, pieces, z, auxiliary_pieces), z, order)
@@ -76,6 +78,7 @@ def _new_start(
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
                 pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
                 del undecided[i]
+    # which corner each clearance sits on
     side = np.zeros(flow.system.watched, dtype=np.int64)
     for i, c in on_corner.items():
         side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1

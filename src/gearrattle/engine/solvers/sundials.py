@@ -96,18 +96,22 @@ class Memory:
     ) -> None:
         from gearrattle.engine.kernels import callbacks
 
+        # addresses of the accessors in the block
         block.words[callbacks.VECTOR] = address("core", "N_VGetArrayPointer")
         block.words[callbacks.ENTRIES] = address("sunmatrixdense", "SUNDenseMatrix_Data")
         self.block, self.newton = block, newton
         self.z, self.point = block.initial.copy(), np.zeros(block.states)
+        # a context whose failures are return codes
         context = c_void_p()
         _call("core", "SUNContext_Create", c_int, (c_int, 0), (c_void_p, ctypes.addressof(context)))
         self._owned: list[tuple[str, str, int]] = [("core", "SUNContext_Free", context.value or 0)]
         self._free = weakref.finalize(self, _free, self._owned)
         _call("core", "SUNContext_ClearErrHandlers", c_int, (c_void_p, context.value))  # failures are codes
         self._context = (c_void_p, context.value)
+        # vectors over our arrays, and the integrator
         self.vector, self.between = self._vector(self.z), self._vector(self.point)
         self.memory = self._own("cvode", "CVodeCreate", "CVodeFree", (c_int, method), self._context)
+        # equations, tolerances, stop time and first step
         relative, absolute = block.tolerances(tolerance)
         words = block.words
         self._set("CVodeInit", (c_void_p, callbacks.slopes.address), (c_double, 0.0), (c_void_p, self.vector))
@@ -118,6 +122,7 @@ class Memory:
         self._set("CVodeSetInitStep", (c_double, step or 0.0))
         self._set("CVodeSetMaxHnilWarns", (c_int, -1))
         self._iterate()
+        # corners of the pieces held, as roots that fall through zero
         if roots and block.bounds.size:
             self._set("CVodeRootInit", (c_int, block.bounds.size), (c_void_p, callbacks.corners.address))
             ways = np.full(block.bounds.size, -1, dtype=np.int32)

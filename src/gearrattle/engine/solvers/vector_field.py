@@ -137,6 +137,7 @@ class FieldProblem:
         counted
             the fields of ``Motion`` on cost, and its notes.
         """
+        # room for all samples
         system, coordinates = self.task.system, self.flow.coordinates
         r = len(coordinates.elements)
         n = system.size
@@ -144,14 +145,17 @@ class FieldProblem:
         angle, velocity, acceleration = np.empty((3, len(states), n))
         force, deflection = np.empty((len(states), len(system.laws))), np.empty((len(clearances), len(states))).T
         pieces = np.empty((len(clearances), len(states)), np.int64).T
+        # accelerations, deflections and forces from the equation of motion, part by part
         for part in slices(*states.shape):
             some, time = states[part], self.sample_times[part]
             acceleration[part], deflections, piece, force[part] = element_samples(self.field, time, some)
             deflection[part], pieces[part] = deflections[:, clearances], piece[:, clearances]
+            # angles from deflections and from the angles of the references
             references = some[:, r + n : r + n + len(coordinates.references)]
             turned = references @ coordinates.angle_from_reference.T
             angle[part] = some[:, :r] @ coordinates.angle_from_basis.T + turned
             velocity[part] = some[:, r : r + n]
+        # with the pieces at the start and the force integrals at the end
         return Motion(
             angle=angle,
             velocity=velocity,

@@ -111,6 +111,7 @@ class SweepAuditor:
 
 def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
     """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
+    # pieces at the start, and the laws there
     network = arrays[0]
     system = flow.system
     orders = packed.ORDER + 1
@@ -119,10 +120,12 @@ def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) 
     pieces[network.clearances] = samples.pieces[0]
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
     present = np.array(laws, dtype=float).reshape(-1, 3).T
+    # sizes
     m = len(system.laws)
     n = system.size
     count = system.inputs.count
     errors = network.erring.size
+    # room for the Taylor series and for the powers
     buffers = WorkBuffers(
         np.zeros(2),
         np.zeros((orders, columns)),

@@ -128,12 +128,15 @@ def slider(
     period
         a time [s] by which rates are made deflections.
     """
+    # pieces: sticking, slipping forwards, slipping backwards, let go
     (stiffness, limit), none = spring, np.inf
     reach = limit / stiffness
+    # the piece that it is in while its element is in each of its own
     follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
     for piece in range(law.pieces):
         if piece + law.first_label in labels:
             follow[piece] = STICK, FORWARD, BACKWARD, STICK
+    # while it sticks the force follows the memory; it slips where that reaches the limit, until the rate turns
     return Auxiliary(
         element,
         "slider",
@@ -172,19 +175,24 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
     On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles
     while s delta - sign (c / k) delta' >= -s f / k.
     """
+    # pieces: off, then idle and limiting for each of the law's
     count = 1 + 2 * law.pieces
     stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
     lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
     below, above, follow = np.arange(count), np.arange(count), np.zeros((law.pieces, count), dtype=np.int64)
     for piece in range(law.pieces):
+        # only pieces with stiffness and damping can be limited
         k, c, f = float(law.stiffness[piece]), float(law.damping[piece]), float(law.offset[piece])
         if k == 0.0 or c == 0.0:
             continue
+        # limiting: the damping force c delta' is replaced by way (k delta + f)
         side, idle, limiting = np.sign(piece + law.first_label), 1 + 2 * piece, 2 + 2 * piece
         stiffness[limiting], damping[limiting], offset[limiting] = way * k, -c, way * f
+        # watched: s delta - sign (c / k) delta', with the bound -s f / k
         watched[idle] = watched[limiting] = side, -way * side * c / k, 0.0
         lower[idle] = upper[limiting] = -side * f / k
         below[idle], above[limiting] = limiting, idle
+        # the piece in which contact begins
         follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
     return Auxiliary(

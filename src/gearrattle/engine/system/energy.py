@@ -148,28 +148,35 @@ class Auditor:
         first_cycle
             whole periods before the first sample.
         """
+        # regions visited, their rates and their finest steps
         self.flow, self.samples, self.count = flow, samples, count
         regions, visited = _visited(flow, initial, watch, upward)
         generators = np.array([flow.generator(pieces) for pieces in regions])
         finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
+        # samples at which the quadrature starts again
         apart = max(1, int(per_cycle * LONG * finest.max()))
         restarts = np.append(np.arange(apart, count - 1, apart), count - 1)
         states = samples(np.append(0, restarts))
         self.ends = states[0], states[-1]
+        # states over deflections, in which the powers are small sums
         by_deflections, self.back = _by_deflections(flow)
         self.restarts = np.ascontiguousarray(states @ by_deflections.T)
+        # intervals end at samples, crossings and knots
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
         knots = knots[first_knot : np.searchsorted(knots, restarts[-1] / per_cycle)]
         at = np.concatenate([restarts / per_cycle, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
+        # rates about each region's point of rest
         shift = np.array([_shift(flow, pieces) for pieces in regions])
         generators = by_deflections @ generators @ self.back
         generators[..., flow.states] += _times(generators, shift) / flow.scaling.inputs[0]
         nodes = NODES_WITH_SIGNALS if flow.chain.size else NODES
+        # tables of steps
         self.steps = Steps(generators, finest, float(self.durations.max(initial=0.0)), nodes)
         self.moves = _moves(flow, regions, (generators, shift, by_deflections), self.steps)
+        # the path: region, first sample, knot, and whether the interval is whole
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
         of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
         self.interval = apart / per_cycle
@@ -183,9 +190,11 @@ class Auditor:
             ],
             axis=1,
         )
+        # energy let go by auxiliary elements at crossings
         self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.first_cycle, self.per_cycle = first_cycle, per_cycle
         self.regions, self.visited, self.time = regions, visited, time
+        # room for the moments
         rows, terms = 4 * self.moves.generator.shape[1], self.moves.powers.shape[1]
         count = (2 + self.steps.length.shape[1]) * len(regions)
         self.sums, self.recent = np.zeros((2, count, flow.width, rows))

@@ -283,6 +283,7 @@ def _column_scale(harmonics: int) -> NDArray[np.int64]:
 
 def flow_of(system: PiecewiseSystem) -> Flow:
     """Choose coordinates and scales, and write the rows down."""
+    # coordinates, scales and sizes
     coordinates = relative_coordinates(system)
     scaling = energy_scaling(system, coordinates)
     inputs = system.inputs
@@ -292,11 +293,13 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     signals = system.signals
     chained = states + 1 + 2 * inputs.count
     width = chained + (0 if signals is None else signals.chain)
+    # columns of the inputs: mean, cosines, sines
     cosine = np.arange(states + 1, states + 1 + inputs.count)
     sine = cosine + inputs.count
     size = scaling.inputs[1:]
     omega = 2 * np.pi * inputs.cycles / inputs.period
 
+    # rows of velocities, deflections and rates; transmission errors are subtracted
     velocity = np.zeros((n, width))
     velocity[:, r:moving] = np.diag(1.0 / scaling.velocity)
     deflection = np.zeros((m, width))
@@ -309,14 +312,17 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     rate[:, sine] += inputs.error_cosine * omega / size
     curvature[:, cosine] = -inputs.error_cosine * omega**2 / size
     curvature[:, sine] = -inputs.error_sine * omega**2 / size
+    # torques
     torque = np.zeros((n, width))
     torque[:, states] = inputs.mean / scaling.inputs[0]
     torque[:, cosine] = inputs.torque_cosine / size
     torque[:, sine] = inputs.torque_sine / size
 
+    # signals
     chain = np.ones(width - chained)
     if signals is not None:
         chain = _write_signals(system, signals, chained, (deflection, rate, curvature, torque))
+    # scales of what is watched: the largest corner, or the state where that is zero
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
@@ -340,12 +346,14 @@ def flow_of(system: PiecewiseSystem) -> Flow:
 
 def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
     """Write what chains do from a column on; answers their scales: one power of two a channel, by what it pushes."""
+    # scale of each channel: the torque that it makes, the stiffest pieces with its error
     deflection, rate, curvature, torque = rows
     stiffest = np.array([law.stiffness.max() for law in system.laws])
     pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))
     period, order = system.inputs.period, signals.degree + 1
     size = period * np.linalg.norm(pushed / np.sqrt(system.inertia)[:, None], axis=0)
     scale = power_of_two(np.where(size > 0.0, size, 1.0))
+    # q_j = T^j p^(j) / w^j: the first link is the signal, the next ones its derivatives
     step = signals.pace(period) / period
     for c in range(signals.channels):
         at = first + c * order

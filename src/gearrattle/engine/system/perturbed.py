@@ -179,17 +179,20 @@ def _fresh(rng: np.random.Generator, size: int) -> Array:
 
 def driveline_of(flow: Flow) -> Driveline:
     """The rows of a flow, sparse, with the norm of the stiffest and most damped region there could be."""
+    # rows of deflections, rates and accelerations, in the scales of the flow
     system, period, r, n = flow.system, flow.system.inputs.period, len(flow.coordinates.elements), flow.system.size
     deflection, rate = flow.deflection[:, :r], flow.rate[:, r : r + n]
     turning = period * flow.scaling.deflection[:, None] * flow.coordinates.basis / flow.scaling.velocity
     push = -period * (flow.scaling.velocity / system.inertia)[:, None] * system.rows.T
     drag, element = period * system.drag / system.inertia, [system.auxiliaries[c].element for c in system.memories]
+    # the largest stiffness and damping that any region has
     stiffness, damping = (
         np.array([getattr(law, name).max() for law in system.laws]) for name in ("stiffness", "damping")
     )
     for auxiliary in system.auxiliaries:
         stiffness[auxiliary.element] += auxiliary.stiffness.max()
         damping[auxiliary.element] += np.abs(auxiliary.damping).max()
+    # norm of the rates of such a region
     matrix = np.zeros((r + n, r + n))
     matrix[:r, r:] = turning
     matrix[r:, :r] = push @ (stiffness[:, None] * deflection)

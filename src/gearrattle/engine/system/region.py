@@ -151,19 +151,24 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
 
 def region_in(store: Store, slot: int) -> Region:
     """The region in a slot, its arrays unpacked."""
+    # sizes
     a, c, k, n = store.packed, store.size.carried, store.size.watched, store.flow.states
     width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
     kept = a.kept[slot, : width - n].copy()
     chains = _rates_of_chains(store.flow, width)
     moved_rows = width - len(chains)
+    # increments over every level's step; those of chains are not in the tables
     tables = []
     for level, packed in enumerate(a.tables[first : first + store.fine(slot) + 1]):
         carried, moved = unpacked(packed[:, :width], c, moved_rows)
         tables.append(np.vstack([moved, _increments_of_chains(chains, step_of(level)), carried]))
+    # rates, and the particular solution of the inputs split off
     rates = unpacked(a.powers[4 * slot][:, :width], c, moved_rows)
     per_step = step_of(store.fine(slot))
     integral, particular = unpacked(a.particular[slot], c, n)
+    # rows of what is watched, and the bounds
     watched, calm = (rows[slot][:, :width].transpose(2, 0, 1).copy() for rows in (a.probe, a.calm))
+    # real and imaginary parts of the bounds' rows, in strips of four
     parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)
     rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(4 * len(parts), width)[:modes]
     weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)

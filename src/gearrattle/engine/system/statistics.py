@@ -150,12 +150,14 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
     series_of
         gives the series of a region over a length in periods.
     """
+    # parts by region and sample interval, and whether they take too long
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
     parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
     counts = np.bincount(parts.region, minlength=len(regions))
     present = np.flatnonzero(counts).tolist()
     if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
         return None
+    # series of every region present
     series = {r: series_of(regions[r], length) for r in present}
     # samples far apart: a state carried on costs less than a series of so many blocks in every region
     longest = max(region_series.count for region_series in series.values())
@@ -164,16 +166,19 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
         parts = _parts_of(flow, path, visited, cuts)
         length /= cuts
         series = {r: series_of(regions[r], length) for r in present}
+    # neighbouring parts in one region become one
     together, blocks = np.ones((2, len(regions)), dtype=np.int64)
     for r, region_series in series.items():
         together[r], blocks[r] = region_series.intervals, region_series.count
     parts = parts.joined(together, path, _UNCUT * length)
+    # where the series of a part start: its own sample, the next one, or a state carried on
     backward = parts.backward(_UNCUT * length, blocks == 1)
     forward = parts.sample >= 0
     carried = np.flatnonzero(~forward & ~backward)
     start = np.where(forward, parts.sample, np.append(parts.sample[1:], 0))
     start[carried] = -1 - np.arange(carried.size)
     states = _carried(flow, path, parts, series, carried)
+    # whole parts, whose moments are made beforehand
     full = together[parts.region] * length
     whole = forward & (np.abs(parts.duration - full) < _UNCUT * length)
     return Walk(path, regions, parts, series, float(blocks[parts.region].sum()), start, backward, whole, states)
@@ -236,13 +241,16 @@ class Walk:
             some seconds (a contact that is stiff beyond all proportion to the window).
         """
 
+        # rows of every region
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
         if self._takes_too_long(count):
             return None
+        # which moments are wanted, and about what
         marked = np.broadcast_to(np.asarray(with_moments), count)
         packed, scratch = self._packed(chosen, with_nodes=bool(marked.any()))
         about, wanted = self._reference(chosen), np.flatnonzero(marked)
+        # window by window: extremes, then moments
         ends = self._ends(cycles)
         shape = (len(ends) - 1, count)
         low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
@@ -255,6 +263,7 @@ class Walk:
                 spent = np.bincount(self.parts.region[some], self.parts.duration[some], minlength=len(self.regions))
                 own += (spent @ ~packed.moving) * (-about) ** np.arange(1.0, 5.0)[:, None]
                 powers[:, i] = own / float(self.parts.duration[some].sum())
+        # central moments
         m1, m2, m3, m4 = powers
         third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
         known = (np.where(marked, moment, np.nan) for moment in (about + m1, m2 - m1**2, third, fourth))
@@ -389,6 +398,7 @@ class Walk:
     def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
         """Rows of every region for compiled code, and room to work in."""
 
+        # room: sizes, memories, nodes of the quadrature
         count, regions = len(next(iter(chosen.values()))), len(self.regions)
         sizes, most = (
             np.zeros((9, regions), dtype=np.int64),
@@ -396,22 +406,26 @@ class Walk:
         )
         block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
         moving = np.zeros((regions, count), dtype=np.bool_)
+        # Gauss's rule in every region
         rules = {r: region_series.gauss for r, region_series in self.series.items()}
         abscissas, weights = np.zeros((2, regions, max(x.size for x, _ in rules.values())))
         flat: tuple[list[Array], ...] = ([], [], [], [])
         begun = [0, 0, 0, 0]
         for r, series in self.series.items():
+            # series of the rows, a bound on their rest, their values at Chebyshev points and at nodes
             coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
             rest = np.abs(coefficients[:, :, compiled.FEW :]).sum(axis=2)
             both = np.concatenate([series.points, -series.points])
             looks = (both[:, None] ** series.powers) @ coefficients
             seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
+            # sizes of the region, and where its numbers begin
             sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
             block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
             abscissas[r, : x.size], weights[r, : x.size] = x, weight
             for k, array in enumerate((coefficients, rest, seen, looks)):
                 flat[k].append(array.ravel())
                 begun[k] += array.size
+        # all regions end to end
         numbers, rests, seens, looked = (np.concatenate(arrays) for arrays in flat)
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))

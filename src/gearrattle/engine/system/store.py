@@ -68,8 +68,10 @@ class Size:
 
     def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
         """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
+        # strips of four rows
         u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
         moved = self.made(max(self.states, width - self.chain))  # the marches move chains by themselves
+        # numbers
         floats: dict[str, tuple[int, ...]] = {
             "tables": (0, moved, width, 4),
             "powers": (0, moved, width, 4),
@@ -89,6 +91,7 @@ class Size:
             "band": (0, k),
             "known": (0, self.memories),
         }
+        # indices and counts
         integers: dict[str, tuple[int, ...]] = {
             "width": (0,),
             "kept": (0, u + self.chain),

@@ -152,23 +152,27 @@ def variation(
     end
         length of the motion [s]: a whole number of eighths of the period.
     """
+    # intervals end at crossings and at every eighth of a period
     system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
     at = np.concatenate([path.time / period, grid])
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
+    # room: region, clearance and end of an eighth for each interval, with the kick behind it
     index: dict[Pieces, int] = {}
     steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
     reset = np.zeros((len(at), s), dtype=np.bool_)
     push, pieces = _kicks(flow), initial
     crossings = list(zip(path.watch.tolist(), path.upward.tolist(), strict=True))
     changes: dict[tuple[Pieces, int, int], _Change] = {}
+    # region by region along the log
     for i, which in enumerate(order.tolist()):
         steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(crossings)
         if which < len(crossings):
             watch, upward = crossings[which]
             if (pieces, watch, upward) not in changes:
                 changes[pieces, watch, upward] = _change(flow, pieces, watch, upward)
+            # the crossing: kick of the velocities, new memories, the region behind it
             change = changes[pieces, watch, upward]
             reset[i] = change.reset
             if change.element >= 0:
@@ -178,11 +182,14 @@ def variation(
                 kicks[i] = -push[watch] * jump
                 kicks[i, n - s :] = change.engaged
             pieces = change.after
+    # to SI units
     scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
     time = np.concatenate([[0.0], grid * period])
+    # too many regions for tables: perturbations are carried without them
     most = most_tables // _table_size(flow, initial)
     if len(index) > most:
         return _perturbed(flow, list(index), (steps, durations, kicks, reset), time, scale)
+    # gradients over every eighth of a period
     rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
     free = _free_motions(flow, index, most)
