@@ -81,15 +81,8 @@ def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
 class Ahead:
     """What this process has compiled or loaded, and what others compile for it.
 
-    Parameters
-    ----------
-    module
-        has ``compile_ahead(connection)``, which the others call.
-
-    Attributes
-    ----------
-    processes
-        the others; empty before they are needed, and where there are none.
+    module: has ``compile_ahead(connection)``, which the others call.
+    processes: the others; empty before they are needed, and where there are none.
     """
 
     def __init__(self, module: str) -> None:

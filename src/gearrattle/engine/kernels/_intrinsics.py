@@ -101,14 +101,8 @@ def group_reader(name: str, sample: Any, first: int) -> Any:
 
     What is not used of it costs nothing.
 
-    Parameters
-    ----------
-    name
-        of the NamedTuple, in what stands for the words with numba switched off.
-    sample
-        such a NamedTuple, for the types.
-    first
-        see above.
+    name: of the NamedTuple, in what stands for the words with numba switched off.
+    sample: such a NamedTuple, for the types.
     """
     group = _Group(name, sample)
 

@@ -246,10 +246,7 @@ class _PlainCallback:
 def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     """A function that C calls: compiled at once, with ``address``; it answers 0, or a code of the library's.
 
-    Parameters
-    ----------
-    arguments
-        one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
+    arguments: one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
     """
     plain_kinds = {"d": ctypes.c_double, "p": ctypes.c_void_p}
 
@@ -272,12 +269,8 @@ def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
 
     With numba switched off it is the function itself.
 
-    Parameters
-    ----------
-    entry
-        from ``vectorised`` or ``compact``.
-    arguments
-        any of the types it will be called with.
+    entry: from ``vectorised`` or ``compact``.
+    arguments: any of the types it will be called with.
     """
     return entry.address(*arguments) if is_compiling() else entry  # type: ignore[attr-defined]
 
@@ -356,10 +349,7 @@ def _kind(value: Any) -> Any:
 def prepared(entry: Callable[..., Any]) -> Callable[..., None]:
     """A function that compiles an entry for arguments of such types, and keeps it.
 
-    Parameters
-    ----------
-    entry
-        from ``vectorised`` or ``compact``, or a kernel.
+    entry: from ``vectorised`` or ``compact``, or a kernel.
     """
     return getattr(entry, "address", None) or entry._compile_for_args  # type: ignore[attr-defined,no-any-return]
 

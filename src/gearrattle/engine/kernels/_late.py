@@ -36,14 +36,8 @@ _MODE = _Mode()
 class Late:
     """A kernel that is made when it is first called.
 
-    Parameters
-    ----------
-    make
-        makes what numba knows of it.
-    function
-        as Python; None of what has no plain form.
-    options
-        that it is compiled with.
+    make: makes what numba knows of it.
+    function: as Python; None of what has no plain form.
     """
 
     def __init__(

@@ -99,15 +99,8 @@ def _is_coupled(triangle, begin, end, size):
 def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
-
-    Returns
-    -------
-    value
-        the number of blocks.
+    workspace: see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
+    Returns the number of blocks.
     """
     free, modes, bounds = free_at(workspace), modes_at(workspace), bounds_at(workspace)
     size, count, begin, end = free.chained[0], TOP, TOP, TOP

@@ -78,27 +78,13 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
 def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
     """Add to a table what the change of clearance c's force makes of the motion from ``now`` on.
 
-    Parameters
-    ----------
-    network, near
-        see ``network``.
-    c
-        the clearance.
-    stiffness, damping
-        (m,) of every element, the present piece of the one that crossed.
-    now
-        where in the window, from its origin.
-    jump
-        see ``jump_series``.
-    table
-        changed; true from ``now`` on.
-    room
-        (2, .) scratch for the neighbourhood's stiffness and damping.
-    moved, turned
-        (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the
-        columns for what is not felt yet are zero, and stay so.
-    pull, matrix, row
-        scratch.
+    network, near: see ``network``.
+    stiffness, damping: (m,) of every element, the present piece of the one that crossed.
+    now: where in the window, from its origin.
+    table: changed; true from ``now`` on.
+    room: (2, .) scratch for the neighbourhood's stiffness and damping.
+    moved, turned: (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the columns
+        for what is not felt yet are zero, and stay so.
     """
     # the neighbourhood: elements and inertias that feel the change within the window
     elements, inertias, active = near.element, near.inertia, near.active[c]

@@ -34,14 +34,9 @@ def times(factor, a, first, b, rows, columns, out, out_first):
 def times_chained(factor, a, first, b, rows, shape, out, out_first):
     """The same as ``times`` where the last columns are chains, which drive themselves and what stands before them.
 
-    Parameters
-    ----------
-    factor, a, first, rows, out, out_first
-        as of ``times``.
-    b
-        its rows before the chains, then those of the first chain: those of the others are alike.
-    shape
-        columns, where the chains begin among them, links of a chain.
+    factor, a, first, rows, out, out_first: as of ``times``.
+    b: its rows before the chains, then those of the first chain: those of the others are alike.
+    shape: columns, where the chains begin among them, links of a chain.
     """
     width, chained, links = shape
     for i in range(rows):

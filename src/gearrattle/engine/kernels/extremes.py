@@ -162,16 +162,8 @@ def _turn(terms, top, begin, end, before, after):
 def extremes(parts, rows, first, last, scratch, low, high):
     """Widen low and high (q,) to the extremes of every row through the parts from first to last.
 
-    Parameters
-    ----------
-    parts, rows
-        see ``Parts``, ``Rows``.
-    first, last
-        parts.
-    scratch
-        (2, room for the state and for the terms).
-    low, high
-        (q,) extremes so far.
+    scratch: (2, room for the state and for the terms).
+    low, high: (q,) extremes so far.
     """
     z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], low.size
     for i in range(first, last):
@@ -226,18 +218,11 @@ def _weigh(weight, value, about, c, sums):
 def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
     """Add the integrals of powers 1 ... 4 of rows about a reference, of those that are not 0 in a region.
 
-    Parameters
-    ----------
-    parts, rows, first, last, scratch
-        as in ``extremes``.
-    wanted
-        (m,) rows whose moments are wanted.
-    about
-        (q,) references.
-    sums
-        (4, q) room.
-    powers
-        (4, q) added to.
+    parts, rows, first, last, scratch: as in ``extremes``.
+    wanted: (m,) rows whose moments are wanted.
+    about: (q,) references.
+    sums: (4, q) room.
+    powers: (4, q) added to.
     """
     z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], about.size
     for i in range(first, last):

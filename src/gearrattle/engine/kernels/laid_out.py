@@ -103,16 +103,9 @@ def _write_clearances(system, frame, scales, common):
 def lay_out(workspace, system, frame, scales):
     """Write what regions share, but which pieces are whose and the limits that depend on what is typical.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``.
-    system
-        ``variants.Coefficients`` of one variant.
-    frame
-        ``variants.Frame``.
-    scales
-        ``variants.Scales``; the corners' are written, the others read.
+    workspace: see ``located``.
+    system: ``variants.Coefficients`` of one variant.
+    scales: ``variants.Scales``; the corners' are written, the others read.
     """
     common, laws = common_at(workspace), laws_at(workspace)
     n, count, period = system.inertia.size, frame.cycles.size, system.period[0]

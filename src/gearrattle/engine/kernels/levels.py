@@ -204,22 +204,13 @@ def _add_steps(generator, region, duration, z, series, room, out):
 def levels(generators, region, duration, known, z, rows, out):
     """Write lowest value, highest value and integral over the phase of every row.
 
-    Parameters
-    ----------
-    generators
-        (regions, Z, Z) rates of z, a period.
-    region
-        (I,) of every interval between crossings.
-    duration
-        (I,) of every interval, in periods.
-    known
-        (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
-    z
-        (Z,) at the start; overwritten.
-    rows
-        (K, Z) over z.
-    out
-        (K, 3).
+    generators: (regions, Z, Z) rates of z, a period.
+    region: (I,) of every interval between crossings.
+    duration: (I,) of every interval, in periods.
+    known: (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
+    z: (Z,) at the start; overwritten.
+    rows: (K, Z) over z.
+    out: (K, 3).
     """
     size, count = z.size, rows.shape[0]
     steps, increments, spent = np.zeros((len(generators), 2)), np.empty(generators.shape), np.zeros(len(generators))

@@ -262,27 +262,13 @@ def judge(_workspace, cases, buffers, _regions, march, samples, log, cursor, out
 def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
     """March variants from where the cursor stands, for so many slices, and finish each at its end.
 
-    Parameters
-    ----------
-    at, cases, buffers
-        see there.
-    workspace
-        see ``located``.
-    driven
-        inputs and instants, see ``packed``.
-    regions, march, samples, notes, log
-        see ``packed``; samples begin with the first one that is kept.
-    out
-        where ``at.finish`` writes: ``judge`` to ``variants.Tallies``, ``periods.differentiate`` to a ``Map``.
-    cursor
-        see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
-    slices
-        how many of ``_BUDGET`` steps each.
-
-    Returns
-    -------
-    value
-        FINISHED, SPENT, MORE_LOG or MORE_ROOM.
+    workspace: see ``located``.
+    driven: inputs and instants, see ``packed``.
+    regions, march, samples, notes, log: see ``packed``; samples begin with the first one that is kept.
+    out: where ``at.finish`` writes: ``judge`` to ``variants.Tallies``, ``periods.differentiate`` to a ``Map``.
+    cursor: see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
+    slices: how many of ``_BUDGET`` steps each.
+    Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
     while cursor[AT] < cases.outcome.size:
         v = cursor[AT]

@@ -108,10 +108,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
     by their bound.
 
-    Returns
-    -------
-    value
-        (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
+    Returns (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
         upper). A step safe for one clearance stays so when another shortens it.
     """
     seen, calm, bound, side, band = near

@@ -103,22 +103,12 @@ def error_series(error_at, error, waves, errors):
 def expand(network, length, stiffness, damping, offset, waves, errors, table, force, pull, load, reach):
     """Fill a table whose order 0 is given; ``reach`` (m,) is the sum of |c_j| of each deflection's orders from 1 on.
 
-    Parameters
-    ----------
-    network
-        see ``Network``.
-    length
-        of the window [s].
-    stiffness, damping, offset
-        (m,) of every element's present piece.
-    waves, errors
-        see ``wave_series``, ``error_series``.
-    table
-        (ORDER + 1, columns).
-    force, pull, load
-        (m,), (m + n,) and (T,) scratch.
-    reach
-        (m,).
+    length: of the window [s].
+    stiffness, damping, offset: (m,) of every element's present piece.
+    waves, errors: see ``wave_series``, ``error_series``.
+    table: (ORDER + 1, columns).
+    force, pull, load: (m,), (m + n,) and (T,) scratch.
+    reach: (m,).
     """
     # short names of the arrays
     first, second, first_arm, second_arm = network.first, network.second, network.first_arm, network.second_arm

@@ -122,11 +122,8 @@ def _midpoint(field, held, t, h, y, count, buffers, out):
 def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     """Extrapolate until a column passes the error test near the target column; all of them up to it if ``sure``.
 
-    Returns
-    -------
-    value
-        (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left out.
-        buffers.longest[1 ... column] are the steps those columns would allow.
+    Returns (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left
+        out. buffers.longest[1 ... column] are the steps those columns would allow.
     """
     size, table, calls, error, last = y.size, buffers.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
     for j in range(last + 1):

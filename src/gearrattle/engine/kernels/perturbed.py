@@ -25,79 +25,37 @@ class Sparse(NamedTuple):
 
 
 class Driveline(NamedTuple):
-    """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories.
+    """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories."""
 
-    Attributes
-    ----------
-    turning
-        (r, n) x' of v.
-    deflection
-        (m, r) every element's deflection of x [SI].
-    rate
-        (m, n) its rate of v [SI].
-    push
-        (n, m) v' of the elements' forces [SI].
-    drag
-        (n,) rate at which drag slows every velocity.
-    element
-        (S,) the element beside which a memory stands.
-    norm
-        no less than the norm of the generator of any region, about.
-    """
-
-    turning: Sparse
-    deflection: Sparse
-    rate: Sparse
-    push: Sparse
-    drag: Vector
-    element: IntVector
-    norm: float
+    turning: Sparse  # (r, n) x' of v
+    deflection: Sparse  # (m, r) every element's deflection of x [SI]
+    rate: Sparse  # (m, n) its rate of v [SI]
+    push: Sparse  # (n, m) v' of the elements' forces [SI]
+    drag: Vector  # (n,) rate at which drag slows every velocity
+    element: IntVector  # (S,) the element beside which a memory stands
+    norm: float  # no less than the norm of the generator of any region, about
 
 
 class Regions(NamedTuple):
-    """The regions along the path.
+    """The regions along the path."""
 
-    Attributes
-    ----------
-    stiffness, damping
-        (regions, m) of every element, its auxiliaries' included [SI].
-    memory
-        (regions, S) force by a unit of a memory.
-    moves
-        (regions, S) pace of a memory by a unit of its element's rate.
-    """
-
+    # stiffness, damping: (regions, m) of every element, its auxiliaries' included [SI]
     stiffness: Matrix
     damping: Matrix
-    memory: Matrix
-    moves: Matrix
+    memory: Matrix  # (regions, S) force by a unit of a memory
+    moves: Matrix  # (regions, S) pace of a memory by a unit of its element's rate
 
 
 class Intervals(NamedTuple):
-    """Intervals between crossings and ends of segments.
+    """Intervals between crossings and ends of segments."""
 
-    Attributes
-    ----------
-    region
-        (I,) the region in every interval.
-    duration
-        (I,) its length in periods.
-    crossed
-        (I,) element crossed at its end; -1: none.
-    kick
-        (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump.
-    engaged
-        (I, S) change of the memories likewise.
-    reset
-        (I, S) whether a memory does not depend on what was before the crossing.
-    """
-
-    region: IntVector
-    duration: Vector
-    crossed: IntVector
+    region: IntVector  # (I,) the region in every interval
+    duration: Vector  # (I,) its length in periods
+    crossed: IntVector  # (I,) element crossed at its end; -1: none
+    # (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump
     kick: Matrix
-    engaged: Matrix
-    reset: BoolMatrix
+    engaged: Matrix  # (I, S) change of the memories likewise
+    reset: BoolMatrix  # (I, S) whether a memory does not depend on what was before the crossing
 
 
 @kernel
@@ -160,16 +118,8 @@ def flow_on(plan, regions, region, h, y, term, made, force):
 def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
 
-    Parameters
-    ----------
-    plan, regions, path
-        the driveline and its motion.
-    first, last
-        intervals.
-    y
-        (N, P) perturbations, scaled; overwritten.
-    term, made
-        (N, P) room; force (m, P) and deflected (1, P) too.
+    y: (N, P) perturbations, scaled; overwritten.
+    term, made: (N, P) room; force (m, P) and deflected (1, P) too.
     """
     r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
     for i in range(first, last):

@@ -88,22 +88,13 @@ def _remainder(moves, region, h, width, room, moments):
 def integrate_moments(moves, path, durations, samples, room, moments):
     """Add the moments of some intervals.
 
-    Parameters
-    ----------
-    moves
-        see ``Moves``.
-    path
-        (I, 4) region of each interval, the sample its first state is taken from (-1: goes on), the signals' interval
+    path: (I, 4) region of each interval, the sample its first state is taken from (-1: goes on), the signals' interval
         that begins with it (-1: none), and whether it is whole: from a sample to the next one that is a beginning.
-    durations
-        (I,) lengths in periods.
-    samples
-        (t, Z) sampled states z.
-    room
-        see there; what fills z up is zero.
-    moments
-        ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region; then
-        integrals over remainders, one a region; then sums at the beginnings of whole intervals.
+    durations: (I,) lengths in periods.
+    samples: (t, Z) sampled states z.
+    room: see there; what fills z up is zero.
+    moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
+        then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
     """
     width, levels, strips, z = samples.shape[1], moves.step.shape[1], moves.generator.shape[1], room.z
     for i in range(durations.size):

@@ -77,22 +77,11 @@ def _force(stiffness, deflection, damping, rate, offset):
 def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     """Write the quantities of some samples, each by itself: how many there are changes no bit.
 
-    Parameters
-    ----------
-    lines
-        see ``Lines``.
-    states
-        (t, N + C) states, and what is carried, the references first.
-    pieces
-        (t, W).
-    inputs
-        (P, U) inputs; sample i has those of row (phase + i) mod P.
-    phase
-        see ``inputs``.
-    out
-        see ``Quantities``; forces are added to.
-    begin
-        the row of the first sample in what is written.
+    states: (t, N + C) states, and what is carried, the references first.
+    pieces: (t, W).
+    inputs: (P, U) inputs; sample i has those of row (phase + i) mod P.
+    out: see ``Quantities``; forces are added to.
+    begin: the row of the first sample in what is written.
     """
     elements, inertias = lines.elements.shape
     width, references = lines.rows.shape[2], lines.turned.shape[1]

@@ -28,14 +28,8 @@ def most_of(values, begin, end):
 def scale(system, frame, scales):
     """Write the scales of the deflections that are states, of the velocities and of the inputs.
 
-    Parameters
-    ----------
-    system
-        ``variants.Coefficients`` of one driveline.
-    frame
-        ``variants.Frame``.
-    scales
-        ``variants.Scales``; the corners' stay as they are.
+    system: ``variants.Coefficients`` of one driveline.
+    scales: ``variants.Scales``; the corners' stay as they are.
     """
     deflection, velocity, inputs = scales.deflection, scales.velocity, scales.inputs
     rows, elements, cycles, laws, first = frame.rows, frame.elements, frame.cycles, system.laws, system.laws.first

@@ -192,25 +192,12 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
 def rest(system, label, statics, acceleration, x, travel):
     """Write the deflections x (r,) of an equilibrium under the mean loads.
 
-    Parameters
-    ----------
-    system
-        ``variants.Coefficients`` of one driveline.
-    label
-        (m,) label of every element's lowest piece.
-    statics
-        ``variants.Statics``.
-    acceleration
-        (n,) from ``accelerate_rigidly``.
-    x
-        (r,) written.
-    travel
-        (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
-
-    Returns
-    -------
-    value
-        FOUND, RUNAWAY or LOST.
+    system: ``variants.Coefficients`` of one driveline.
+    label: (m,) label of every element's lowest piece.
+    acceleration: (n,) from ``accelerate_rigidly``.
+    x: (r,) written.
+    travel: (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
+    Returns FOUND, RUNAWAY or LOST.
     """
     # room for the work
     laws, size, elastic, combination = system.laws, x.size, statics.elastic, statics.combination

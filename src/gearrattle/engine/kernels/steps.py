@@ -120,10 +120,7 @@ def _exit(h, gap, closing, end, end_rate, bracket):
 
     A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
 
-    Returns
-    -------
-    value
-        whether there is one; the bracket of fractions.
+    Returns whether there is one; the bracket of fractions.
     """
     inside, last = gap > 0.0, 0.0
     for i in range(1, _EIGHTHS + 1):
@@ -193,10 +190,7 @@ def _next_guess(root, tries):
 def _widen(root, tries, x, value):
     """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
 
-    Returns
-    -------
-    value
-        how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    Returns how many ends are settled now (2: both), or -1 if the motion does not cross after all.
     """
     inside = value * root[2] < 0.0
     if tries == 0:
@@ -232,10 +226,7 @@ def _narrow(root, x, value):
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
-    Returns
-    -------
-    value
-        (x, k, up): where the step must end, element and way; x = 2: at its end.
+    Returns (x, k, up): where the step must end, element and way; x = 2: at its end.
     """
     buffers, probe, here = scratch
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y

@@ -85,20 +85,11 @@ class SweepBuffers(NamedTuple):
 def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, end, whole, gap):
     """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
 
-    Parameters
-    ----------
-    table, errors
-        coefficients; row: of the element's transmission error, or -1.
-    reach
-        sum of |c_j| of its deflection's orders from 1 on.
-    lower, upper
-        corners around its piece.
-    fixed
-        its rounding band, 0 if relative to its motion.
-    side
-        (K,) changed where the clearance has left the corner it sat on.
-    whole, gap
-        scratch.
+    table, errors: coefficients; row: of the element's transmission error, or -1.
+    reach: sum of |c_j| of its deflection's orders from 1 on.
+    lower, upper: corners around its piece.
+    fixed: its rounding band, 0 if relative to its motion.
+    side: (K,) changed where the clearance has left the corner it sat on.
     """
     # the coefficients alone prove that the gap stays open: |g(0)| > sum of |c_j|
     start = table[0, k]
@@ -324,24 +315,13 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
 def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
     """March until all samples are stored, or until something above is needed.
 
-    Parameters
-    ----------
-    network, laws, near
-        see ``network``.
-    band
-        (K,) rounding band of each clearance [SI]; 0: relative to its motion.
-    inputs
-        see ``packed``; all amplitudes one.
-    sweep, samples, log, buffers
-        see above and ``packed``; sweep, samples and log change. Samples are columns of
-        a table.
-    budget
-        most windows and crossings in this slice.
-
-    Returns
-    -------
-    value
-        an ``Outcome`` code.
+    network, laws, near: see ``network``.
+    band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
+    inputs: see ``packed``; all amplitudes one.
+    sweep, samples, log, buffers: see above and ``packed``; sweep, samples and log change. Samples are columns of a
+        table.
+    budget: most windows and crossings in this slice.
+    Returns an ``Outcome`` code.
     """
     counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
     # the first window

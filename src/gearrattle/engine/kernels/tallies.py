@@ -176,29 +176,14 @@ def _strike(judged, crossings, window, v, out):
 def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     """Add the next chunk of a motion.
 
-    Parameters
-    ----------
-    judged
-        ``variants.Judged``.
-    crossings
-        ``variants.Crossings``, all of the chunk.
-    window
-        begin and end of the part of the chunk that counts [s], both included.
-    initial
-        (K,) pieces at the start of the chunk.
-    final
-        (K,) force integrals at its end.
-    fresh
-        whether it is the first: the sums begin at zero.
-    v
-        which of the motions.
-    out
-        ``variants.Tallies``; its counts of function calls stay as they are.
-
-    Returns
-    -------
-    value
-        -1; else which crossing does not go on where the one before leads, and nothing is written.
+    crossings: ``variants.Crossings``, all of the chunk.
+    window: begin and end of the part of the chunk that counts [s], both included.
+    initial: (K,) pieces at the start of the chunk.
+    final: (K,) force integrals at its end.
+    fresh: whether it is the first: the sums begin at zero.
+    v: which of the motions.
+    out: ``variants.Tallies``; its counts of function calls stay as they are.
+    Returns -1; else which crossing does not go on where the one before leads, and nothing is written.
     """
     broken = _broken(judged, crossings, initial.copy())
     if broken >= 0:
@@ -218,26 +203,13 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
 def tally(judged, log, events, window, initial, final, scales, v, out):
     """Write the sums of one motion that was marched to its end.
 
-    Parameters
-    ----------
-    judged
-        ``variants.Judged``.
-    log
-        ``packed.Log``; simultaneous crossings are put into element order.
-    events
-        how many there are.
-    window
-        begin and end of the steady part [s], both included, and the period.
-    initial
-        (K,) pieces at t = 0.
-    final
-        (K,) force integrals at the end.
-    scales
-        ``variants.Scales``.
-    v
-        which of the variants.
-    out
-        ``variants.Tallies``; its counts of function calls stay as they are.
+    log: ``packed.Log``; simultaneous crossings are put into element order.
+    events: how many there are.
+    window: begin and end of the steady part [s], both included, and the period.
+    initial: (K,) pieces at t = 0.
+    final: (K,) force integrals at the end.
+    v: which of the variants.
+    out: ``variants.Tallies``; its counts of function calls stay as they are.
     """
     time, rate = np.empty(events), np.empty(events)
     origin, to = np.empty(events, np.int64), np.empty(events, np.int64)

@@ -30,24 +30,14 @@ def propagate(tables, generator, steps, fine, h, order, columns, term):
 def gradient_segments(tables, generators, steps, fine, order, path, durations, kicks, reset, rows, out):
     """Gradient of the flow over consecutive segments.
 
-    Parameters
-    ----------
-    tables
-        (regions, levels, N, N) exp(A h) - 1; generators (regions, N, N) A; steps (levels,) h; fine (regions,).
-    order
-        terms of the Taylor rest.
-    path
-        (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
-    durations
-        (I,) lengths of the intervals.
-    kicks
-        (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
-    reset
-        (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
-    rows
-        (K, N) deflections by state.
-    out
-        (segments, N, N) results; segment i maps perturbations at its start to its end.
+    tables: (regions, levels, N, N) exp(A h) - 1; generators (regions, N, N) A; steps (levels,) h; fine (regions,).
+    order: terms of the Taylor rest.
+    path: (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
+    durations: (I,) lengths of the intervals.
+    kicks: (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
+    reset: (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
+    rows: (K, N) deflections by state.
+    out: (segments, N, N) results; segment i maps perturbations at its start to its end.
     """
     size = rows.shape[1]
     segment = 0

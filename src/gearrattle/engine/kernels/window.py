@@ -72,20 +72,9 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
     of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
 
-    Parameters
-    ----------
-    powers
-        see ``packed``.
-    slot, width
-        of the region.
-    chained
-        how many entries of y are chains, how many links each has, and what B takes of the next link.
-    x
-        part of the finest step.
-    y, carried
-        moved.
-    scratch
-        see ``window_scratch``.
+    powers: see ``packed``.
+    chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
+    x: part of the finest step.
     """
     # sizes: strips of what is carried and of y without its chains
     out, terms, total, weight = scratch
@@ -153,27 +142,12 @@ def first_crossing(
 ):
     """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
 
-    Parameters
-    ----------
-    series, forced_series, forced_strips, lower, upper
-        see ``packed.Regions``.
-    slot, width
-        of the region.
-    y, u, side
-        see ``packed.March``.
-    band, unsafe
-        rounding bands (W,) and corners (W, 2).
-    gap
-        scratch (ORDER + 1,).
-    h
-        the finest step.
-    reach
-        the part of it that is searched, a power of two.
-
-    Returns
-    -------
-    value
-        (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
+    series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
+    y, u, side: see ``packed.March``.
+    band, unsafe: rounding bands (W,) and corners (W, 2).
+    gap: scratch (ORDER + 1,).
+    reach: the part of it that is searched, a power of two.
+    Returns (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
         Simultaneous crossings go to the first element.
     """
     best, element, upward, rate = NEVER, -1, 0, 0.0

@@ -131,20 +131,11 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
 def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
-    Parameters
-    ----------
-    network, laws
-        see ``network``. inputs: see ``packed``, amplitudes one.
-    path, buffers, works
-        see above; buffers and works change.
-    first, last
-        intervals.
-    samples
-        (t, columns) of the table; per_cycle: how many a period.
-    windows
-        a period.
-    nodes
-        (2, Q) abscissas in 0 ... 1 and weights.
+    network, laws: see ``network``. inputs: see ``packed``, amplitudes one.
+    path, buffers, works: see above; buffers and works change.
+    samples: (t, columns) of the table; per_cycle: how many a period.
+    windows: a period.
+    nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
     for i in range(first, last):
         if path.sample[i] >= 0:

@@ -222,10 +222,7 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
 def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
     """Return the position of every array in one block of memory.
 
-    Returns
-    -------
-    tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]
-        Shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
+    Returns shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
         address, else 0; the size of the block in numbers of 8 bytes.
     """
     count = 0

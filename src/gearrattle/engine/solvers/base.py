@@ -27,39 +27,19 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Task:
-    """What to integrate and where to sample.
-
-    Attributes
-    ----------
-    system
-        the piecewise-linear system [SI].
-    angle, velocity
-        (n,) state at t = 0 [rad, rad/s].
-    cycles
-        length of the run in periods.
-    samples_per_cycle
-        output grid.
-    tolerance
-        None for the solver's default.
-    step
-        fixed step [s]; None for the solver's default.
-    audit
-        whether to audit the energy, where the solver can.
-    memory
-        (S,) memories of auxiliaries at t = 0 [SI]; None for none of them loaded.
-    auxiliary_pieces
-        (C,) pieces of auxiliaries at t = 0; None for those that deflections and rates decide.
-    """
+    """What to integrate and where to sample."""
 
     system: PiecewiseSystem
+    # angle, velocity: (n,) state at t = 0 [rad, rad/s]
     angle: Array
     velocity: Array
-    cycles: int
-    samples_per_cycle: int
-    tolerance: float | None
-    step: float | None
-    audit: bool = True
-    memory: Array | None = None
+    cycles: int  # length of the run in periods
+    samples_per_cycle: int  # output grid
+    tolerance: float | None  # None for the solver's default
+    step: float | None  # fixed step [s]; None for the solver's default
+    audit: bool = True  # whether to audit the energy, where the solver can
+    memory: Array | None = None  # (S,) memories of auxiliaries at t = 0 [SI]; None for none of them loaded
+    # (C,) pieces of auxiliaries at t = 0; None for those that deflections and rates decide
     auxiliary_pieces: IntArray | None = None
 
 
@@ -95,24 +75,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class Position:
-    """Where a run stands.
+    """Where a run stands."""
 
-    Attributes
-    ----------
-    time
-        [s].
-    deflection
-        (K,) of the clearances.
-    last_crossed
-        the clearance that crossed last, if any.
-    fastest
-        the element whose own motion needs the shortest steps; None where that is not known.
-    """
-
-    time: float
+    time: float  # [s]
     deflection: Array
-    last_crossed: int | None
-    fastest: int | None = None
+    last_crossed: int | None  # the clearance that crossed last, if any
+    fastest: int | None = None  # the element whose own motion needs the shortest steps; None where that is not known
 
 
 class Marching(Protocol):

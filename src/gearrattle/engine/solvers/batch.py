@@ -37,27 +37,13 @@ _WAITING = 4  # tasks a thread may have ahead of the one whose result is asked f
 
 @dataclass(frozen=True)
 class Ended(Generic[T]):
-    """How one variant ended.
+    """How one variant ended."""
 
-    Attributes
-    ----------
-    index
-        which, counted from 0 in the order given.
-    outcome
-        DONE, or what stopped it: CHATTER, NON_FINITE.
-    kept
-        what was kept of its motion; None if it failed.
-    position
-        where it stopped; None if it is done, or could not begin.
-    reason
-        words for what could not be computed at all; empty otherwise.
-    """
-
-    index: int
-    outcome: Outcome
-    kept: T | None
-    position: Position | None = None
-    reason: str = ""
+    index: int  # which, counted from 0 in the order given
+    outcome: Outcome  # DONE, or what stopped it: CHATTER, NON_FINITE
+    kept: T | None  # what was kept of its motion; None if it failed
+    position: Position | None = None  # where it stopped; None if it is done, or could not begin
+    reason: str = ""  # words for what could not be computed at all; empty otherwise
 
 
 def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int | None = None) -> Iterator[Ended[T]]:
@@ -66,14 +52,9 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
     The tasks are drawn as threads become free: a generator may assemble them on the way. A result is the same for any
     number of threads.
 
-    Parameters
-    ----------
-    tasks
-        what to integrate, each on its own.
-    keep
-        called in the thread that made the motion; what it raises is raised here, when its turn comes.
-    threads
-        how many; as many as the machine has cores by default.
+    tasks: what to integrate, each on its own.
+    keep: called in the thread that made the motion; what it raises is raised here, when its turn comes.
+    threads: how many; as many as the machine has cores by default.
     """
     count = threads or os.cpu_count() or 1
     numbered, capacities = enumerate(tasks), deque[Capacity](maxlen=1)

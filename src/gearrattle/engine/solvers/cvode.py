@@ -40,16 +40,10 @@ _FIRST_BUDGET, _LARGEST_BUDGET = 256, 2**20
 class MultistepMarch:
     """A CVODE run under way (see ``base.Marching``).
 
-    Parameters
-    ----------
-    task
-        what to integrate; ``step`` is the first step tried.
-    method
-        ``sundials.ADAMS`` or ``sundials.BDF``.
-    newton
-        whether to solve the implicit formula by Newton's method.
-    events
-        whether to hold pieces and restart at their corners.
+    task: what to integrate; ``step`` is the first step tried.
+    method: ``sundials.ADAMS`` or ``sundials.BDF``.
+    newton: whether to solve the implicit formula by Newton's method.
+    events: whether to hold pieces and restart at their corners.
     """
 
     def __init__(self, task: Task, *, method: int, newton: bool, events: bool) -> None:
@@ -173,12 +167,8 @@ class MultistepMarch:
 def multistep(algorithm: str, method: int, *, newton: bool, events: bool = False) -> Callable[[Task], Marching]:
     """A solver from one of CVODE's methods.
 
-    Parameters
-    ----------
-    algorithm
-        its name, for the error where SUNDIALS is not installed.
-    method, newton, events
-        see ``MultistepMarch``.
+    algorithm: its name, for the error where SUNDIALS is not installed.
+    method, newton, events: see ``MultistepMarch``.
     """
 
     def start(task: Task) -> Marching:

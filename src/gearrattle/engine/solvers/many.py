@@ -62,24 +62,12 @@ END = Kept(1, 0)
 
 @dataclass(frozen=True)
 class Pattern:
-    """What variants share, and how long they run.
+    """What variants share, and how long they run."""
 
-    Attributes
-    ----------
-    system
-        one of them.
-    start
-        ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``.
-    cycles
-        length of the run in periods.
-    judged
-        which pieces of the clearances are their centres.
-    """
-
-    system: PiecewiseSystem
-    start: int
-    cycles: int
-    judged: Judged
+    system: PiecewiseSystem  # one of them
+    start: int  # ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``
+    cycles: int  # length of the run in periods
+    judged: Judged  # which pieces of the clearances are their centres
 
     def can_march(self) -> bool:
         """Whether the loop marches them: there is one, and clearances whose crossings it counts."""
@@ -117,23 +105,11 @@ def march_variants(
 ) -> tuple[Tallies, NDArray[np.bool_]]:
     """March all variants and judge them.
 
-    Parameters
-    ----------
-    pattern
-        what they share.
-    numbers
-        V variants.
-    start
-        (V, n) angles [rad], for a start as given, and (V, n) velocities [rad/s].
-    window
-        (V, 3) begin and end of the steady part [s], and the period.
-    progress
-        called now and then with the finished share; what it raises ends the work.
-
-    Returns
-    -------
-    tuple[Tallies, NDArray[np.bool_]]
-        Tallies with a leading axis, and (V,) which variants are judged.
+    numbers: V variants.
+    start: (V, n) angles [rad], for a start as given, and (V, n) velocities [rad/s].
+    window: (V, 3) begin and end of the steady part [s], and the period.
+    progress: called now and then with the finished share; what it raises ends the work.
+    Returns Tallies with a leading axis, and (V,) which variants are judged.
     """
     cursor = Batch(pattern, numbers, start, window)
     while cursor.go_on():
@@ -147,12 +123,8 @@ def follow_variants(
 ) -> Iterator[tuple[int, Batch]]:
     """March all variants and judge them; yield each that was followed to its end, before the next one begins.
 
-    Parameters
-    ----------
-    pattern, numbers, start, window
-        as of ``march_variants``.
-    kept
-        what ``Batch.motion`` of the variant yielded is made of.
+    pattern, numbers, start, window: as of ``march_variants``.
+    kept: what ``Batch.motion`` of the variant yielded is made of.
     """
     cursor, is_more = Batch(pattern, numbers, start, window, kept=kept), True
     while is_more:
@@ -165,14 +137,9 @@ def follow_variants(
 class Batch:
     """Everything the loop works on; one thread's.
 
-    Parameters
-    ----------
-    pattern, numbers, start, window
-        as of ``march_variants``.
-    finish
-        entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
-    kept
-        samples of every variant; they are there until the next one begins.
+    pattern, numbers, start, window: as of ``march_variants``.
+    finish: entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
+    kept: samples of every variant; they are there until the next one begins.
     """
 
     def __init__(
@@ -256,11 +223,6 @@ class Batch:
         """The motion of the variant that was finished last, over the cycles whose samples are kept.
 
         None where a crossing coincides with the first sample, so that it is unknown which side the motion begins on.
-
-        Parameters
-        ----------
-        flow
-            of this variant.
         """
         # crossings behind the first sample, and the pieces there
         samples, counts = self.samples, self.march.counts

@@ -52,16 +52,10 @@ _SHORTEST = 1e-14  # of a period
 class StepMarch:
     """A run under way (see ``base.Marching``).
 
-    Parameters
-    ----------
-    task
-        what to integrate; its ``step`` is the step, or the first one tried.
-    tableau
-        the Runge-Kutta method; None: extrapolation.
-    fixed
-        whether every step is the same.
-    held
-        whether to restart at every corner.
+    task: what to integrate; its ``step`` is the step, or the first one tried.
+    tableau: the Runge-Kutta method; None: extrapolation.
+    fixed: whether every step is the same.
+    held: whether to restart at every corner.
     """
 
     def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
@@ -212,17 +206,10 @@ class FixedStep:
 
 @dataclass(frozen=True)
 class ChosenStep:
-    """A solver that chooses its steps by the tableau's embedded solution.
-
-    Attributes
-    ----------
-    tableau
-        of the method.
-    at_corners
-        whether it is restarted at every corner, so that no step contains one; else it is blind to them.
-    """
+    """A solver that chooses its steps by the tableau's embedded solution."""
 
     tableau: Tableau
+    # whether it is restarted at every corner, so that no step contains one; else it is blind to them
     at_corners: bool = False
 
     def __call__(self, task: Task) -> Marching:

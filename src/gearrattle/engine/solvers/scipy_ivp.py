@@ -30,14 +30,8 @@ FINEST = 100 * float(np.finfo(float).eps)
 class ScipyStepper:
     """One of SciPy's solvers as a ``stepwise.Stepper``.
 
-    Parameters
-    ----------
-    block
-        the problem.
-    task
-        for tolerance and first step.
-    method
-        name in ``scipy.integrate``.
+    task: for tolerance and first step.
+    method: name in ``scipy.integrate``.
     """
 
     stages = 12

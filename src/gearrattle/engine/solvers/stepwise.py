@@ -67,12 +67,7 @@ class Stepper(Protocol):
 class StepwiseMarch:
     """A run of a stepper under way (see ``base.Marching``), blind to corners.
 
-    Parameters
-    ----------
-    task
-        what to integrate.
-    start
-        makes the stepper of a packed problem.
+    start: makes the stepper of a packed problem.
     """
 
     def __init__(self, task: Task, start: Callable[[Block], Stepper]) -> None:

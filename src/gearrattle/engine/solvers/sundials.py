@@ -75,20 +75,12 @@ def _call(part: str, name: str, result: Any, *arguments: tuple[Any, Any]) -> Any
 class Memory:
     """CVODE's memory for one run, with its vectors, matrix and solvers; freed with the object.
 
-    Parameters
-    ----------
-    block
-        the problem; its two accessor words are filled in here.
-    method
-        ADAMS or BDF.
-    newton
-        Newton's method with the dense Jacobian; otherwise fixed-point iteration, for problems not stiff.
-    roots
-        whether to look for the corners of the pieces held.
-    tolerance
-        relative, and absolute in the block's units.
-    step
-        first step tried [s]; None lets CVODE choose.
+    block: the problem; its two accessor words are filled in here.
+    method: ADAMS or BDF.
+    newton: Newton's method with the dense Jacobian; otherwise fixed-point iteration, for problems not stiff.
+    roots: whether to look for the corners of the pieces held.
+    tolerance: relative, and absolute in the block's units.
+    step: first step tried [s]; None lets CVODE choose.
     """
 
     def __init__(

@@ -35,24 +35,12 @@ _HELD_BY_STABILITY = 0.02
 
 @dataclass(frozen=True)
 class FieldProblem:
-    """A task as an initial-value problem y' = f(t, y).
-
-    Attributes
-    ----------
-    task
-        what to integrate and where to sample.
-    flow
-        coordinates and scales.
-    field
-        the right-hand side's arrays.
-    start
-        (m,) the piece of every element at t = 0.
-    """
+    """A task as an initial-value problem y' = f(t, y)."""
 
     task: Task
     flow: Flow
     field: Field
-    start: tuple[int, ...]
+    start: tuple[int, ...]  # (m,) the piece of every element at t = 0
 
     @classmethod
     def of(cls, task: Task) -> FieldProblem:
@@ -98,17 +86,10 @@ class FieldProblem:
     def position(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Position:
         """Where a run stands.
 
-        Parameters
-        ----------
-        time
-            [s].
-        y
-            the state.
-        last_element
-            the element that crossed last.
-        step
-            mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest
-            element, and not the error, may have held it so short, the place names that element.
+        time: [s].
+        last_element: the element that crossed last.
+        step: mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest element,
+            and not the error, may have held it so short, the place names that element.
         """
         last = None if last_element is None else list(self.task.system.clearances).index(last_element)
         return Position(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
@@ -128,14 +109,8 @@ class FieldProblem:
     def motion(self, states: Array, crossings: Crossings, **counted: Any) -> Motion:
         """The motion of (t, S) sampled states; accelerations and forces from the equation of motion at them.
 
-        Parameters
-        ----------
-        states
-            y at ``sample_times``.
-        crossings
-            the log.
-        counted
-            the fields of ``Motion`` on cost, and its notes.
+        states: y at ``sample_times``.
+        counted: the fields of ``Motion`` on cost, and its notes.
         """
         # room for all samples
         system, coordinates = self.task.system, self.flow.coordinates

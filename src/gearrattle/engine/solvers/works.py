@@ -32,18 +32,8 @@ class SweepAuditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Parameters
-        ----------
-        flow
-            the system.
-        arrays
-            its network, laws and inputs.
-        windows
-            a period.
-        samples
-            columns of the sweep's table, and the pieces.
-        crossings
-            the log.
+        windows: a period.
+        samples: columns of the sweep's table, and the pieces.
         """
         self.flow = flow
         self.arrays = arrays

@@ -42,47 +42,26 @@ STICK, FORWARD, BACKWARD, OFF = range(4)
 
 @dataclass(frozen=True)
 class Auxiliary:
-    """One auxiliary element; arrays are over its P pieces.
+    """One auxiliary element; arrays are over its P pieces."""
 
-    Attributes
-    ----------
-    element
-        whose deflection it acts on.
-    kind
-        "slider", "limiter" or "alternation".
-    stiffness, damping, memory, offset
-        (P,) k, c, s, f.
-    moves
-        (P,) m.
-    known
-        (P,) the value of e in a piece where it is constant; NaN where e goes on.
-    watched
-        (P, 3) a, b [s], d.
-    lower, upper
-        (P,) bounds of g, infinite where there is none.
-    below, above
-        (P,) the piece entered beyond them.
-    follow
-        (pieces of the element, P) the piece it is in once the element has entered one of its own.
-    scale
-        size of g.
-    """
-
-    element: int
-    kind: str
+    element: int  # whose deflection it acts on
+    kind: str  # "slider", "limiter" or "alternation"
+    # stiffness, damping, memory, offset: (P,) k, c, s, f
     stiffness: Array
     damping: Array
     memory: Array
     offset: Array
-    moves: Array
-    known: Array
-    watched: Array
+    moves: Array  # (P,) m
+    known: Array  # (P,) the value of e in a piece where it is constant; NaN where e goes on
+    watched: Array  # (P, 3) a, b [s], d
+    # lower, upper: (P,) bounds of g, infinite where there is none
     lower: Array
     upper: Array
+    # below, above: (P,) the piece entered beyond them
     below: IntArray
     above: IntArray
-    follow: IntArray
-    scale: float
+    follow: IntArray  # (pieces of the element, P) the piece it is in once the element has entered one of its own
+    scale: float  # size of g
 
     @property
     def pieces(self) -> int:
@@ -115,18 +94,10 @@ def slider(
 ) -> Auxiliary:
     """A spring in series with a slider that slips at a torque.
 
-    Parameters
-    ----------
-    element
-        whose deflection it acts on.
-    law
-        the element's.
-    spring
-        its stiffness, and H > 0, the torque at which it slips.
-    labels
-        of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
-    period
-        a time [s] by which rates are made deflections.
+    element: whose deflection it acts on.
+    spring: its stiffness, and H > 0, the torque at which it slips.
+    labels: of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
+    period: a time [s] by which rates are made deflections.
     """
     # pieces: sticking, slipping forwards, slipping backwards, let go
     (stiffness, limit), none = spring, np.inf
@@ -159,12 +130,8 @@ def slider(
 def limiters(element: int, law: PiecewiseLaw) -> tuple[Auxiliary, Auxiliary]:
     """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
 
-    Parameters
-    ----------
-    element
-        whose deflection they act on.
-    law
-        its law, a free gap with one contact piece on either side, E = |k delta + f| there.
+    element: whose deflection they act on.
+    law: its law, a free gap with one contact piece on either side, E = |k delta + f| there.
     """
     return _limiter(element, law, 1.0), _limiter(element, law, -1.0)
 
@@ -217,16 +184,8 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
 def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Auxiliary:
     """A part of the elastic force that is lacking now, and not lacking then.
 
-    Parameters
-    ----------
-    element
-        whose force it is.
-    law
-        its law.
-    lacking
-        the part, 0 ... 1.
-    begins_lacking
-        whether it is lacking at the start.
+    lacking: the part, 0 ... 1.
+    begins_lacking: whether it is lacking at the start.
     """
     p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
     part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])

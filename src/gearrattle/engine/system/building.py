@@ -41,15 +41,8 @@ _WIDEST_TURN = 0.5  # of an input over the finest step, radians
 class RegionBuilder:
     """Builds a driveline's regions, one at a time.
 
-    Attributes
-    ----------
-    workspace
-        the arrays.
-    words
-        what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
-    typical
-        size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
-        most.
+    words: what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
+    typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most.
     """
 
     def __init__(self, flow: Flow) -> None:

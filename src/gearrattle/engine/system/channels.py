@@ -27,18 +27,10 @@ SAME = 1e-13
 
 @dataclass(frozen=True)
 class Channel:
-    """One piecewise polynomial of time.
+    """One piecewise polynomial of time."""
 
-    Attributes
-    ----------
-    knots
-        (G + 1,) ascending [s].
-    coefficients
-        (G, D + 1) of ascending powers of the time since the interval's start [SI].
-    """
-
-    knots: Array
-    coefficients: Array
+    knots: Array  # (G + 1,) ascending [s]
+    coefficients: Array  # (G, D + 1) of ascending powers of the time since the interval's start [SI]
 
     def at(self, time: Array, derivative: int = 0) -> Array:
         """(t,) values, or a derivative, at times (t,) [s]."""
@@ -108,14 +100,9 @@ def distinct(times: Array) -> Array:
 def joined(channels: Sequence[Channel], torque: Array, error: Array) -> Signals:
     """Put channels on common intervals.
 
-    Parameters
-    ----------
-    channels
-        C of them, all beginning at 0; the shortest ends the whole.
-    torque
-        (n, C) torque on every inertia for a unit of every channel.
-    error
-        (m, C) transmission error of every element for a unit of every channel.
+    channels: C of them, all beginning at 0; the shortest ends the whole.
+    torque: (n, C) torque on every inertia for a unit of every channel.
+    error: (m, C) transmission error of every element for a unit of every channel.
     """
     end = min(float(channel.knots[-1]) for channel in channels)
     knots = np.unique(np.concatenate([channel.knots for channel in channels]))

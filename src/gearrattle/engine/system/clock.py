@@ -18,21 +18,11 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Clock:
-    """When auxiliaries change.
+    """When auxiliaries change."""
 
-    Attributes
-    ----------
-    time
-        (n,) ascending, later than 0, up to the period included if they repeat [s].
-    auxiliary
-        (n,) which.
-    repeats
-        whether all comes again every period.
-    """
-
-    time: Array
-    auxiliary: IntArray
-    repeats: bool
+    time: Array  # (n,) ascending, later than 0, up to the period included if they repeat [s]
+    auxiliary: IntArray  # (n,) which
+    repeats: bool  # whether all comes again every period
 
     def ticks(self, first: int, end: int, period: float) -> tuple[Array, Array, IntArray]:
         """Ticks from number ``first`` on, up to the end of so many periods: whole periods, the rest, auxiliaries."""

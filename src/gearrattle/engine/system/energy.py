@@ -45,30 +45,17 @@ TOGETHER = 2048
 
 @dataclass(frozen=True)
 class EnergyAudit:
-    """Where the energy went [J].
+    """Where the energy went [J]."""
 
-    Attributes
-    ----------
-    torque_work
-        (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
-    error_work
-        (m,) work of every transmission error, and of prescribed motions through every element.
-    drag_loss
-        (n,) viscous drag.
-    element_loss
-        (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
-        where that gives more.
-    stored
-        energy at the start and at the end.
-    friction_loss
-        (m,) the share of the element_loss that dry friction took; empty in files of before.
-    """
-
+    # (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included
     torque_work: Array
-    error_work: Array
-    drag_loss: Array
+    error_work: Array  # (m,) work of every transmission error, and of prescribed motions through every element
+    drag_loss: Array  # (n,) viscous drag
+    # (m,) damping and friction of every element, and what a stiffness that alternates takes; negative where that gives
+    # more
     element_loss: Array
-    stored: tuple[float, float]
+    stored: tuple[float, float]  # energy at the start and at the end
+    # (m,) the share of the element_loss that dry friction took; empty in files of before
     friction_loss: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -129,24 +116,13 @@ class Auditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Parameters
-        ----------
-        flow
-            the system.
-        initial
-            piece of every element and auxiliary at the start.
-        samples
-            gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
-        count
-            how many samples there are.
-        per_cycle
-            samples a period.
-        time, watch, upward
-            (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
-        memory
-            (E, S) memories before each crossing, scaled.
-        first_cycle
-            whole periods before the first sample.
+        initial: piece of every element and auxiliary at the start.
+        samples: gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
+        count: how many samples there are.
+        per_cycle: samples a period.
+        time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+        memory: (E, S) memories before each crossing, scaled.
+        first_cycle: whole periods before the first sample.
         """
         # regions visited, their rates and their finest steps
         self.flow, self.samples, self.count = flow, samples, count
@@ -262,12 +238,8 @@ class Auditor:
     def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
         """Add what specified inputs work beyond the polynomials that stand for them in z.
 
-        Parameters
-        ----------
-        signals
-            the polynomials, compared with their reference.
-        torque, error
-            (n,), (m,) works of the polynomials; added to [J].
+        signals: the polynomials, compared with their reference.
+        torque, error: (n,), (m,) works of the polynomials; added to [J].
         """
         flow, knots = self.flow, self.flow.knots - self.first_cycle
         rows = np.arange(self.count)
@@ -290,16 +262,8 @@ class Auditor:
 def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
     """(G, C, P) inputs as z has them, of channels with an error their first derivatives [SI].
 
-    Parameters
-    ----------
-    flow
-        the system.
-    signals
-        its signals.
-    intervals
-        (G,) of these.
-    since
-        (G, P) periods since the interval's start.
+    intervals: (G,) of these.
+    since: (G, P) periods since the interval's start.
     """
     period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
     chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)

@@ -47,27 +47,13 @@ class Runaway(Exception):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Where the system rests.
+    """Where the system rests."""
 
-    Attributes
-    ----------
-    angle
-        (n,) [rad]; the last inertia of every free train at zero.
-    deflection
-        (m,) w . angle.
-    pieces
-        (m,) piece of every element's law.
-    acceleration
-        (n,) uniform acceleration of trains whose means do not balance [rad/s^2].
-    middled
-        elements whose free gap carries no load.
-    """
-
-    angle: Array
-    deflection: Array
-    pieces: tuple[int, ...]
-    acceleration: Array
-    middled: tuple[int, ...]
+    angle: Array  # (n,) [rad]; the last inertia of every free train at zero
+    deflection: Array  # (m,) w . angle
+    pieces: tuple[int, ...]  # (m,) piece of every element's law
+    acceleration: Array  # (n,) uniform acceleration of trains whose means do not balance [rad/s^2]
+    middled: tuple[int, ...]  # elements whose free gap carries no load
 
 
 @kept

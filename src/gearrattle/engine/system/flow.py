@@ -33,44 +33,23 @@ Pieces = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Flow:
-    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region.
-
-    Attributes
-    ----------
-    system, coordinates, scaling
-        what it was made from.
-    states
-        N, the number of deflections, velocities and memories in z.
-    deflection, rate, curvature_of_error
-        (m, Z) delta_k, delta_k', and e_k'' of every element [SI].
-    velocity
-        (n, Z) q' [SI].
-    torque
-        (n, Z) applied torque [SI].
-    frequency
-        (H,) 2 pi p_j, radians a period.
-    corner_scale
-        (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary
-        watches.
-    memory
-        (S,) scale of every memory: a power of two by which it is multiplied in z.
-    chain
-        (Q,) the same of every entry of the signals' chains.
-    """
+    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region."""
 
     system: PiecewiseSystem
     coordinates: RelativeCoordinates
     scaling: Scaling
-    states: int
+    states: int  # N, the number of deflections, velocities and memories in z
+    # deflection, rate, curvature_of_error: (m, Z) delta_k, delta_k', and e_k'' of every element [SI]
     deflection: Array
     rate: Array
     curvature_of_error: Array
-    velocity: Array
-    torque: Array
-    frequency: Array
+    velocity: Array  # (n, Z) q' [SI]
+    torque: Array  # (n, Z) applied torque [SI]
+    frequency: Array  # (H,) 2 pi p_j, radians a period
+    # (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary watches
     corner_scale: Array
-    memory: Array
-    chain: Array
+    memory: Array  # (S,) scale of every memory: a power of two by which it is multiplied in z
+    chain: Array  # (Q,) the same of every entry of the signals' chains
 
     @property
     def inputs(self) -> int:

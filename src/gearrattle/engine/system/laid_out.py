@@ -60,14 +60,8 @@ def system_of(pattern: PiecewiseSystem, numbers: Coefficients) -> PiecewiseSyste
 def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, length: float) -> Coefficients:
     """Return numbers, with a leading axis or without, with the inputs of a part of a motion: see ``Harmonics.part``.
 
-    Parameters
-    ----------
-    numbers
-        of the whole.
-    cycles
-        (H,) oscillations a period.
-    begin, length
-        of the part, in periods.
+    cycles: (H,) oscillations a period.
+    begin, length: of the part, in periods.
     """
     torque_sine, torque_cosine = turned(numbers.torque_sine, numbers.torque_cosine, cycles * begin)
     error_sine, error_cosine = turned(numbers.error_sine, numbers.error_cosine, cycles * begin)

@@ -27,10 +27,7 @@ _SAME = 1e-14  # of the widest deflection: closer together, two kinks are one
 class Follower:
     """A law and its sliders on their way, unloaded at first.
 
-    Attributes
-    ----------
-    points
-        (deflection, torque) passed so far; two of one deflection where friction is let go.
+    points: (deflection, torque) passed so far; two of one deflection where friction is let go.
     """
 
     def __init__(self, law: PiecewiseLaw, sliders: Sequence[Auxiliary], start: float = 0.0) -> None:
@@ -82,19 +79,9 @@ class Follower:
 def along(law: PiecewiseLaw, sliders: Sequence[Auxiliary], path: Sequence[float]) -> tuple[Array, Array]:
     """The graph of the torque along a path, sliders unloaded at its first deflection.
 
-    Parameters
-    ----------
-    law
-        the element's.
-    sliders
-        its auxiliaries with a memory.
-    path
-        turning points, one after another.
-
-    Returns
-    -------
-    tuple[Array, Array]
-        deflection, torque: (N,) every kink of the graph, and the turning points.
+    sliders: its auxiliaries with a memory.
+    path: turning points, one after another.
+    Returns deflection, torque: (N,) every kink of the graph, and the turning points.
     """
     follower = Follower(law, sliders, path[0])
     for target in path[1:]:

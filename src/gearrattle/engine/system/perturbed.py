@@ -93,26 +93,14 @@ class Gradient(ABC):
 
 @dataclass(frozen=True)
 class Perturbed(Gradient):
-    """The gradient of one motion's flow, its factors never written down.
+    """The gradient of one motion's flow, its factors never written down."""
 
-    Attributes
-    ----------
-    time
-        (S + 1,) ends of the segments [s], the first 0.
-    scale
-        (N,) balanced = scale * SI.
-    plan, regions, path
-        the driveline and its motion.
-    ends
-        (S + 1,) the interval of ``path`` with which each segment begins.
-    """
-
-    time: Array
-    scale: Array
+    time: Array  # (S + 1,) ends of the segments [s], the first 0
+    scale: Array  # (N,) balanced = scale * SI
     plan: Driveline
     regions: Regions
     path: Intervals
-    ends: IntArray
+    ends: IntArray  # (S + 1,) the interval of ``path`` with which each segment begins
 
     def carried(self, segment: int, columns: Array) -> Array:
         """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""

@@ -31,19 +31,12 @@ _MULTIPLE = 512
 
 @dataclass(frozen=True)
 class Ramp:
-    """A speed that changes steadily, then stays.
+    """A speed that changes steadily, then stays."""
 
-    Attributes
-    ----------
-    begin, end
-        speeds [rad/s].
-    over
-        how long it changes [s].
-    """
-
+    # begin, end: speeds [rad/s]
     begin: float
     end: float
-    over: float
+    over: float  # how long it changes [s]
 
     @property
     def rate(self) -> float:

@@ -27,45 +27,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Region:
-    """All the march needs about one region; y has Y = N + kept inputs entries, u has U.
-
-    Attributes
-    ----------
-    pieces
-        the piece of every element.
-    split
-        the particular solution, and which inputs are kept.
-    generator
-        (Y, Y) A, rates of y.
-    carried
-        (C, Y) rates of the carried quantities.
-    carried_particular, drift
-        (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
-    tables
-        (fine + 1, Y + C, Y) increments over the step of every level.
-    watched
-        (4, K, Y) deflections and their first three derivatives by s, corner scales.
-    calm
-        (4, K, Y) the same without the fast modes.
-    forced
-        (K, U) the deflections' forced part.
-    bound
-        majorants of the fourth derivatives and of the fast modes.
-    lower, upper
-        (K,) corners around the current piece in corner scales; infinite where there is none.
-    """
+    """All the march needs about one region; y has Y = N + kept inputs entries, u has U."""
 
     pieces: Pieces
     split: Split
-    generator: Array
-    carried: Array
+    generator: Array  # (Y, Y) A, rates of y
+    carried: Array  # (C, Y) rates of the carried quantities
+    # carried_particular, drift: (C, U) and (C,) what the inputs split off do to them: Q u + drift s
     carried_particular: Array
     drift: Array
-    tables: Array
-    watched: Array
-    calm: Array
-    forced: Array
-    bound: Majorant
+    tables: Array  # (fine + 1, Y + C, Y) increments over the step of every level
+    watched: Array  # (4, K, Y) deflections and their first three derivatives by s, corner scales
+    calm: Array  # (4, K, Y) the same without the fast modes
+    forced: Array  # (K, U) the deflections' forced part
+    bound: Majorant  # majorants of the fourth derivatives and of the fast modes
+    # lower, upper: (K,) corners around the current piece in corner scales; infinite where there is none
     lower: Array
     upper: Array
 
@@ -107,19 +83,9 @@ def unpacked(packed: Array, *rows: int) -> list[Array]:
 def exponential_increments(matrix: Array, carried: Array, fine: int) -> Array:
     """E of every level's step, longest first.
 
-    Parameters
-    ----------
-    matrix
-        (Z, Z) M.
-    carried
-        (C, Z) rates integrated beside z.
-    fine
-        the last level.
-
-    Returns
-    -------
-    Array
-        (fine + 1, Z + C, Z) increments of z and of the carried quantities.
+    matrix: (Z, Z) M.
+    carried: (C, Z) rates integrated beside z.
+    Returns (fine + 1, Z + C, Z) increments of z and of the carried quantities.
     """
     octaves = (fine + 1) // 2
     norm = float(np.linalg.norm(matrix, 1)) * LONGEST / 2.0**octaves

@@ -53,24 +53,12 @@ class TooLong(ValueError):
 
 @dataclass(frozen=True)
 class Tone:
-    """One harmonic; order 0 and phase pi/2 make a mean.
+    """One harmonic; order 0 and phase pi/2 make a mean."""
 
-    Attributes
-    ----------
-    order
-        multiple of the shaft's angle.
-    phase
-        of its sine [rad].
-    speeds
-        (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp.
-    amplitudes
-        (S, d + 1) of ascending powers of the speed since the corner below [SI].
-    """
-
-    order: float
-    phase: float
-    speeds: Array
-    amplitudes: Array
+    order: float  # multiple of the shaft's angle
+    phase: float  # of its sine [rad]
+    speeds: Array  # (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp
+    amplitudes: Array  # (S, d + 1) of ascending powers of the speed since the corner below [SI]
 
     @property
     def degree(self) -> int:
@@ -116,21 +104,10 @@ class Sound:
 def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -> list[Channel]:
     """Write channels as polynomials on common intervals.
 
-    Parameters
-    ----------
-    ramp
-        the speed.
-    sounds
-        one a channel.
-    until
-        the last interval ends no earlier [s].
-    period
-        T [s].
-
-    Returns
-    -------
-    list[Channel]
-        Channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
+    sounds: one a channel.
+    until: the last interval ends no earlier [s].
+    period: T [s].
+    Returns channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
         ``smooth`` f' and f'' by less than 1e-12 of the sums of a_j n_j Omega and of a_j (n_j Omega)^2 as well, Omega
         being the highest speed.
 
@@ -204,18 +181,10 @@ def bound(
 
     Derivatives are by x, the time in half intervals. Only f counts unless the sound is smooth.
 
-    Parameters
-    ----------
-    sound
-        what the channel is made of.
-    low, high
-        speeds in the interval [rad/s].
-    rate
-        magnitude of the acceleration [rad/s^2].
-    length
-        of the interval [s].
-    over
-        how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
+    low, high: speeds in the interval [rad/s].
+    rate: magnitude of the acceleration [rad/s^2].
+    length: of the interval [s].
+    over: how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
     """
     half, rho = 0.5 * length, _RHO
     reach, height, square = 0.5 * (rho + 1 / rho), 0.5 * (rho - 1 / rho), 0.25 * (rho**2 - rho**-2)

@@ -49,36 +49,16 @@ def blocks_of(phase: float) -> int:
 
 @dataclass(frozen=True)
 class Series:
-    """Power series of rows in one region, through some intervals at once or one of B blocks.
+    """Power series of rows in one region, through some intervals at once or one of B blocks."""
 
-    Attributes
-    ----------
-    intervals
-        how many between two samples; 1 where there are several blocks.
-    matrix
-        (Z, Z) M.
-    known
-        (S,) memories known in the region, NaN where they go on.
-    first_memory
-        their first column in z.
-    count
-        B.
-    block
-        length of a block, in periods.
-    phase
-        |h M| of a block.
-    terms
-        P, the highest power.
-    """
-
-    intervals: int
-    matrix: Array
-    known: Array
-    first_memory: int
-    count: int
-    block: float
-    phase: float
-    terms: int
+    intervals: int  # how many between two samples; 1 where there are several blocks
+    matrix: Array  # (Z, Z) M
+    known: Array  # (S,) memories known in the region, NaN where they go on
+    first_memory: int  # their first column in z
+    count: int  # B
+    block: float  # length of a block, in periods
+    phase: float  # |h M| of a block
+    terms: int  # P, the highest power
 
     @classmethod
     def of(cls, flow: Flow, pieces: Pieces, interval: float) -> Series:

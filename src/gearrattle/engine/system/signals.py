@@ -49,31 +49,17 @@ class Specified(Protocol):
 
 @dataclass(frozen=True)
 class Signals:
-    """Piecewise polynomials; G intervals, C channels, degree D.
+    """Piecewise polynomials; G intervals, C channels, degree D."""
 
-    Attributes
-    ----------
-    knots
-        (G + 1,) ascending times [s] from 0 to no less than the end of the run.
-    coefficients
-        (G, C, D + 1) a, of ascending powers of the time since its start [SI].
-    torque
-        (n, C) A, torque on every inertia for a unit of every channel.
-    error
-        (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
-        their first derivatives.
-    specified
-        (C,) what the polynomials stand for.
-    reference
-        (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error
-        their first derivatives; empty until the polynomials have been compared with them [SI].
-    """
-
-    knots: Array
-    coefficients: Array
-    torque: Array
+    knots: Array  # (G + 1,) ascending times [s] from 0 to no less than the end of the run
+    coefficients: Array  # (G, C, D + 1) a, of ascending powers of the time since its start [SI]
+    torque: Array  # (n, C) A, torque on every inertia for a unit of every channel
+    # (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be their
+    # first derivatives
     error: Array
-    specified: tuple[Specified, ...] = field(default=(), compare=False)
+    specified: tuple[Specified, ...] = field(default=(), compare=False)  # (C,) what the polynomials stand for
+    # (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error their first
+    # derivatives; empty until the polynomials have been compared with them [SI]
     reference: Array = field(default_factory=lambda: np.zeros((0, 0, 3)), compare=False)
 
     @property

@@ -138,21 +138,13 @@ def _split(a: Any) -> Pair:
 def checked(signals: Signals) -> Signals:
     """Compare polynomials with what they stand for, at both ends and within every interval.
 
-    Parameters
-    ----------
-    signals
-        the polynomials as they are used.
-
-    Returns
-    -------
-    Signals
-        The same, with the ``reference`` that they were compared with.
+    Returns the same, with the ``reference`` that they were compared with.
 
     Raises
     ------
     NotKept
-        an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
-        speed that its amplitudes follow, make of it.
+        an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the speed that
+        its amplitudes follow, make of it.
     """
     knots = signals.knots
     length = np.diff(knots)[:, None]

@@ -45,21 +45,13 @@ _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples mu
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of q rows over a window.
+    """Of q rows over a window."""
 
-    Attributes
-    ----------
-    low, high
-        (q,) extremes.
-    mean
-        (q,).
-    second, third, fourth
-        (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
-    """
-
+    # low, high: (q,) extremes
     low: Array
     high: Array
-    mean: Array
+    mean: Array  # (q,)
+    # second, third, fourth: (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for
     second: Array
     third: Array
     fourth: Array
@@ -67,32 +59,17 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SampledMotion:
-    """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
+    """A motion by the samples of the window and its log, times in periods from the first sample of the motion."""
 
-    Attributes
-    ----------
-    initial
-        piece of every element and auxiliary at the first sample.
-    samples
-        (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
-    per_cycle
-        samples a period.
-    first
-        samples before the window.
-    time, watch, upward
-        (E,) crossings, of clearances and auxiliaries, ascending.
-    first_cycle
-        whole periods before the first sample.
-    """
-
-    initial: Pieces
-    samples: Array
-    per_cycle: int
-    first: int
+    initial: Pieces  # piece of every element and auxiliary at the first sample
+    samples: Array  # (t, Z) states z of the window; sample i lies at (first + i) / per_cycle
+    per_cycle: int  # samples a period
+    first: int  # samples before the window
+    # time, watch, upward: (E,) crossings, of clearances and auxiliaries, ascending
     time: Array
     watch: IntArray
     upward: IntArray
-    first_cycle: int
+    first_cycle: int  # whole periods before the first sample
 
 
 @dataclass(frozen=True)
@@ -115,14 +92,7 @@ class _Parts:
     def joined(self, together: IntArray, path: SampledMotion, rounding: float) -> _Parts:
         """Join parts that are whole intervals between samples, in each region so many, within a cycle.
 
-        Parameters
-        ----------
-        together
-            by region.
-        path
-            the motion.
-        rounding
-            by which a length may differ from that between two samples.
+        rounding: by which a length may differ from that between two samples.
         """
         whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
         cycle, sample = np.divmod(self.sample, path.per_cycle)
@@ -141,14 +111,7 @@ class _Parts:
 def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
     """Return a motion cut into parts; None where its regions would take some seconds to expand.
 
-    Parameters
-    ----------
-    flow
-        the system.
-    path
-        the motion.
-    series_of
-        gives the series of a region over a length in periods.
+    series_of: gives the series of a region over a length in periods.
     """
     # parts by region and sample interval, and whether they take too long
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
@@ -186,59 +149,28 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
 
 @dataclass(frozen=True)
 class Walk:
-    """A motion cut into K parts, over and over to be asked.
-
-    Attributes
-    ----------
-    path
-        the motion.
-    regions
-        all that it is in.
-    parts
-        of the window.
-    series
-        by region, of those in the window.
-    blocks
-        through which all parts go.
-    start
-        (K,) the sample that a part's series start from, or -1 - the carried state.
-    backward
-        (K,) whether that is where the part ends.
-    whole
-        (K,) whether the part is as long as the series of its region.
-    carried
-        (C, Z) states.
-    """
+    """A motion cut into K parts, over and over to be asked."""
 
     path: SampledMotion
-    regions: list[Pieces]
-    parts: _Parts
-    series: dict[int, Series]
-    blocks: float
-    start: IntArray
-    backward: BoolArray
-    whole: BoolArray
-    carried: Array
+    regions: list[Pieces]  # all that it is in
+    parts: _Parts  # of the window
+    series: dict[int, Series]  # by region, of those in the window
+    blocks: float  # through which all parts go
+    start: IntArray  # (K,) the sample that a part's series start from, or -1 - the carried state
+    backward: BoolArray  # (K,) whether that is where the part ends
+    whole: BoolArray  # (K,) whether the part is as long as the series of its region
+    carried: Array  # (C, Z) states
 
     def statistics(
         self, rows: Rows, *, with_moments: BoolArray | bool = True, cycles: tuple[int, ...] | None = None
     ) -> Statistics | None:
         """Return extremes and moments of rows.
 
-        Parameters
-        ----------
-        rows
-            gives (q, Z) rows for the pieces of a region [SI].
-        with_moments
-            whether moments are wanted, of all rows or of each (q,).
-        cycles
-            ends of some windows that follow each other, in cycles of the path's; None: all of it.
-
-        Returns
-        -------
-        Statistics | None
-            The statistics, with a leading axis where there are several windows; None where they would take longer than
-            some seconds (a contact that is stiff beyond all proportion to the window).
+        rows: gives (q, Z) rows for the pieces of a region [SI].
+        with_moments: whether moments are wanted, of all rows or of each (q,).
+        cycles: ends of some windows that follow each other, in cycles of the path's; None: all of it.
+        Returns the statistics, with a leading axis where there are several windows; None where they would take longer
+            than some seconds (a contact that is stiff beyond all proportion to the window).
         """
 
         # rows of every region
@@ -273,12 +205,7 @@ class Walk:
     def exceeded(self, rows: Rows, share: float) -> Array | None:
         """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
 
-        Parameters
-        ----------
-        rows
-            as in ``statistics``.
-        share
-            of the window, between 0 and 1.
+        share: of the window, between 0 and 1.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
@@ -292,11 +219,6 @@ class Walk:
 
         The ends of all parts, where a motion bends, are among the points. They come in pieces (N, q), one after the
         other in time and made when asked for: of a stiff contact there are millions. None as in ``statistics``.
-
-        Parameters
-        ----------
-        rows
-            as in ``statistics``.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))

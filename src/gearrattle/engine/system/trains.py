@@ -18,18 +18,10 @@ from gearrattle.remember import kept
 
 
 class Train(NamedTuple):
-    """Bodies that turn together.
+    """Bodies that turn together."""
 
-    Attributes
-    ----------
-    bodies
-        (b,) indices, ascending.
-    motion
-        (b, f) angles of the bodies in f rigid motions, which span all that there are.
-    """
-
-    bodies: NDArray[np.int64]
-    motion: NDArray[np.float64]
+    bodies: NDArray[np.int64]  # (b,) indices, ascending
+    motion: NDArray[np.float64]  # (b, f) angles of the bodies in f rigid motions, which span all that there are
 
     @property
     def freedoms(self) -> int:

@@ -55,21 +55,11 @@ _BLOCK = 8  # segments
 
 @dataclass(frozen=True)
 class Variation(Gradient):
-    """The gradient of one motion's flow.
+    """The gradient of one motion's flow."""
 
-    Attributes
-    ----------
-    time
-        (S + 1,) ends of the segments [s], the first 0.
-    segments
-        (S, N, N) gradient over each, balanced coordinates.
-    scale
-        (N,) balanced = scale * SI.
-    """
-
-    time: Array
-    segments: Array
-    scale: Array
+    time: Array  # (S + 1,) ends of the segments [s], the first 0
+    segments: Array  # (S, N, N) gradient over each, balanced coordinates
+    scale: Array  # (N,) balanced = scale * SI
 
     def carried(self, segment: int, columns: Array) -> Array:
         """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
@@ -141,16 +131,8 @@ def variation(
     Factors are tables of exponentials, one for each region met, as long as these take no more memory than
     ``most_tables`` bytes; beyond, perturbations are carried without them.
 
-    Parameters
-    ----------
-    flow
-        the system.
-    initial
-        piece of every element and auxiliary at the start.
-    path
-        the crossings.
-    end
-        length of the motion [s]: a whole number of eighths of the period.
+    initial: piece of every element and auxiliary at the start.
+    end: length of the motion [s]: a whole number of eighths of the period.
     """
     # intervals end at crossings and at every eighth of a period
     system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
@@ -198,27 +180,13 @@ def variation(
 
 
 class _Change(NamedTuple):
-    """What a crossing does to perturbations, whenever the motion comes by in this region.
+    """What a crossing does to perturbations, whenever the motion comes by in this region."""
 
-    Attributes
-    ----------
-    after
-        the region behind it.
-    reset
-        (S,) memories that are known before or behind it.
-    element
-        whose corner it is; -1 for another line.
-    damping
-        by how much its damping jumps.
-    engaged
-        (S,) 1, scaled, for every slider that engages.
-    """
-
-    after: Pieces
-    reset: NDArray[np.bool_]
-    element: int
-    damping: float
-    engaged: Array
+    after: Pieces  # the region behind it
+    reset: NDArray[np.bool_]  # (S,) memories that are known before or behind it
+    element: int  # whose corner it is; -1 for another line
+    damping: float  # by how much its damping jumps
+    engaged: Array  # (S,) 1, scaled, for every slider that engages
 
 
 def _change(flow: Flow, pieces: Pieces, watch: int, upward: int) -> _Change:
