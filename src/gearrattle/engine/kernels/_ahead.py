@@ -2,9 +2,9 @@
 
 numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a
 process for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks
-here before each of them, so none is compiled twice: what this process has called is refused, and what another is at is
-waited for, then loaded. The plan begins with the longest kernel and goes on from the end of a run to its start: this
-process and the others meet in the middle.
+here before each of them, so none is compiled twice: a kernel that this process has called already is refused, and this
+process waits for a kernel that another one is compiling, then loads it. The plan begins with the longest kernel and
+goes on from the end of a run to its start: this process and the others meet in the middle.
 
 Where there is one core only, where nothing is kept, or once the other processes have ended, all is compiled here.
 """

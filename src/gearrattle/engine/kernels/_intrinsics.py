@@ -1,6 +1,6 @@
-"""What numba has no words for, written in LLVM's: arrays at addresses, calls of code at addresses, strips of four.
+"""Operations that numba does not offer, as LLVM instructions: arrays and code at addresses, products of strips of four.
 
-With numba switched off each has a plain form.
+With numba switched off each is plain Python.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The one door to numba, with ``_llvm`` for what it has no words for.
+"""Decorators that compile kernels by numba; operations that numba does not offer are in ``_llvm``.
 
 numba is imported when a kernel is first called (``_late``). ``kernel`` compiles a function on first call and keeps it
 on disk. numba's own cache does not notice an edit in another kernel file, so the folder carries a stamp of all of them:

@@ -1,4 +1,4 @@
-"""Kernels of which numba sees nothing before they are called.
+"""Kernels that are handed to numba only when they are first called.
 
 To import numba and to prepare its targets takes half a second, and an object of numba's for each of three hundred
 kernels some hundredths more. Therefore a decorated function is a ``Late``: numba is imported when the first is called,

@@ -1,4 +1,4 @@
-"""What numba has no words for: the names of ``_intrinsics``, which is imported when the first of them is used."""
+"""Operations that numba does not offer: the names of ``_intrinsics``, imported when the first of them is used."""
 
 from __future__ import annotations
 

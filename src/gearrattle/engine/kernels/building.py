@@ -1,9 +1,9 @@
-"""How a region is built: the stages in their order, each a compiled function of its own.
+"""The stages that build a region, in their order, each a compiled function of its own.
 
-Compiled into one they would take half a minute; called where they lie (``_jit.address_of``) they take a few seconds,
-and every caller - a single run, many variants - runs the same machine code.
+Compiled into one they would take half a minute; called by their addresses (``_jit.address_of``) they take a few
+seconds, and every caller - a single run, many variants - runs the same machine code.
 
-Takes a workspace (``located``); writes one slot of ``packed.Regions``.
+The result is one slot of ``packed.Regions``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What every event-driven march does at a corner: the rounding band around it, and the log of crossings.
+"""Crossings of corners in every event-driven march: the rounding band around a corner, and the log.
 
 After a crossing a clearance *sits* on the corner until it has moved away from it; while it sits, its gap to that corner
 counts as at least a band, so that the same crossing is not found twice and rounding is no crossing.

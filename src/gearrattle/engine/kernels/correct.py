@@ -1,4 +1,4 @@
-"""What a crossing changes of the motion in its window: a small motion of its own, near the element that crossed."""
+"""The change that a crossing makes of the motion in its window: a small motion near the element that crossed."""
 
 from __future__ import annotations
 

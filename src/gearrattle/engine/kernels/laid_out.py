@@ -1,4 +1,4 @@
-"""What all regions of a driveline share (``workspace.Common``), written for one variant of many.
+"""The arrays that all regions of a driveline share (``workspace.Common``), written for one variant of many.
 
 The same rows as ``system.flow`` writes: scales are powers of two, so that all but a few products are exact, and those
 few are made in the same order. ``tests/engine/system/test_laid_out.py`` holds both to the same bits.

@@ -1,7 +1,7 @@
 """Many variants of a driveline, one after the other, without the interpreter: laid out, started, marched, finished.
 
-Everything large is called where it lies (``_jit.address_of``), with the machine code that a single run uses: the same
-bits, and nothing is compiled twice. What grows - logs, room for regions - is grown above: the loop hands back an answer
+Large kernels are called by their addresses (``_jit.address_of``), with the machine code that a single run uses: the
+same bits, and nothing is compiled twice. Logs and room for regions are enlarged by the caller: the loop returns a code,
 and goes on where it stood when it is called again.
 
 Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, notes, log), ``variants``.

@@ -1,10 +1,10 @@
-"""States at the samples. The march only notes what it passes them with; here the notes are worked out.
+"""States at the samples, worked out from the notes that the march makes of steps with samples in them.
 
-A note is of the samples of one step, but for that at the start of a period, with which another note begins. The first
-sample of a note is reached from the state at the step's start, every other from the one before it. As runs go on at
-starts of periods, where one ends and the next goes on changes no bit of the samples.
+A note stands for the samples of one step; a sample at the start of a period begins another note. The first sample of a
+note is reached from the state at the step's start, every other from the one before it. As runs go on at starts of
+periods, where one ends and the next goes on changes no bit of the samples.
 
-Kept out of the march's loop, for what is written into that loop is compiled once more with every caller.
+It is a kernel of its own: code in the march's loop would be compiled again with every caller.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The arrays every march kernel sees, and nothing else.
+"""The arrays that every march kernel works on.
 
 Inside a region the states are x = w + P u (``system.forced``): w moves freely, P u is the particular solution of the
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).

@@ -119,7 +119,8 @@ def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
 
     y: (N, P) perturbations, scaled; overwritten.
-    term, made: (N, P) room; force (m, P) and deflected (1, P) too.
+    term, made: (N, P) room.
+    force, deflected: (m, P) and (1, P) room.
     """
     r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
     for i in range(first, last):

@@ -1,7 +1,4 @@
-"""The kernels that are compiled ahead, each with arguments of the types a run calls it with.
-
-Takes the pipe to a process (``_ahead``); what is compiled is kept for it.
-"""
+"""The kernels that are compiled ahead, each with arguments of the types a run calls it with."""
 
 from __future__ import annotations
 

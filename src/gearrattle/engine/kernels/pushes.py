@@ -1,4 +1,4 @@
-"""What chains of signals push in a region's blocks (the derivation is in ``system.majorant``).
+"""The drive of a region's blocks by chains of signals (the derivation is in ``system.majorant``).
 
 A block's coordinates c obey c' = T c + P q, where q are chains, q' = N q: N takes every link's next, times the pace. A
 block *follows* a signal, c = c_free + X q with T X - X N = -P, where that makes the smaller bound; else it is *pushed*.

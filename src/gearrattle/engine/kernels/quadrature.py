@@ -1,9 +1,9 @@
 """Second moments of the state along a known motion: the integral of z z' over the time in every region.
 
-A power is a sum of products of two linear forms of z, so its integral is one of moments. Whole steps only add z z' to
-what their length has so far, and move z: what that stands for, over the step, is worked out once, in the end
-(``system.moments``); so are whole intervals between two samples. The remainder of an interval, shorter than every step,
-is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
+A power is a sum of products of two linear forms of z, so its integral is one of moments. Of whole steps only z z' at
+their beginnings is summed, by length: the integral over them follows from that sum once, in the end
+(``system.moments``); so does that over whole intervals between two samples. The remainder of an interval, shorter than
+every step, is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
         that begins with it (-1: none), and whether it is whole: from a sample to the next one that is a beginning.
     durations: (I,) lengths in periods.
     samples: (t, Z) sampled states z.
-    room: see there; what fills z up is zero.
+    room: see ``Room``; the entries that fill z up are zero.
     moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
         then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
     """

@@ -1,4 +1,4 @@
-"""The rates of a region over z and over y, and what the inputs split off do; stages of ``building``.
+"""Stages of ``building``: the rates of a region over z and over y, and the effect of the inputs split off.
 
 The arrays are those of ``workspace``.
 """

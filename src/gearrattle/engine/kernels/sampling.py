@@ -1,4 +1,4 @@
-"""What is asked of sampled states: accelerations and element states of the vector field, rows over states."""
+"""Quantities at sampled states: accelerations and element states of the vector field, rows over states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a motion starts: the states of angles and velocities, and the pieces they lie in."""
+"""The start of a motion: the states that angles and velocities make, and the pieces they lie in."""
 
 from __future__ import annotations
 

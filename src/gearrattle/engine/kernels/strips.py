@@ -1,7 +1,4 @@
-"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds.
-
-Takes arrays of ``workspace``; writes one slot's part of an array.
-"""
+"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds."""
 
 from __future__ import annotations
 

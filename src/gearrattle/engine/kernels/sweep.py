@@ -85,7 +85,8 @@ class SweepBuffers(NamedTuple):
 def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, end, whole, gap):
     """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
 
-    table, errors: coefficients; row: of the element's transmission error, or -1.
+    table, errors: coefficients.
+    row: of the element's transmission error, or -1.
     reach: sum of |c_j| of its deflection's orders from 1 on.
     lower, upper: corners around its piece.
     fixed: its rounding band, 0 if relative to its motion.

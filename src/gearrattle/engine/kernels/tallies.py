@@ -1,4 +1,4 @@
-"""What is kept of the crossings of a motion: counts, sums and largest values, added up in the order of the log.
+"""Sums over the crossings of a motion: counts, sums and largest values, added up in the order of the log.
 
 One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``many``).
 ``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.

@@ -1,7 +1,7 @@
-"""The arrays in which many variants of one driveline lie, and what they have in common.
+"""The arrays of many variants of one driveline, and of what the variants have in common.
 
 Variants of one *structure* differ in numbers alone: the same elements in the same places, as many pieces to each law,
-the same orders. What their structure says is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
+the same orders. Their structure is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
 variants.
 
 n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with

@@ -30,7 +30,9 @@ def propagate(tables, generator, steps, fine, h, order, columns, term):
 def gradient_segments(tables, generators, steps, fine, order, path, durations, kicks, reset, rows, out):
     """Gradient of the flow over consecutive segments.
 
-    tables: (regions, levels, N, N) exp(A h) - 1; generators (regions, N, N) A; steps (levels,) h; fine (regions,).
+    tables: (regions, levels, N, N) exp(A h) - 1.
+    generators: (regions, N, N) A.
+    steps, fine: (levels,) h, and (regions,) the finest level.
     order: terms of the Taylor rest.
     path: (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
     durations: (I,) lengths of the intervals.

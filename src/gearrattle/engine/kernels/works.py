@@ -131,10 +131,11 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
 def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
-    network, laws: see ``network``. inputs: see ``packed``, amplitudes one.
+    network, laws: see ``network``.
+    inputs: see ``packed``; all amplitudes one.
     path, buffers, works: see above; buffers and works change.
-    samples: (t, columns) of the table; per_cycle: how many a period.
-    windows: a period.
+    samples: (t, columns) of the table.
+    per_cycle, windows: how many a period.
     nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
     for i in range(first, last):

@@ -1,9 +1,9 @@
-"""What a solver is: it starts on a task, works in slices, and hands over a motion.
+"""The interface of solvers: a solver starts on a task, works in slices, and hands over a motion.
 
 A solver never meets a model, a file or a unit: it gets a piecewise system, initial angles and velocities and an output
 grid. The loop that drives it, shows progress and listens to Ctrl-C is ``simulate.simulate``, the same for all.
 To add a solver: write its file with a function ``Task -> Marching``, add one line to the table in ``__init__``, and its
-test page; the laws over the table test it by its existing.
+test page; the tests over the table then cover it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ IntArray = NDArray[np.int64]
 class Task:
     """What to integrate and where to sample."""
 
-    system: PiecewiseSystem
+    system: PiecewiseSystem  # [SI]
     # angle, velocity: (n,) state at t = 0 [rad, rad/s]
     angle: Array
     velocity: Array
@@ -78,7 +78,7 @@ class Position:
     """Where a run stands."""
 
     time: float  # [s]
-    deflection: Array
+    deflection: Array  # (K,) of the clearances
     last_crossed: int | None  # the clearance that crossed last, if any
     fastest: int | None = None  # the element whose own motion needs the shortest steps; None where that is not known
 

@@ -3,11 +3,9 @@
 A thread takes a task, marches it to its end and hands the motion to a function that keeps what is wanted of it; the
 motion itself is let go. So a few motions are held at a time, however many variants there are. The march and the
 building of regions let go of the interpreter (``kernels``); the little Python between them is what threads share.
-Nothing is looked for on the shelf of earlier systems (``slots.slots_of``), which thousands of variants would only wash
-out.
+Regions of earlier systems (``slots.slots_of``) are not looked up: thousands of variants would displace them.
 
 A variant that fails - crossings that pile up, a state or a region that is not finite - is an outcome among the others.
-Takes an iterable of tasks; gives an iterator of ``Ended``.
 """
 
 from __future__ import annotations

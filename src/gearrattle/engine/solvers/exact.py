@@ -2,7 +2,7 @@
 
 Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
 rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
-own sensitivity. Takes a task, gives a motion; the regions come from ``system.region``, one at a time as they are met.
+own sensitivity. Regions come from ``system.region``, built one at a time when they are first met.
 """
 
 from __future__ import annotations

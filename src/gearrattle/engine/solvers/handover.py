@@ -1,4 +1,4 @@
-"""From what the kernels of ``exact`` store to a motion: samples and crossings [SI], the same for both its marches."""
+"""Samples and crossings in SI units from what the kernels of ``exact`` store, for both its marches."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _inputs_at(flow: Flow, samples: packed.Samples, rows: IntArray) -> Array:
 def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of auxiliaries [SI].
 
-    Returns fields of ``Motion`` by name; forces and memories of auxiliaries.
+    Returns the fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
     system, count, clearances = flow.system, len(samples.states), len(flow.system.clearances)
     of_body, of_element = (count, system.size), (count, len(system.laws))

@@ -4,8 +4,8 @@ The loop (``kernels.many``) runs the machine code of a single run, so every vari
 alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop cannot
 do - no equilibrium, a start on a corner, a state that is not finite, chatter - it leaves out, and says so.
 
-Takes a system as the pattern and ``Coefficients`` with a leading axis; gives ``Tallies`` with one, and motions over the
-last cycles of each variant where these are asked for: one variant's samples are in memory at a time.
+Motions over the last cycles of each variant are available where these are asked for: the samples of one variant are in
+memory at a time.
 """
 
 from __future__ import annotations

@@ -208,7 +208,7 @@ def _bytes_kept() -> int:
 
 
 def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
-    """Slots of a system for one run alone: on no shelf, kept by no one; with capacity for what is likely to come."""
+    """Slots of a system for one run alone, kept by no one else; with capacity for what is likely to come."""
     return Slots(flow_of(system), Alone(), capacity)
 
 

@@ -1,4 +1,4 @@
-"""Whether a step lies inside a method's stability region: |R(h lambda)| <= 1 for every eigenvalue of every region met.
+"""Stability of a fixed step: |R(h lambda)| <= 1 for every eigenvalue of every region met.
 
 A step outside makes a mode grow that really decays, and the run invents motion (the 1995 paper's RK4 step does).
 """
@@ -87,7 +87,7 @@ def regions_visited(
 ) -> tuple[set[tuple[int, ...]], int]:
     """The pieces of all elements, region by region, that a log of crossings (E,) leads through most often.
 
-    Returns as many regions as have their eigenvalues found in about a second, all of most drivelines; and how many
+    Returns as many regions as can be decomposed in about a second, all of most drivelines; and how many
         there are.
     """
     pieces, clearances = list(start), flow.system.clearances

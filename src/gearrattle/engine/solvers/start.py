@@ -31,8 +31,8 @@ def starting_pieces(
     auxiliaries (C,), where they are known, are taken as far as the region allows them; -1: deflection, rate and clock
     decide.
 
-    Returns pieces: (m + auxiliaries,) indices. side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0
-        on neither.
+    Returns the pieces (m + auxiliaries,), and the side (W,): -1 on the lower corner of its piece, +1 on the upper one,
+        0 on neither.
     """
     known = () if auxiliary_pieces is None else tuple(auxiliary_pieces.tolist())
     key = z.tobytes(), angle.tobytes(), known

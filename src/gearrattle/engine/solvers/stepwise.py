@@ -1,6 +1,6 @@
 """The march over any library's stepper: samples and crossings from its interpolant, in slices.
 
-For libraries whose steps are made in Python; what a step costs there hides what this page costs. A step is taken by
+For libraries whose steps are made in Python, which costs far more than the work of this module. A step is taken by
 ``Stepper.step``; if a sample lies in it, or a clearance ends it in another piece than it began it in, the step's own
 interpolant is asked for.
 """

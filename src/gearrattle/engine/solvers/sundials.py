@@ -1,7 +1,7 @@
 """SUNDIALS CVODE by its C interface: the shared libraries in scikit-sundae's wheel, an optional extra.
 
 The wheel's own binding passes Python functions only; here callbacks are compiled (``kernels.callbacks``) and the loop
-over steps is too (``kernels.multistep``), so this page only finds functions, builds CVODE's memory and frees it.
+over steps is too (``kernels.multistep``), so this module only finds functions, builds CVODE's memory and frees it.
 
 CVODE: Hindmarsh, Brown, Grant, Lee, Serban, Shumaker, Woodward, ACM Trans. Math. Softw. 31 (2005) 363. Its Adams and
 BDF formulas go back to Gear and Hindmarsh, as do the IMSL routines of the 1995 paper.

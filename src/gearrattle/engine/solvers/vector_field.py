@@ -1,4 +1,4 @@
-"""What the solvers of the plain equation of motion share: their state vector, its scales, the way to a motion.
+"""The common part of the solvers of the plain equation of motion: state vector, scales, the way to a motion.
 
 They integrate y = (x, v, r, I): basis deflections, velocities, reference angles, force integrals
 (``kernels.vector_field``), stepping through corners or restarting at them; ``exact`` shares none of this.

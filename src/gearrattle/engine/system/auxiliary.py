@@ -18,8 +18,6 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
   force without the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
-
-Takes numbers; gives auxiliaries.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The arrays in which a driveline's regions are built, with what all its regions share.
 
-Takes a ``Flow`` and pieces; writes slots of ``kernels.packed.Regions``. The work is done in ``kernels.building``.
+The work is done in ``kernels.building``.
 """
 
 from __future__ import annotations

@@ -4,8 +4,6 @@ A channel keeps its own knots until all are known; where another one has a knot 
 written anew about it,
 
     sum_j a_j (t - t_g)^j = sum_i b_i (t - t_g - d)^i,    b_i = sum_(j >= i) C(j, i) a_j d^(j - i).
-
-Takes arrays; gives channels and their union.
 """
 
 from __future__ import annotations

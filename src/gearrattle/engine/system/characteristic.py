@@ -13,8 +13,6 @@ Body i and element k are numbered from 1 in their order; l_k = R_c for a mesh, 1
 
 and, for a symmetric two-stage law, alpha_k, beta_k and b_k in psi_c or x_c, eqs. (9), (10). The paper prints the drag
 terms of eqs. (11)-(14) as -xi theta'; eqs. (1)-(4) make it +xi theta', and so it is here.
-
-Takes a system; gives Scales and coefficients by name.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Changes by the clock: auxiliaries that enter the piece above their own at times known beforehand.
 
 So a mesh whose stiffness alternates with the number of tooth pairs in contact: its regions change by time.
-
-Takes numbers; gives instants.
 """
 
 from __future__ import annotations

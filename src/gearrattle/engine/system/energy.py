@@ -1,4 +1,4 @@
-"""The energy audit: does what goes in equal what is lost and stored?
+"""The energy audit: the balance of works, losses and stored energy along a motion.
 
     d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k L_k delta_k' - sum_k F_k e_k'
 

@@ -1,4 +1,4 @@
-"""What the exact engine sees of a piecewise system: rows over one augmented state.
+"""The piecewise system for the exact engine: rows over one augmented state.
 
     z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 

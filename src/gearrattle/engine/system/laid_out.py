@@ -1,7 +1,4 @@
-"""A system's numbers as the compiled code has them: laws end to end, everything in plain arrays.
-
-Takes a ``PiecewiseSystem``; gives ``kernels.laws.Laws``, ``kernels.variants.Coefficients`` and ``Frame``.
-"""
+"""The numbers of a system in plain arrays for compiled code, its laws end to end."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Lowest, highest and mean deflections along a motion, and its extreme forces, exact between its crossings.
-
-Takes a Flow, the state at the start and the log of crossings; gives levels.
-"""
+"""Lowest, highest and mean deflections along a motion, and its extreme forces, exact between its crossings."""
 
 from __future__ import annotations
 

@@ -5,8 +5,6 @@
 e following the deflection while its slider sticks (G. M. Jenkins, British Journal of Applied Physics 13, 1962, p. 30).
 Between corners of the law and starts of slip the torque is a straight line, so few points describe a path exactly.
 Time has no effect: damping is not included, and of the auxiliaries only sliders are.
-
-Takes a law and its sliders; gives corners of the torque's graph.
 """
 
 from __future__ import annotations
@@ -81,7 +79,7 @@ def along(law: PiecewiseLaw, sliders: Sequence[Auxiliary], path: Sequence[float]
 
     sliders: its auxiliaries with a memory.
     path: turning points, one after another.
-    Returns deflection, torque: (N,) every kink of the graph, and the turning points.
+    Returns deflection and torque (N,) of every kink of the graph, and the turning points.
     """
     follower = Follower(law, sliders, path[0])
     for target in path[1:]:

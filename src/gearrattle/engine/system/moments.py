@@ -1,8 +1,8 @@
 """Integrals of z z' over many steps at once, from the sums of z z' at their beginnings.
 
 Where z moves by E over a step, the integral over two of them is that over one from z, and that over one from E z. So
-what steps of length 2 h stand for, by the sum M of z z' at their beginnings, is what steps of length h do by
-M + E M E'. From the longest on down to the shortest, over which Gauss-Legendre quadrature integrates it,
+the integral over steps of length 2 h with the sum M of z z' at their beginnings is that over steps of length h with the
+sum M + E M E'. From the longest on down to the shortest, over which Gauss-Legendre quadrature integrates it,
 
     int_0^h exp(A t) M exp(A' t) dt = h sum_q w_q P_q M P_q',      P_q = exp(A x_q h),
 

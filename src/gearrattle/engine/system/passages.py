@@ -1,4 +1,4 @@
-"""What is known of auxiliaries along a motion, and of the order in which everything crossed its bounds.
+"""Auxiliary elements along a motion, and all crossings of bounds in their order.
 
 Made by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
 """

@@ -9,8 +9,6 @@ What is asked of it, the largest rate of growth and when some perturbation has g
   ``_APART`` segments. The expected square of such a sum's norm is the sum, over all beginnings, of the squares of the
   Frobenius norms of the gradient since then (M. F. Hutchinson 1990, Commun. Stat. Simul. 19, 433-450). It is no less
   than the largest of them, and no more than their number times that: the horizon comes out early rather than late.
-
-Takes arrays for ``kernels.perturbed``; gives growth.
 """
 
 from __future__ import annotations

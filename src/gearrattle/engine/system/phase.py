@@ -6,8 +6,6 @@
 After some seconds a tooth mesh has turned through tens of thousands of radians, and a double holds such an angle to
 1e-11 only. Only its fraction of a turn matters, so n phi / (2 pi) is worked out in whole numbers, and the whole turns
 fall away before anything is rounded.
-
-Takes speeds and times; gives fractions of a turn.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The one mathematical object: a piecewise-linear system with clearances.
+"""A piecewise-linear system with clearances: the object that every solver works on.
 
     J q'' + D q' + sum_k w_k F_k(delta_k, delta_k') = T(t),      delta_k = w_k . q - e_k(t)
 

@@ -16,8 +16,6 @@ steps, dyadic parts of the period T too, end on their ends by themselves.
 
 What drives an inertia needs f only. A transmission error needs f' and f'' as well: f'' is interpolated and integrated
 twice. A cubic then lets value and slope meet exactly at the knots; it is bounded by what it corrects.
-
-Takes a ramp and tones; gives channels.
 """
 
 from __future__ import annotations

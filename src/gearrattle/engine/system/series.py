@@ -4,8 +4,6 @@ Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R ex
 series in s/h with coefficients R (h M)^p / p! z. As many intervals are taken at once as leave |h M| below 2; a single
 one is cut into blocks of equal length h in which |h M| is at most 4, where |h M| = |(h M)^20|^(1/20) is that of the
 fastest oscillation.
-
-Takes a Flow and the pieces of a region; gives the rows of coefficients, where to evaluate them, and states.
 """
 
 from __future__ import annotations

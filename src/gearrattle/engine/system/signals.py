@@ -7,8 +7,6 @@ an interval's end is an instant known beforehand. Time is counted from the start
 
 The states of a channel are q_j = T^j p^(j) / w^j, j = 0 ... D, with a pace w such that they are of comparable size;
 then dq_j/ds = w q_(j+1) in periods s. They are called a *chain*.
-
-Takes arrays; gives a frozen table of polynomials.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@
 is evaluated here from its own formula, at any time, with the phase in double-double arithmetic (T. J. Dekker,
 Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So
 ``checked`` can find a fault in them before a run, and the energy audit after it.
-
-Takes a ramp and tones, or a record's spline; gives values at times.
 """
 
 from __future__ import annotations

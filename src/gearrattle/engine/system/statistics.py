@@ -10,8 +10,6 @@ Extremes: four terms and a bound on the others tell of most parts that they do n
 rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
 fourth power of the fastest oscillation needs. The level exceeded for a share of the time is the root of the time above
 a level, which the roots of the power series give. Curves are the power series themselves, at points of every part.
-
-Takes a Flow, sampled states and a log; gives extremes, central moments, levels and curves over windows.
 """
 
 from __future__ import annotations

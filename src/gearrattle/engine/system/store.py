@@ -1,6 +1,6 @@
 """Regions packed for the kernels, one slot each, in arrays that double when full.
 
-Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.building``).
+Regions are built one by one in compiled code (``kernels.building``).
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Free trains of a system: bodies that turn together without deflecting any element that can push.
-
-Takes a PiecewiseSystem; gives Trains.
-"""
+"""Free trains of a system: bodies that turn together without deflecting any element that can push."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a small perturbation grows along a motion: the flow's gradient, Lyapunov exponents, the predictability horizon.
+"""Growth of small perturbations along a motion: the flow's gradient, Lyapunov exponents, the predictability horizon.
 
 Between crossings a perturbation of (x, v) moves by exp(A_r h). At a crossing of a displacement corner it is multiplied
 by
