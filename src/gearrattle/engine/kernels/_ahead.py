@@ -73,7 +73,7 @@ _PATIENCE = 100.0  # seconds: no kernel takes as long; a process that is stopped
 
 
 def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
-    """What is compiled when a function is called with such arguments for the first time."""
+    """Name of the function and types of its arguments, which decide what is compiled."""
     name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
     return name, tuple(argument is None for argument in arguments)
 

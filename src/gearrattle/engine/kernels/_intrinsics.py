@@ -239,7 +239,7 @@ strip_product = _strip_product(False)
 """strip_product(stack, (first, stride, apart, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
 entries apart from the entry ``first`` of the stack on, their columns so many ``apart``, times y[:columns]."""
 strip_product_added = _strip_product(True)
-"""The same, added to what stands there."""
+"""``strip_product``, added to the entries of ``out``."""
 
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the
@@ -258,5 +258,5 @@ call_pointer = _foreign(numba.intp)
 
 
 def lapack_address(name: str) -> int:
-    """Where a routine of the LAPACK that SciPy carries begins."""
+    """Address of a routine in the LAPACK that SciPy contains."""
     return int(get_cython_function_address("scipy.linalg.cython_lapack", name))

@@ -103,7 +103,7 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """What numba knows of a function."""
+    """Numba's object for a function."""
     import numba
 
     with _cached():
@@ -226,12 +226,12 @@ def strict(function: Callable[..., Any]) -> Any:
 
 
 def strict_entry(function: Callable[..., Any]) -> Any:
-    """The same for a function that Python calls."""
+    """Compile a strict kernel (``strict``) that Python calls."""
     return _compiled(function, fastmath=False)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """The same for the small parts of a hot loop: written into their callers, so that a call costs nothing."""
+    """Compile a small part of a hot loop: it is inlined in its callers, so that a call costs nothing."""
     return _compiled(function, inline="always")
 
 
@@ -265,7 +265,7 @@ def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
 
 
 def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
-    """Where the compiled code begins that an entry runs for such arguments; compiled if it was not.
+    """Address of the compiled code that an entry runs for such arguments; it is compiled if it was not.
 
     With numba switched off it is the function itself.
 
@@ -337,7 +337,7 @@ def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Cal
 
 
 def _kind(value: Any) -> Any:
-    """What numba tells an argument's type from, without making the type."""
+    """The properties from which numba derives an argument's type, without making the type."""
     if isinstance(value, tuple):
         return type(value), *map(_kind, value)
     if isinstance(value, np.ndarray):

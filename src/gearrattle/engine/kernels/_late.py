@@ -25,7 +25,7 @@ _FILES: dict[int, dict[str, Any]] = {}
 
 
 class _Mode(threading.local):
-    """How kernels are called in this thread."""
+    """Settings of the calls of kernels in this thread."""
 
     is_plain = False
 
@@ -36,7 +36,7 @@ _MODE = _Mode()
 class Late:
     """A kernel that is made when it is first called.
 
-    make: makes what numba knows of it.
+    make: makes numba's object.
     function: as Python; None of what has no plain form.
     """
 
@@ -56,13 +56,13 @@ class Late:
         return self.__wrapped__(*arguments) if _MODE.is_plain else self.made()(*arguments)
 
     def __getattr__(self, name: str) -> Any:
-        """Whatever else numba's object has."""
+        """Any other attribute of numba's object."""
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self.made(), name)
 
     def made(self) -> Any:
-        """What numba knows of it."""
+        """Numba's object for the function."""
         if self._made is None:
             with _LOCK:
                 if self._made is None:

@@ -13,7 +13,7 @@ _MAKERS = ("group_reader",)
 
 
 def lapack_address(name: str) -> int:
-    """Where a routine of the LAPACK that SciPy carries begins."""
+    """Address of a routine in the LAPACK that SciPy contains."""
     return int(_written("lapack_address")(name))
 
 

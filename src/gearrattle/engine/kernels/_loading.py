@@ -27,7 +27,7 @@ class _Library(JITCodeLibrary):
 
 
 class Kept(CompileResultCacheImpl):
-    """What is kept of a compiled kernel."""
+    """The part of a compiled kernel that is kept."""
 
     def reduce(self, data: Any) -> Any:
         """Return what is kept: as numba does, and the names that are defined."""

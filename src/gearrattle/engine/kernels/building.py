@@ -32,7 +32,7 @@ from gearrattle.engine.kernels.workspace import (
 
 
 class Stages(NamedTuple):
-    """The stages; where each lies, once they are compiled."""
+    """The stages; their addresses once they are compiled."""
 
     stiffest: Any = responses.stiffest
     accelerate: Any = region.accelerate
@@ -60,7 +60,7 @@ class Stages(NamedTuple):
 
 @cache
 def stages() -> Stages:
-    """All of them, compiled; what a parameter is, its name says."""
+    """Addresses of all stages, compiled; the name of a parameter decides its type."""
     arguments: dict[str, Any] = {"workspace": np.zeros(1, np.int64), "rows": np.zeros((1, 1)), "h": 0.0}
     arguments |= dict.fromkeys(("stack", "tables", "powers", "series"), np.zeros((1, 1, 1, 4)))
     arguments |= dict.fromkeys(("a", "b", "turn", "carried", "slot", "index", "strip", "first", "count", "columns"), 0)

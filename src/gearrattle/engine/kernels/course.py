@@ -51,7 +51,7 @@ _ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after wh
 
 
 class Driven(NamedTuple):
-    """What drives a motion in S regions: Z entries of z, the first N of them states; K clearances."""
+    """Rates of a motion in S regions: Z entries of z, the first N of them states; K clearances."""
 
     generator: Array3  # (S, Z, Z)
     shift: Array3  # (S, N, Z) d/dp of the rows of states
@@ -101,7 +101,7 @@ class _Sparse(NamedTuple):
 
 
 class _Region(NamedTuple):
-    """What drives a motion and its perturbation in one region."""
+    """Rates of a motion and of its perturbation in one region."""
 
     rates: _Sparse  # (Z, Z)
     own: _Sparse  # (N, N) of the states alone
@@ -131,7 +131,7 @@ class _Series(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """Where turning points of a clearance are sought."""
+    """The step in which turning points of a clearance are sought."""
 
     interval: int
     clearance: int
@@ -359,7 +359,7 @@ def _leap(driven, path, i, by, region, room, jump, now):
 
 @kernel
 def _way_across(path, i, k, step):
-    """Which way a clearance crosses next, from crossing i on, forwards or backwards; -1: it crosses nothing."""
+    """Direction of a clearance's next crossing, from crossing i on, forwards or backwards; -1: it crosses nothing."""
     while 0 <= i < path.clearance.size:
         if path.clearance[i] == k:
             return path.upward[i]
@@ -432,7 +432,7 @@ def _is_far(path, i, k, series, trace):
 
 @kernel
 def _least_at(part, s, series):
-    """What a rate is where it comes nearest to zero within a step."""
+    """A rate at the instant within a step at which it comes nearest to zero."""
     k, h = part.clearance, part.length
     rate = value_of(series.rate, s)
     time_slope = -slope_of(series.rate_change, s) / bend_of(series.rate, s)

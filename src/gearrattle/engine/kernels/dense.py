@@ -32,7 +32,7 @@ def times(factor, a, first, b, rows, columns, out, out_first):
 
 @strict
 def times_chained(factor, a, first, b, rows, shape, out, out_first):
-    """The same as ``times`` where the last columns are chains, which drive themselves and what stands before them.
+    """The product of ``times`` where the last columns are chains, which drive themselves and the states before them.
 
     factor, a, first, rows, out, out_first: as of ``times``.
     b: its rows before the chains, then those of the first chain: those of the others are alike.

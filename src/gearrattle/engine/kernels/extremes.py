@@ -131,7 +131,7 @@ def _value(terms, top, x):
 
 @loose
 def _rate(terms, top, x):
-    """Its first derivative."""
+    """First derivative of a polynomial at x."""
     value = top * terms[top]
     for p in range(top - 1, 0, -1):
         value = value * x + p * terms[p]
@@ -140,7 +140,7 @@ def _rate(terms, top, x):
 
 @loose
 def _bend(terms, top, x):
-    """Its second derivative."""
+    """Second derivative of a polynomial at x."""
     value = top * (top - 1) * terms[top]
     for p in range(top - 1, 1, -1):
         value = value * x + p * (p - 1) * terms[p]
@@ -149,7 +149,7 @@ def _bend(terms, top, x):
 
 @loose
 def _turn(terms, top, begin, end, before, after):
-    """Where the rate vanishes between two points with rates of opposite signs."""
+    """The zero of the rate between two points with rates of opposite signs."""
     x = begin + (end - begin) * before / (before - after)
     for _ in range(5):
         bend = _bend(terms, top, x)

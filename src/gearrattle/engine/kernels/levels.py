@@ -23,7 +23,7 @@ _ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of
 
 
 class Region(NamedTuple):
-    """What is made once a region, over its step."""
+    """Series and exponential of one region over its step."""
 
     step: Vector  # (2,) in periods, 0: nothing is made yet; and 1 if there is an increment
     series: Array3  # (K, _ORDER + 1, Z) rows of the Taylor series of every row
@@ -62,7 +62,7 @@ def value_of(series, s):
 
 @kernel
 def slope_of(series, s):
-    """Its derivative."""
+    """Derivative of a polynomial."""
     total = 0.0
     for j in range(series.size - 1, 0, -1):
         total = total * s + j * series[j]
@@ -71,7 +71,7 @@ def slope_of(series, s):
 
 @kernel
 def bend_of(series, s):
-    """Its second derivative."""
+    """Second derivative of a polynomial."""
     total = 0.0
     for j in range(series.size - 1, 1, -1):
         total = total * s + j * (j - 1.0) * series[j]

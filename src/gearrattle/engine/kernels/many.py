@@ -27,17 +27,17 @@ from gearrattle.engine.kernels.workspace import BUILT
 FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
 """Answers: all are done; a slice is spent; the log is full; another region needs room."""
 FOLLOWED, LEFT = 1, 2
-"""What became of a variant: followed to its end and finished; left to the general way (on a corner, no equilibrium, not
+"""Outcomes of a variant: followed to its end and finished; left to the general way (on a corner, no equilibrium, not
 finite, chatter)."""
 AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
-"""Where the loop stands: variant; whether it is under way; slots and tables used."""
+"""Entries of the cursor: variant; whether it is under way; slots and tables used."""
 AS_GIVEN, STATIC, STEADY = range(3)
-"""How variants start: with the angles and velocities given; in their equilibrium with the velocities given; there, with
+"""Starts of variants: with the angles and velocities given; in their equilibrium with the velocities given; there, with
 the rigid response of their free trains added."""
 
 
 class Entries(NamedTuple):
-    """Where lies what is called, and the stages of a region."""
+    """Addresses of the kernels called, and the stages of a region."""
 
     scale: int
     lay_out: int

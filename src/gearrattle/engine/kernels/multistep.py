@@ -47,7 +47,7 @@ class Library(NamedTuple):
 
 
 class March(NamedTuple):
-    """Everything that changes; S states, K clearances, m elements."""
+    """Arrays of a run that change; S states, K clearances, m elements."""
 
     z: Vector  # (S,) scaled state
     point: Vector  # (S,) scaled state between

@@ -28,7 +28,7 @@ _LEAST = np.array([0.02 ** (1.0 / (2 * j + 1)) for j in range(COLUMNS)])
 
 
 class Method(NamedTuple):
-    """What distinguishes one method from another."""
+    """Coefficients of a one-step method."""
 
     kind: int  # RUNGE_KUTTA or EXTRAPOLATION
     a: Matrix  # (s, s) tableau
@@ -39,7 +39,7 @@ class Method(NamedTuple):
 
 
 class Control(NamedTuple):
-    """How steps are chosen."""
+    """Control of the step length."""
 
     fixed: bool  # every step is `step`
     held: bool  # pieces are held over a step, and it ends at a corner

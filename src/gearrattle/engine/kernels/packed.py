@@ -37,7 +37,7 @@ class Inputs(NamedTuple):
 
 
 class Instants(NamedTuple):
-    """What happens at times known beforehand, ascending; the last never comes."""
+    """Instants known beforehand, ascending; the last never comes."""
 
     cycle: Vector  # (instants,) whole periods
     fraction: Vector  # (instants,) the rest
@@ -45,7 +45,7 @@ class Instants(NamedTuple):
 
 
 class Regions(NamedTuple):
-    """What is known of every slot."""
+    """The region in every slot."""
 
     states: int  # N
     clearances: int  # K
@@ -78,7 +78,7 @@ class Regions(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Where sampled states go: sample i lies at i / per_cycle periods, in row i - first."""
+    """Sampled states, written: sample i lies at i / per_cycle periods, in row i - first."""
 
     per_cycle: int
     first: int
@@ -88,7 +88,7 @@ class Samples(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What the march notes of the samples it passes in a step, see ``notes``."""
+    """Notes of the samples that the march passes in a step, see ``notes``."""
 
     row: IntVector  # (room,) of the first of them
     samples: IntVector  # (room,) how many there are
@@ -100,7 +100,7 @@ class Notes(NamedTuple):
 
 
 class Log(NamedTuple):
-    """Where crossings go."""
+    """Log of crossings, written."""
 
     cycle: IntVector  # (capacity,) whole periods
     fraction: Vector  # (capacity,) the rest of the time, in periods

@@ -81,7 +81,7 @@ class Map(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """What drives the states and their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
+    """Rates of the states and of their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
 
     A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
     """
@@ -121,7 +121,7 @@ class Marched(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """What is carried along a motion, and room for products."""
+    """Perturbations and state carried along a motion, and scratch for products."""
 
     columns: Matrix  # (N, N + 1) perturbations of the start, balanced; the last column is s
     z: Vector  # (P,)

@@ -25,7 +25,7 @@ class Sparse(NamedTuple):
 
 
 class Driveline(NamedTuple):
-    """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories."""
+    """Rows that do not depend on the region, in scaled states: r deflections x, n velocities v, S memories."""
 
     turning: Sparse  # (r, n) x' of v
     deflection: Sparse  # (m, r) every element's deflection of x [SI]

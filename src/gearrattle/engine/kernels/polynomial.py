@@ -106,7 +106,7 @@ def _halley(value, first, second):
 
 @inlined
 def _guess(c, low, width, gap, rate, curvature):
-    """Where the parabola from the left end meets zero, bettered on the cubic if low is 0; the middle if outside."""
+    """Zero of the parabola from the left end, improved on the cubic if low is 0; the middle if it lies outside."""
     spread = rate * rate - 2.0 * curvature * gap
     x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
     if low == 0.0 and c.size > 3:
@@ -151,7 +151,7 @@ def first_exit(c):
 
 @kernel
 def exit_from(c, low, gap, rate, curvature):
-    """The same in [low, 1], given the value and two derivatives at low.
+    """The first exit in [low, 1], given the value and two derivatives at low.
 
     The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
     it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where

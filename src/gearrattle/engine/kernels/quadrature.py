@@ -21,7 +21,7 @@ FEW_TERMS, ALL_TERMS = 8, ORDER + 1
 
 
 class Moves(NamedTuple):
-    """How the state moves in every region; strips as in ``packed``.
+    """Motion of the state in every region; strips as in ``packed``.
 
     Steps are each twice as long as the one before. In a region the state is counted from a shift, from which the forces
     of its clearances grow: products of moments then cancel little.
@@ -40,7 +40,7 @@ class Moves(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Where the quadrature works; M is Z filled up to fours."""
+    """Scratch of the quadrature; M is Z rounded up to a multiple of four."""
 
     z: Vector  # (M,)
     made: Vector  # (M,)
@@ -92,7 +92,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
         that begins with it (-1: none), and whether it is whole: from a sample to the next one that is a beginning.
     durations: (I,) lengths in periods.
     samples: (t, Z) sampled states z.
-    room: see ``Room``; the entries that fill z up are zero.
+    room: see ``Room``; entries of z beyond Z are zero.
     moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
         then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
     """

@@ -86,7 +86,7 @@ def look(workspace):
 
 @strict
 def _watch(common, laws, auxiliaries, region, c, row):
-    """What an auxiliary element watches; its derivatives follow from the rates of y."""
+    """Write the quantity that an auxiliary element watches; its derivatives follow from the rates of y."""
     at, k, memory = common.rows.shape[0] + c, auxiliaries.element[c], auxiliaries.state[c]
     piece, unit = laws.first[at] + region.pieces[at], 1.0 / common.corner_scale[row]
     of_deflection, of_rate = auxiliaries.by_deflection[piece] * unit, auxiliaries.by_rate[piece] * unit
@@ -98,7 +98,7 @@ def _watch(common, laws, auxiliaries, region, c, row):
 
 @strict
 def _keep(common, region, free):
-    """Which of z stand in y, chains last, and the amplitudes of the oscillators among them; answers Y."""
+    """Write which entries of z stand in y, chains last, and the amplitudes of the oscillators among them; returns Y."""
     states, count = region.matrix.shape[0], common.frequency.size
     width = states
     # the states
@@ -122,7 +122,7 @@ def _keep(common, region, free):
 
 @strict
 def _take(rows, count, free, out, first):
-    """Of some rows over z the columns that stand in y."""
+    """Copy from rows over z the columns that stand in y."""
     for i in range(count):
         for j in range(free.width[0]):
             out[first + i, j] = rows[i, free.column[j]]
@@ -130,7 +130,7 @@ def _take(rows, count, free, out, first):
 
 @strict
 def _force(region, rows, count, out):
-    """What rows over z make of the inputs split off: (count, U)."""
+    """Write the response of rows over z to the inputs split off: (count, U)."""
     states = region.matrix.shape[0]
     for i in range(count):
         for j in range(region.kept.size):
@@ -174,7 +174,7 @@ def generate(workspace):
 
 @strict
 def split_off(workspace):
-    """What the inputs split off make of the deflections and of the carried quantities."""
+    """Write the part of the deflections and of the carried quantities that the inputs split off make."""
     common, region = common_at(workspace), region_at(workspace)
     count, watched = common.frequency.size, common.corner_scale.size
     carried = region.carried.shape[0]

@@ -40,7 +40,7 @@ def rows_at(stack, table, states, out):
 
 
 class Lines(NamedTuple):
-    """What samples of a piecewise system are made of."""
+    """Rows, laws and structure from which the samples of a piecewise system are computed."""
 
     rows: (
         Array4  # (1, strips, Z, 4) over z: angles without references, velocities, torques (n,), deflections, rates (m,)
@@ -58,7 +58,7 @@ class Lines(NamedTuple):
 
 
 class Quantities(NamedTuple):
-    """Where samples go [SI]."""
+    """Sampled quantities, written [SI]."""
 
     angle: Matrix  # (t, n)
     velocity: Matrix  # (t, n)

@@ -11,7 +11,7 @@ from gearrattle.engine.kernels.eigen import diagonalise
 from gearrattle.engine.kernels.scaling import most_of
 
 FOUND, RUNAWAY, LOST = range(3)
-"""What became of the search: an equilibrium; a direction in which the potential falls for ever; none found."""
+"""Results of the search: an equilibrium; a direction in which the potential falls without end; none found."""
 NEGLIGIBLE = 1e-12
 """A load this small against the sum of all means, on the same shaft, counts as zero."""
 

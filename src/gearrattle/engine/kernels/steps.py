@@ -44,7 +44,7 @@ _LOCATING = 40
 
 
 class Stepper(NamedTuple):
-    """Everything that changes."""
+    """Arrays of a run that change."""
 
     y: Vector  # (S,) state
     clock: Vector  # (4,)
@@ -82,7 +82,7 @@ def _differ(one, other):
 
 @inlined
 def _is_finite(y):
-    """Whether every entry is."""
+    """Whether every entry is finite."""
     total = 0.0
     for i in range(y.size):
         total += 0.0 * y[i]
@@ -177,7 +177,7 @@ def _met(field, h, piece, old, new, roots):
 
 @inlined
 def _next_guess(root, tries):
-    """Where to look next for a root: the ends of its bracket, then regula falsi (Illinois)."""
+    """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
     if tries == 0:
         return root[4]
     if tries == 1:

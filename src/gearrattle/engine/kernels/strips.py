@@ -180,7 +180,7 @@ def differentiate(rows, i, frequency, factor, o):
 
 @strict
 def fill_forced(workspace, series, slot, h):
-    """The same of the inputs split off; how many strips of it hold more than nothing."""
+    """The same of the inputs split off; returns the number of strips with entries that are not zero."""
     common, region, scratch = common_at(workspace), region_at(workspace), scratch_at(workspace)
     watched, inputs = common.corner_scale.size, common.input_size.size
     one, row, largest, last = scratch.one, TOP + 1, 0.0, 0

@@ -164,7 +164,7 @@ def _search_all(network, laws, band, sweep, buffers, low):
 
 @kernel
 def _search_near(network, laws, near, band, sweep, buffers, c, low):
-    """The same for the clearances near one that has crossed."""
+    """Find the next crossing of the clearances near one that has crossed."""
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
     whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
@@ -319,7 +319,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
     network, laws, near: see ``network``.
     band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
     inputs: see ``packed``; all amplitudes one.
-    sweep, samples, log, buffers: see above and ``packed``; sweep, samples and log change. Samples are columns of a
+    sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
         table.
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.

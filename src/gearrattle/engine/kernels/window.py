@@ -17,7 +17,7 @@ _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
 _FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
 _REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
-"""How far into the window n rounds of four terms reach."""
+"""Part of the window in which n rounds of four terms are exact to rounding."""
 _BEYOND = 0.25  # part of a finest step: with an instant this near the rest of the step is not searched
 
 

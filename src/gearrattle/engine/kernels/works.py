@@ -24,7 +24,7 @@ class Intervals(NamedTuple):
 
 
 class Works(NamedTuple):
-    """What is summed [J]."""
+    """Sums of works [J]."""
 
     torque: Vector  # (n,) work of the torques
     drag: Vector  # (n,) loss
@@ -33,7 +33,7 @@ class Works(NamedTuple):
 
 
 class WorkBuffers(NamedTuple):
-    """What changes on the way, and buffers; see ``sweep``."""
+    """Present pieces, series and scratch; see ``sweep``."""
 
     now: Vector  # (2,) whole periods and the rest, in periods
     table: Matrix
@@ -133,7 +133,7 @@ def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle
 
     network, laws: see ``network``.
     inputs: see ``packed``; all amplitudes one.
-    path, buffers, works: see above; buffers and works change.
+    path, buffers, works: see ``Intervals``, ``WorkBuffers``, ``Works``; buffers and works change.
     samples: (t, columns) of the table.
     per_cycle, windows: how many a period.
     nodes: (2, Q) abscissas in 0 ... 1 and weights.

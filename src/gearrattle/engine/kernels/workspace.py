@@ -36,7 +36,7 @@ from gearrattle.engine.kernels.packed import ORDER
 
 
 class Common(NamedTuple):
-    """What the regions of a driveline have in common; rows over z."""
+    """Arrays that the regions of a driveline share; rows over z."""
 
     motion: Matrix  # (r, Z) rates of the deflections that are states
     balance: Matrix  # (n, Z) torques less drag
@@ -54,7 +54,7 @@ class Common(NamedTuple):
     input_size: Vector  # (U,) the amplitude of every input
     clearances: IntVector  # (K,) elements
     cornered: IntVector  # (K,) 1: the clearance has a corner other than zero
-    limits: Vector  # (LIMITS,) see below
+    limits: Vector  # (LIMITS,) by the indices PERIOD ...
     coarsest: IntVector  # (1,) lower limit for the level of the finest step
     links: IntVector  # (1,) D + 1, entries per chain
 

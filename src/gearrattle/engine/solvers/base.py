@@ -27,7 +27,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Task:
-    """What to integrate and where to sample."""
+    """A system to integrate, its initial state and its output grid."""
 
     system: PiecewiseSystem  # [SI]
     # angle, velocity: (n,) state at t = 0 [rad, rad/s]
@@ -45,7 +45,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
+    """Result of a solver [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
     ``function_calls`` are those of the algorithm; what only output needs is not counted. ``aside`` is the time [s] that
     notes took, which is not the algorithm's either.
@@ -75,7 +75,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Position:
-    """Where a run stands."""
+    """Present time and deflections of a run."""
 
     time: float  # [s]
     deflection: Array  # (K,) of the clearances
@@ -90,10 +90,10 @@ class Marching(Protocol):
         """Do a slice of work (a few milliseconds); SLICE_SPENT means there is more."""
 
     def fraction(self) -> float:
-        """How much of the run is done, 0 ... 1."""
+        """Part of the run that is done, 0 ... 1."""
 
     def position(self) -> Position:
-        """Where the run stands, for a message about a failure."""
+        """Present position of the run, for a message about a failure."""
 
     def motion(self) -> Motion:
         """The motion, once ``advance`` has answered DONE."""

@@ -35,7 +35,7 @@ _WAITING = 4  # tasks a thread may have ahead of the one whose result is asked f
 
 @dataclass(frozen=True)
 class Ended(Generic[T]):
-    """How one variant ended."""
+    """Outcome of one variant."""
 
     index: int  # which, counted from 0 in the order given
     outcome: Outcome  # DONE, or what stopped it: CHATTER, NON_FINITE

@@ -38,7 +38,7 @@ def empty_log(memories: int = 0) -> packed.Log:
 
 
 def doubled(log: packed.Log) -> packed.Log:
-    """The same log with as much room again."""
+    """The log with twice the room."""
     return packed.Log(*(np.concatenate([a, np.empty_like(a)]) for a in log))
 
 
@@ -144,7 +144,7 @@ def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, A
 
 @kept
 def _lines(flow: Flow) -> Lines:
-    """What samples of a driveline are made of."""
+    """Rows and laws from which the samples of a driveline are computed."""
     system, coordinates = flow.system, flow.coordinates
     shape = np.zeros((system.size, flow.width))
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection

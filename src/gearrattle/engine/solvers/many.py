@@ -62,7 +62,7 @@ END = Kept(1, 0)
 
 @dataclass(frozen=True)
 class Pattern:
-    """What variants share, and how long they run."""
+    """The structure that variants share, and the length of the run."""
 
     system: PiecewiseSystem  # one of them
     start: int  # ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``
@@ -74,11 +74,11 @@ class Pattern:
         return has_loop(self.system) and bool(self.system.clearances)
 
     def frame(self) -> Frame:
-        """What the compiled code needs to know of the structure."""
+        """The structure for compiled code."""
         return frame_of(self.system, relative_coordinates(self.system))
 
     def statics(self) -> Statics:
-        """The same for the equilibrium."""
+        """The structure for the equilibrium, for compiled code."""
         elastic = elastic_elements(self.system)
         return statics_of(elastic, relative_coordinates(self.system, elastic))
 
@@ -135,7 +135,7 @@ def follow_variants(
 
 
 class Batch:
-    """Everything the loop works on; one thread's.
+    """All arrays that the loop of one thread works on.
 
     pattern, numbers, start, window: as of ``march_variants``.
     finish: entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
@@ -248,7 +248,7 @@ class Batch:
         )
 
     def _entries(self, finish: Callable[..., Any]) -> Any:
-        """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
+        """Addresses of the kernels that the loop calls, compiled for arguments of these types, as for a single run."""
 
         # arguments of the types that the kernels are called with
         cases = self.cases

@@ -38,7 +38,7 @@ from gearrattle.outcome import Outcome
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""Of a step, where the caller gives none."""
+"""Tolerance of a step where the caller gives none."""
 MOST_STEPS = 1e9
 """Fixed steps in a run; a run of more is refused: it takes hours."""
 _BUDGET = 5_000

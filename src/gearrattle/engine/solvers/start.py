@@ -48,7 +48,7 @@ def starting_pieces(
 
 @kept
 def _last_start(_: Flow) -> dict[tuple[bytes, bytes, tuple[int, ...]], tuple[tuple[int, ...], IntArray]]:
-    """Where a motion of the flow started last, by its state."""
+    """Pieces of the last start of the flow, by its state."""
     return {}
 
 

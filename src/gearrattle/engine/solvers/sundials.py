@@ -61,7 +61,7 @@ def available(algorithm: str) -> None:
 
 
 def address(part: str, name: str) -> int:
-    """Where a function is."""
+    """Address of a function."""
     return int(ctypes.cast(getattr(_libraries()[part], name), c_void_p).value or 0)
 
 

@@ -50,7 +50,7 @@ MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afr
 
 @dataclass(frozen=True)
 class Plan:
-    """What does not depend on a run."""
+    """Data of a driveline that do not depend on a run."""
 
     flow: Flow
     windows: int

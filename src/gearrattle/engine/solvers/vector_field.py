@@ -84,7 +84,7 @@ class FieldProblem:
         return np.asarray(self.field.combination[clearances] @ y[: len(self.flow.coordinates.elements)])
 
     def position(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Position:
-        """Where a run stands.
+        """Present position of a run.
 
         time: [s].
         last_element: the element that crossed last.

@@ -81,7 +81,7 @@ class SweepAuditor:
         return self.done == len(self.path.duration)
 
     def fraction(self) -> float:
-        """How much of the audit is done, 0 ... 1."""
+        """Part of the audit that is done, 0 ... 1."""
         return self.done / max(1, len(self.path.duration))
 
     def result(self) -> EnergyAudit:
@@ -100,7 +100,7 @@ class SweepAuditor:
 
 
 def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
-    """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
+    """Buffers of the quadrature in the region the motion starts in; and the sums."""
     # pieces at the start, and the laws there
     network = arrays[0]
     system = flow.system

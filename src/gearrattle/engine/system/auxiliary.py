@@ -126,7 +126,7 @@ def slider(
 
 
 def limiters(element: int, law: PiecewiseLaw) -> tuple[Auxiliary, Auxiliary]:
-    """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
+    """The limits of the damping in contact: what it would push, then what it would pull beyond the spring's force.
 
     element: whose deflection they act on.
     law: its law, a free gap with one contact piece on either side, E = |k delta + f| there.

@@ -104,7 +104,7 @@ class RegionBuilder:
 
 
 def _sizes(flow: Flow) -> Sizes:
-    """How large the arrays of a flow are."""
+    """Sizes of the arrays of a flow."""
     system, coordinates = flow.system, flow.coordinates
     return Sizes(
         elements=len(system.laws),

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scales:
-    """What counts as one."""
+    """The characteristic quantities."""
 
     frequency: float  # w [rad/s]
     angle: float  # psi_c [rad]

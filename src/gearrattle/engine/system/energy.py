@@ -45,7 +45,7 @@ TOGETHER = 2048
 
 @dataclass(frozen=True)
 class EnergyAudit:
-    """Where the energy went [J]."""
+    """Works and losses of a motion [J]."""
 
     # (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included
     torque_work: Array
@@ -204,7 +204,7 @@ class Auditor:
         return self.done == len(self.durations)
 
     def fraction(self) -> float:
-        """How much of the audit is done, 0 ... 1."""
+        """Part of the audit that is done, 0 ... 1."""
         return self.done / max(1, len(self.durations))
 
     def result(self) -> EnergyAudit:

@@ -47,7 +47,7 @@ class Runaway(Exception):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Where the system rests."""
+    """The position at rest."""
 
     angle: Array  # (n,) [rad]; the last inertia of every free train at zero
     deflection: Array  # (m,) w . angle
@@ -94,7 +94,7 @@ def elastic_elements(system: PiecewiseSystem) -> list[int]:
 
 
 def statics_of(elastic: list[int], coordinates: RelativeCoordinates) -> Statics:
-    """The same for compiled code, with the coordinates of these elements."""
+    """The statics of a system for compiled code, with the coordinates of these elements."""
     return Statics(
         elastic=np.array(elastic, dtype=np.int64),
         at=np.array([elastic.index(k) for k in coordinates.elements], dtype=np.int64),

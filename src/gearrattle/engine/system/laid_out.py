@@ -84,7 +84,7 @@ def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:
 
 
 def frame_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Frame:
-    """What a system shares with its variants of the same structure."""
+    """The structure that a system shares with its variants."""
     return Frame(
         rows=_floats(system.rows),
         label=_whole([law.first_label for law in system.laws]),

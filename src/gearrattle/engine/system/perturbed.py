@@ -35,7 +35,7 @@ RESOLVED = 1e20
 
 
 class Gradient(ABC):
-    """What follows from products of a flow's gradients over consecutive segments."""
+    """Results that follow from products of a flow's gradients over consecutive segments."""
 
     time: Array
     """(S + 1,) ends of the segments [s], the first 0."""

@@ -102,12 +102,12 @@ class PiecewiseSystem:
 
     @property
     def watched(self) -> int:
-        """How many things may leave their piece: clearances, then auxiliaries."""
+        """Number of elements that may leave their piece: clearances, then auxiliaries."""
         return len(self.clearances) + len(self.auxiliaries)
 
     @cached_property
     def places(self) -> tuple[int, ...]:
-        """Where the pieces of those watched stand among all pieces, (W,)."""
+        """Indices of the watched elements' pieces among all pieces, (W,)."""
         first = len(self.laws)
         return (*self.clearances, *range(first, first + len(self.auxiliaries)))
 

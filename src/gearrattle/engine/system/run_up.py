@@ -73,7 +73,7 @@ class Tone:
         return np.clip(np.searchsorted(self.speeds, speed, side="right") - 1, 0, len(self.amplitudes) - 1)
 
     def of_piece(self, piece: NDArray[np.int64], speed: Array, derivative: int = 0) -> Array:
-        """The same, of given pieces between corners."""
+        """The amplitude, or a derivative of it by the speed, of given pieces between corners."""
         since = speed - self.speeds[piece]
         out = np.zeros_like(since)
         for j in range(self.amplitudes.shape[1] - 1, derivative - 1, -1):
@@ -93,7 +93,7 @@ class Tone:
 
 @dataclass(frozen=True)
 class Sound:
-    """What one channel is made of; ``smooth`` if its derivatives matter as well."""
+    """Tones of one channel; ``smooth`` if its derivatives matter as well."""
 
     tones: tuple[Tone, ...]
     smooth: bool
@@ -147,7 +147,7 @@ def _knots(grid: Array, corners: Array, length: float) -> Array:
 
 
 def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
-    """How long intervals may be [s]; found by halving, to a hundredth."""
+    """Longest interval that keeps the bound [s]; found by bisection, to a hundredth."""
     if not any(tone.order for tone in sound.tones):
         return until
     low, high = sorted((ramp.begin, ramp.end))

@@ -75,7 +75,7 @@ class Series:
 
     @property
     def length(self) -> float:
-        """Of all blocks, in periods."""
+        """Length of all blocks, in periods."""
         return self.count * self.block
 
     def expanded(self, chosen: Array) -> Array:
@@ -122,7 +122,7 @@ class Series:
 
     @property
     def cells(self) -> int:
-        """How many parts of a block there are in each of which a rate changes its sign once at most."""
+        """Number of parts of a block in each of which a rate changes its sign once at most."""
         return 1 + int(self.phase / _SEARCHED)
 
     def begun(self, states: Array) -> Array:

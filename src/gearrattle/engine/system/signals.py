@@ -33,7 +33,7 @@ class Specified(Protocol):
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """What errors of the value, and of as many derivatives as count, are measured by [SI]."""
+        """Sizes by which errors of the value, and of as many derivatives as count, are measured [SI]."""
         ...
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Pair = tuple[Any, Any]
 
 PROMISED = 1e-12
-"""What polynomials may leave out, of the size of the input."""
+"""Largest error of polynomials, relative to the size of the input."""
 _POINTS = np.array([0.0, *INNER, 1.0])
 """Parts of an interval at which polynomials are compared; no node of theirs but the ends."""
 _ROUNDED = 4.0
@@ -173,7 +173,7 @@ def checked(signals: Signals) -> Signals:
 
 
 def _next_to_corner(specified: Specified, time: float, end: float, value: float, slope: float) -> float:
-    """How far a value is from all that the input takes just before and after: near knots are one (``distinct``)."""
+    """Distance of a value from the input just before and after a time: near knots count as one (``distinct``)."""
     near = SAME * end * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     values = specified.at(np.maximum(time + near, 0.0))
     return float(max(values.min() - value, value - values.max())) - abs(slope) * float(near[-1])

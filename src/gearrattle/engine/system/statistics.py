@@ -43,7 +43,7 @@ _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples mu
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of q rows over a window."""
+    """Extremes and moments of q rows over a window."""
 
     # low, high: (q,) extremes
     low: Array
@@ -101,7 +101,7 @@ class _Parts:
         return _Parts(duration, self.region[begins], self.sample[begins], self.knot[begins])
 
     def backward(self, shortest: float, whole: BoolArray) -> BoolArray:
-        """Which parts may start from the sample they end with: regions of one block, and no cut at that sample."""
+        """Mask of parts that may start from their last sample: regions of one block, and no cut at that sample."""
         goes_on = np.append(self.duration[1:] > shortest, False)
         return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
 
@@ -147,7 +147,7 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
 
 @dataclass(frozen=True)
 class Walk:
-    """A motion cut into K parts, over and over to be asked."""
+    """A motion cut into K parts, from which statistics are computed."""
 
     path: SampledMotion
     regions: list[Pieces]  # all that it is in
@@ -261,7 +261,7 @@ class Walk:
         return states
 
     def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
-        """What the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
+        """Level that the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
 
         duration = self.parts.duration
         lower, upper = np.empty(duration.size), np.empty(duration.size)
@@ -303,7 +303,7 @@ class Walk:
 
     @cached_property
     def _compiled(self) -> compiled.Parts:
-        """The same for compiled code."""
+        """The parts of the walk for compiled code."""
 
         return compiled.Parts(
             self.parts.duration,

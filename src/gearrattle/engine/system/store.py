@@ -108,7 +108,7 @@ class Size:
 
 
 class Capacity(NamedTuple):
-    """How much the arrays hold: regions, tables, the longest y, rows of bounds."""
+    """Capacity of the arrays: regions, tables, the longest y, rows of bounds."""
 
     slots: int
     tables: int
@@ -162,7 +162,7 @@ class Store:
         return slot
 
     def _first_capacity(self) -> Capacity:
-        """What most runs need, where it is little; else nothing before a region says what it needs."""
+        """Capacity that most runs need, where it is small; else none before the first region is built."""
         capacity = Capacity(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
         shapes = self.size.shapes(capacity.width, capacity.modes)
         count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(capacity).items())
@@ -198,7 +198,7 @@ class Store:
         self._reserve(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
 
     def capacity(self) -> Capacity:
-        """What the arrays hold, for a store that is likely to need as much."""
+        """Capacity of the arrays, for a store that is likely to need as much."""
         a = self._arrays
         return Capacity(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
 

@@ -180,7 +180,7 @@ def variation(
 
 
 class _Change(NamedTuple):
-    """What a crossing does to perturbations, whenever the motion comes by in this region."""
+    """Effect of a crossing on perturbations, the same at every such crossing in this region."""
 
     after: Pieces  # the region behind it
     reset: NDArray[np.bool_]  # (S,) memories that are known before or behind it
@@ -209,7 +209,7 @@ def _table_size(flow: Flow, pieces: Pieces) -> int:
 def _perturbed(
     flow: Flow, regions: list[Pieces], path: tuple[IntArray, Array, Array, NDArray[np.bool_]], time: Array, scale: Array
 ) -> Perturbed:
-    """The same without tables."""
+    """The growth of perturbations without tables."""
     steps, durations, kicks, reset = path
     crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
     ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
