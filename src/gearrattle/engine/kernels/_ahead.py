@@ -79,7 +79,7 @@ def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
 
 
 class Ahead:
-    """What this process has compiled or loaded, and what others compile for it.
+    """Kernels that this process has compiled or loaded, and those that other processes compile for it.
 
     module: has ``compile_ahead(connection)``, which the others call.
     processes: the others; empty before they are needed, and where there are none.
@@ -121,7 +121,7 @@ class Ahead:
         threading.Thread(target=self._answer, args=(here,), name="compiled ahead", daemon=True).start()
 
     def take(self, task: Task) -> None:
-        """Take a kernel on, for this process to compile or to load; wait while another is at it."""
+        """Reserve a kernel for this process to compile or to load; wait while another process compiles it."""
         with self._changed:
             end = time.monotonic() + _PATIENCE
             while task in self._theirs.values() and time.monotonic() < end:
@@ -142,7 +142,7 @@ class Ahead:
             connection.close()
 
     def _lend(self, connection: Connection, task: Task | None) -> bool:
-        """Note that a process is through with what it compiled, and whether it may have what it asks for."""
+        """Note that a process has compiled its kernel, and return whether it may compile the one it asks for."""
         with self._changed:
             self._theirs.pop(connection, None)
             is_free = task is not None and task not in self._taken
@@ -154,9 +154,9 @@ class Ahead:
 
 
 def _work(connection: Connection, module: str) -> None:
-    """Have the kernels of the plan compiled that the process at the other end of the pipe has not taken on itself.
+    """Compile the kernels of the plan that the process at the other end of the pipe has not reserved.
 
-    Whatever fails here ends this process without a word: the other compiles the kernel itself, and tells what fails.
+    An error here ends this process without a message: the other one compiles the kernel itself, and reports the error.
     """
     with suppress(Exception):
         import_module(module).compile_ahead(connection)

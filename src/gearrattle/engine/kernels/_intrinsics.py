@@ -99,7 +99,7 @@ lower_getattr_generic(_Group)(_array_of)
 def group_reader(name: str, sample: Any, first: int) -> Any:
     """A kernel ``read(words)`` of a NamedTuple of arrays: words[first:] are address and shape of each in turn.
 
-    What is not used of it costs nothing.
+    Arrays that are not used cost nothing.
 
     name: of the NamedTuple, in what stands for the words with numba switched off.
     sample: such a NamedTuple, for the types.

@@ -34,7 +34,7 @@ from gearrattle.files import private_folder
 
 
 def _user_cache() -> Path:
-    """The folder for files that can be made again, on this system."""
+    """The user's cache folder on this system."""
     if "NUMBA_CACHE_DIR" in os.environ:
         return Path(os.environ["NUMBA_CACHE_DIR"])
     if sys.platform == "win32":
@@ -79,7 +79,7 @@ AHEAD = Ahead("gearrattle.engine.kernels.planned")
 
 @contextmanager
 def _cached() -> Iterator[None]:
-    """Whatever is decorated meanwhile is kept in the stamped folder."""
+    """Keep the kernels that are decorated inside this context in the stamped folder."""
     import numba
 
     settings: Any = numba.config
@@ -145,7 +145,7 @@ def _quick_flags() -> Any:
 
 
 def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile or load a kernel, once no other process is at it."""
+    """Compile or load a kernel when no other process compiles it."""
 
     def work(*arguments: Any) -> Any:
         AHEAD.take(task_of(function, arguments))
@@ -298,7 +298,7 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
 
 @cache
 def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Callable[..., Any]:
-    """The entry, compiled with settings of numba's own when first called; one and the same for all who ask."""
+    """The entry, compiled with settings of numba's own when first called; the same object for all callers."""
     compiled: set[tuple[type, ...]] = set()  # entry.signatures would tell, and take longer than many an entry
     addresses: dict[tuple[Any, ...], int] = {}
     kernel: Any = entry
@@ -356,7 +356,7 @@ def prepared(entry: Callable[..., Any]) -> Callable[..., None]:
 
 @contextmanager
 def _set(settings: tuple[tuple[str, int], ...]) -> Iterator[None]:
-    """What is compiled meanwhile is compiled with settings of numba's own."""
+    """Compile with settings of numba's own inside this context."""
     import numba
 
     of_numba: Any = numba.config

@@ -76,12 +76,12 @@ _LATE: dict[int, Late] = {}
 
 
 def late(entry: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the one ``Late`` of an entry, whether it is named by this or by what was made of it."""
+    """Return the one ``Late`` of an entry, given this object or numba's."""
     return _LATE.get(id(entry), entry)
 
 
 def settle() -> None:
-    """Let every name of a kernel, in files that have kernels, stand for what numba knows of it."""
+    """Replace every kernel by numba's object in the modules that name it."""
     with _LOCK:
         for names in list(_FILES.values()):
             for name, value in list(names.items()):
@@ -96,7 +96,7 @@ def is_plain() -> bool:
 
 @contextmanager
 def plainly() -> Iterator[None]:
-    """Strict kernels called within run as plain Python, if numba is not there yet: the same bits, for little work."""
+    """Run strict kernels as plain Python inside this context if numba is not imported yet: the same bits."""
     before = _MODE.is_plain
     _MODE.is_plain = before or "numba" not in sys.modules
     try:

@@ -18,7 +18,7 @@ def lapack_address(name: str) -> int:
 
 
 def __getattr__(name: str) -> Any:
-    """The word of this name."""
+    """The operation of this name."""
     if name.startswith("__"):
         raise AttributeError(name)
     if name in _MAKERS:

@@ -16,7 +16,7 @@ from numba.core.codegen import JITCodeLibrary
 
 
 class _Library(JITCodeLibrary):
-    """Machine code whose text is read when it is asked for."""
+    """Machine code whose LLVM text is read when it is first needed."""
 
     text: bytes
 

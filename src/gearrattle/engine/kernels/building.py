@@ -71,7 +71,7 @@ def stages() -> Stages:
 
 @strict_entry
 def settle(stages, workspace):
-    """Write up to which size a particular solution is used; the size of an ordinary motion of the stiffest pieces."""
+    """Write the largest size of a particular solution that is split off; returns the size of an ordinary motion."""
     call_silent(stages.stiffest, (workspace,))
     call_truth(stages.accelerate, (workspace,))
     size = call_real(stages.typical, (workspace,))

@@ -40,7 +40,7 @@ def jump_series(table, errors, k, error_row, now, corner, change, length, jump, 
 
 @kernel
 def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, pull):
-    """Coefficients about the crossing of what a change of force, element 0's, makes of the neighbourhood."""
+    """Coefficients, about the crossing, of the motion that a change of element 0's force makes in the neighbourhood."""
     first, second, first_arm, second_arm = near.first, near.second, near.first_arm, near.second_arm
     drag, mobility, active = near.drag, near.mobility, near.active
     for j in range(ORDER):
@@ -76,11 +76,11 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
 
 @kernel
 def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
-    """Add to a table what the change of clearance c's force makes of the motion from ``now`` on.
+    """Add to a table the motion from ``now`` on that the change of clearance c's force makes.
 
     network, near: see ``network``.
     stiffness, damping: (m,) of every element, the present piece of the one that crossed.
-    now: where in the window, from its origin.
+    now: position in the window, from its origin.
     table: changed; true from ``now`` on.
     room: (2, .) scratch for the neighbourhood's stiffness and damping.
     moved, turned: (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the columns

@@ -207,7 +207,7 @@ def _room_now(states, size):
 
 @kernel
 def _enter(driven, slot, sums, region):
-    """Make a region ready; ``sums`` is room (Z,)."""
+    """Write the rates of a region; ``sums`` is scratch (Z,)."""
     generator = driven.generator[slot]
     largest = 0.0
     states = driven.shift.shape[1]
@@ -228,7 +228,7 @@ def _enter(driven, slot, sums, region):
 
 @kernel
 def steps_of(region, length):
-    """Into how many steps an interval is cut."""
+    """Number of steps into which an interval is cut."""
     return max(1, int(np.ceil(region.speed[0] * length / _STEP)))
 
 

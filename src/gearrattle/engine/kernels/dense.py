@@ -18,7 +18,7 @@ TOP = np.int64(0)
 def times(factor, a, first, b, rows, columns, out, out_first):
     """Rows out_first ... of out = factor times rows first ... of a, times b (columns, columns).
 
-    What is written is none of what is read.
+    ``out`` is neither ``a`` nor ``b``.
     """
     for i in range(rows):
         for j in range(columns):

@@ -73,7 +73,7 @@ def _begin(parts, rows, i, z):
 
 @loose
 def _dot(flat, at, z):
-    """The row that begins there times the state."""
+    """The row that begins at ``at``, times the state."""
     row, total = flat[at : at + z.size], 0.0
     for k in range(z.size):
         total += row[k] * z[k]
@@ -98,7 +98,7 @@ def _reach(rows, region, row, x, z):
 
 @loose
 def _look(rows, region, row, is_backward, z):
-    """The same for the whole block, by values at Chebyshev points."""
+    """Least and largest value of a row in the whole block, by values at Chebyshev points."""
     count, width = rows.points[region], z.size
     at = rows.first_look[region] + (2 * row + is_backward) * count * width
     low = high = _dot(rows.looks, at, z)

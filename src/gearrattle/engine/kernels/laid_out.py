@@ -101,7 +101,7 @@ def _write_clearances(system, frame, scales, common):
 
 @strict_entry
 def lay_out(workspace, system, frame, scales):
-    """Write what regions share, but which pieces are whose and the limits that depend on what is typical.
+    """Write the arrays that regions share, without the indices of pieces and the limits that depend on a motion.
 
     workspace: see ``located``.
     system: ``variants.Coefficients`` of one variant.

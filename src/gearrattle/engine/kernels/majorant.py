@@ -125,7 +125,7 @@ def _largest_of_inputs(free, rows, i, n, constant):
 def weigh(workspace, a, b):
     """One block, [a, b): |delta_k V| exp(G horizon) in row k of the weights, fourth derivatives in rows of the bounds.
 
-    G are the moduli of the entries above the diagonal and what grows on it. The rows are T^4 V^-1, and what chains add.
+    G holds the moduli of the entries above the diagonal and the growth rates on it. Rows are T^4 V^-1, chains added.
     """
     common, free, modes = common_at(workspace), free_at(workspace), modes_at(workspace)
     bounds, scratch = bounds_at(workspace), scratch_at(workspace)
@@ -231,7 +231,7 @@ def gather(workspace):
 
 @strict
 def finish_bounds(workspace):
-    """Add the inputs split off and rounding to the constants; write what is watched without the fast modes."""
+    """Add the inputs split off and rounding to the constants; write the quantities watched without the fast modes."""
     common, region, free, bounds = common_at(workspace), region_at(workspace), free_at(workspace), bounds_at(workspace)
     count, clearances, width = common.frequency.size, common.corner_scale.size, free.width[0]
     for k in range(clearances):

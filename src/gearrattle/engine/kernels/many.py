@@ -135,7 +135,7 @@ def _slot_of(at, workspace, regions, cursor):
 
 @strict
 def _rest(at, system, cases, buffers):
-    """Write the angles of the static equilibrium; False where they cannot be told here."""
+    """Write the angles of the static equilibrium; False where the general way must find them."""
     acceleration, x, travel = buffers.acceleration, buffers.sought, buffers.travel
     call_silent(at.accelerate_rigidly, (system, cases.statics.motion, acceleration))
     if call_count(at.rest, (system, cases.frame.label, cases.statics, acceleration, x, travel)) != 0:
@@ -148,7 +148,7 @@ def _rest(at, system, cases, buffers):
 
 @strict
 def _find_start(at, system, cases, buffers, v):
-    """Write angles and velocities of the start; False where they cannot be told here."""
+    """Write angles and velocities of the start; False where the general way must find them."""
     angle, velocity, rest, start = buffers.angle, buffers.velocity, buffers.rest, cases.start[0]
     # angles of the static equilibrium
     if start != AS_GIVEN and not _rest(at, system, cases, buffers):
@@ -217,7 +217,7 @@ def _cross(at, workspace, buffers, regions, march, cursor):
 
 @strict
 def advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor):
-    """Do a slice of one variant: 1 it is through; 0 a slice is spent; -1 needs room; -2 cannot be done; -3 log full."""
+    """March a slice of one variant: 1: at its end; 0: slice spent; -1: needs room; -2: cannot be done; -3: log full."""
     counts, code = march.counts, 0
     inputs, instants = driven
     # a variant that has not begun: lay it out and find its first region

@@ -151,7 +151,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
 
 @inlined
 def _bound_pushes(pushes, fourth, slot, interval, size, bound):
-    """Add what the fourth derivatives of chains make of the bounds."""
+    """Add the part of the bounds that the fourth derivatives of chains make."""
     for j in range(fourth.shape[1]):
         size[j] = fourth[interval, j]
     multiply_add(pushes, slot, bound.size // 4, fourth.shape[1], size, bound)
@@ -237,7 +237,7 @@ def _pass_samples(march, samples, notes, h):
 
 @inlined
 def _cross(regions, march, log, k, upward, rate, behind):
-    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet.
+    """Log that k leaves its piece, and go to the region beyond; PENDING is set if that is not built yet.
 
     The force integrals of the clearances are the last of the ``behind`` carried quantities.
     """
@@ -300,7 +300,7 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 @kernel
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
-    """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
+    """March until all samples are noted, ``budget`` steps are taken or the caller must act; an ``Outcome`` code.
 
     The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
     known beforehand.

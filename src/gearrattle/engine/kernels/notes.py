@@ -33,7 +33,7 @@ def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
 
 @inlined
 def _inputs_of(inputs, samples, row, u):
-    """Write the inputs at a sample: those of any period where all are alike, else worked out."""
+    """Write the inputs at a sample: those of any period where all periods are alike, else computed."""
     whole = (samples.first + row) // samples.per_cycle
     part = samples.first + row - whole * samples.per_cycle
     if samples.waves.shape[0] == 0:

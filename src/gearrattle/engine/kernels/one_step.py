@@ -160,7 +160,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
 
 @kernel
 def next_of_extrapolation(buffers, column, target, accepted):
-    """(step, target) for what comes next: the column that gets farthest for its work."""
+    """(step, target) of the next step: the column that gets farthest for its work."""
     reached = max(column, 1)
     best = min(reached, COLUMNS - 2)
     if reached > 1:

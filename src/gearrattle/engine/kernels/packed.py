@@ -113,7 +113,7 @@ class Log(NamedTuple):
 
 
 class March(NamedTuple):
-    """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
+    """State of a march: all arrays that change, from which a later run goes on with the same bits."""
 
     y: Vector  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
     carried: Vector  # (C, filled up to fours) relative to their own particular solution, as w is

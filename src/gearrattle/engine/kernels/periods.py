@@ -438,7 +438,7 @@ def slot_of(regions, slots, pieces):
 
 @strict
 def _write_path(laid, rates, marched, path):
-    """Write when a motion is in which slot, and what it crosses: corners of laws alone."""
+    """Write the intervals of a motion with their slots, and its crossings: corners of laws alone."""
     (common, laws, regions), log, events = laid, marched.log, marched.events
     pieces = marched.initial.copy()
     slots = rates.shift.shape[0]
@@ -513,7 +513,7 @@ def _write_turns(driven, path, z, columns, scale, trace, out):
 
 @strict
 def _follow(laid, rates, marched, carried, scale, out):
-    """Carry perturbations and s along a motion, and write what is asked for of its turning points."""
+    """Carry perturbations and s along a motion, and write the turning points that are asked for."""
     # the path of the motion, and the tables of its slots
     (common, laws, regions), events = laid, marched.events
     slots, states, size = rates.shift.shape

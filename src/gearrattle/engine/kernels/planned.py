@@ -38,7 +38,7 @@ class Planned(NamedTuple):
 
 
 def compile_ahead(connection: Connection) -> None:
-    """Compile the kernels of the plan that the process at the other end of the pipe has not taken on itself."""
+    """Compile the kernels of the plan that the process at the other end of the pipe has not reserved."""
     plan = planned()
     for name in PLAN:
         prepare, function, arguments = plan[name]
@@ -94,12 +94,12 @@ def planned() -> dict[str, Planned]:
 
 
 def _plainly(entry: Any) -> Any:
-    """Compiled with the settings that numba has."""
+    """The entry itself: compiled with numba's default settings."""
     return entry
 
 
 def _arguments_of(stage: Any) -> tuple[Any, ...]:
-    """The types of a stage's arguments, which its parameters' names say (see ``building.stages``)."""
+    """The types of a stage's arguments, by the names of its parameters (see ``building.stages``)."""
     kinds: dict[str, Any] = {"workspace": IntVector, "rows": Matrix, "h": float}
     kinds |= dict.fromkeys(("stack", "tables", "powers", "series"), Array4)
     return tuple(kinds.get(name, int) for name in signature(stage).parameters)

@@ -27,7 +27,7 @@ def shape(free, modes, k, i):
 
 @strict
 def begin_pushes(free, bounds):
-    """So far nothing is pushed, and deflections follow chains by what they feel of them directly."""
+    """Begin the sums: nothing is pushed, and deflections follow chains by what they feel of them directly."""
     for k in range(bounds.followed.shape[0]):
         for j in range(bounds.followed.shape[1]):
             bounds.pushed[k, j], bounds.followed[k, j] = 0.0, free.watched[k, free.chained[0] + j]
@@ -83,7 +83,7 @@ def push(common, free, modes, bounds, scratch, a, b):
 
 @strict
 def _weigh_pushes(common, free, modes, bounds, scratch, a, b):
-    """Add what one block makes of the chains' fourth derivatives."""
+    """Add the response of one block to the chains' fourth derivatives."""
     chained, width, horizon = free.chained[0], free.width[0], common.limits[HORIZON]
     for k in range(common.corner_scale.size):
         for i in range(a, b):
@@ -109,7 +109,7 @@ def add_push(common, free, modes, bounds, i, passed):
 
 @strict
 def finish_pushes(bounds):
-    """Sum up what bounds take of the chains' fourth derivatives: all of them alike, but those on fast modes."""
+    """Sum the weights of the chains' fourth derivatives: the same for all bounds but those on fast modes."""
     clearances, chain = bounds.followed.shape
     for k in range(clearances):
         for j in range(chain):

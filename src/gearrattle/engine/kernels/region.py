@@ -60,7 +60,7 @@ def accelerate(workspace):
 
 @strict
 def look(workspace):
-    """Rates of the carried quantities, and what is watched: rows over z."""
+    """Rates of the carried quantities, and the quantities watched: rows over z."""
     common, laws = common_at(workspace), laws_at(workspace)
     auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
     n, clearances, watched = common.inertia.size, common.clearances.size, common.corner_scale.size
@@ -142,7 +142,7 @@ def _force(region, rows, count, out):
 
 @strict
 def generate(workspace):
-    """Rates over y: carried quantities, states, kept inputs; and what is watched over y."""
+    """Rates over y: carried quantities, states, kept inputs; and the quantities watched."""
     common, region, free = common_at(workspace), region_at(workspace), free_at(workspace)
     states, count, watched = region.matrix.shape[0], common.frequency.size, common.corner_scale.size
     clearances, one = common.clearances.size, TOP + 1

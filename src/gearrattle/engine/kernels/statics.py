@@ -144,7 +144,7 @@ def _slide(laws, elastic, delta, travel, power):
 
 @strict
 def _load(system, statics, acceleration, load, negligible):
-    """The load g on every deflection sought, and what of it counts as nothing."""
+    """The load g on every deflection sought, and the part of it that counts as rounding."""
     for j in range(load.size):
         load[j] = negligible[j] = 0.0
         for i in range(acceleration.size):
@@ -196,7 +196,7 @@ def rest(system, label, statics, acceleration, x, travel):
     label: (m,) label of every element's lowest piece.
     acceleration: (n,) from ``accelerate_rigidly``.
     x: (r,) written.
-    travel: (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
+    travel: (E,) written; after RUNAWAY the elements with an entry that is not zero ran away.
     Returns FOUND, RUNAWAY or LOST.
     """
     # room for the work

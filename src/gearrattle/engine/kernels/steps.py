@@ -60,7 +60,7 @@ class Stepper(NamedTuple):
 
 @inlined
 def _four(elements):
-    """Buffers for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
+    """Buffers for deflections, rates, pieces and forces; separate, because taking rows of a matrix costs more."""
     return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
 
 
@@ -116,7 +116,7 @@ def _log(stepper, begin, time, k, piece, up, rate, integral):
 
 @inlined
 def _exit(h, gap, closing, end, end_rate, bracket):
-    """Bracket the first exit of a gap over a step as far as its cubic tells; gap, rate at both ends.
+    """Bracket the first exit of a gap over a step by its cubic, from gap and rate at both ends.
 
     A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
 

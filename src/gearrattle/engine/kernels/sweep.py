@@ -43,7 +43,7 @@ WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
 
 
 class Sweep(NamedTuple):
-    """The sweeper itself: all that changes, and all a later slice needs to go on with the same bits."""
+    """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
 
     windows: int  # a period
     most: int  # crossings in a window before all is made afresh
@@ -314,7 +314,7 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
 
 @kernel
 def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
-    """March until all samples are stored, or until something above is needed.
+    """March until all samples are stored or the caller must act.
 
     network, laws, near: see ``network``.
     band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.

@@ -46,7 +46,7 @@ def _in_order(log, events, period, time):
 
 @strict
 def _broken(judged, crossings, pieces):
-    """The first crossing that does not lead from where its clearance is to a piece beside it; -1 without any."""
+    """The first crossing that does not lead from its clearance's present piece to a neighbouring one; -1: none."""
     for i in range(crossings.time.size):
         k, origin, to = crossings.clearance[i], crossings.from_piece[i], crossings.to_piece[i]
         if not 0 <= k < pieces.size:
@@ -183,7 +183,7 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     fresh: whether it is the first: the sums begin at zero.
     v: which of the motions.
     out: ``variants.Tallies``; its counts of function calls stay as they are.
-    Returns -1; else which crossing does not go on where the one before leads, and nothing is written.
+    Returns -1; else the index of a crossing that does not begin where the one before ended, and nothing is written.
     """
     broken = _broken(judged, crossings, initial.copy())
     if broken >= 0:

@@ -36,7 +36,7 @@ def strips_of(count):
 
 @inlined
 def advance(tables, index, width, chain, y, carried, out):
-    """Add a table's increments to what is carried and to y, but for the strips that hold nothing but chains."""
+    """Add a table's increments to the carried quantities and to y, without the strips that hold only chains."""
     behind = strips_of(carried.size)
     strips = strips_of(width - chain)
     multiply(tables, index, behind + strips, width, y, out, 0)
@@ -66,7 +66,7 @@ def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
 
 @kernel
 def move_within(powers, slot, width, chained, x, y, carried, scratch):
-    """Move y and what is carried by x finest steps, 0 <= x <= 1; the chains at the end of y are left as they are.
+    """Move y and the carried quantities by x finest steps, 0 <= x <= 1; the chains at the end of y stay as they are.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
     then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
@@ -177,7 +177,7 @@ def first_crossing(
 
 @kernel
 def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
-    """Add the particular solution: y becomes states, and what is carried counts from the start of the run."""
+    """Add the particular solution: y becomes states, and carried quantities count from the start of the run."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
     add(strips_of(states), out, 4 * behind, y)

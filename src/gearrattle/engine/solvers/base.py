@@ -108,13 +108,13 @@ class Extensible(Marching, Protocol):
     """
 
     def extend(self, cycles: int) -> None:
-        """After DONE: let go of what is stored, and make ready for some cycles more."""
+        """After DONE: drop the stored samples, and make room for some cycles more."""
 
     def snapshot(self) -> dict[str, Array | IntArray]:
         """After DONE: all that another process needs to go on; owns its arrays."""
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
-        """Begin with a snapshot of a run on the same task, and make ready for some cycles more."""
+        """Begin with a snapshot of a run on the same task, and make room for some cycles more."""
 
 
 Solver = Callable[[Task], Marching]

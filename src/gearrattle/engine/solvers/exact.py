@@ -211,7 +211,7 @@ class ExactMarch:
         return Position(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
-        """The clearance that was crossed last, by itself or by what stands beside it."""
+        """The clearance that was crossed last, by its own corner or by that of its auxiliary element."""
         count, system = int(self.march.counts[packed.EVENTS]), self.flow.system
         if not count:
             return None

@@ -187,7 +187,7 @@ class Batch:
         return np.asarray(self.outcome == many.FOLLOWED)
 
     def go_on(self, slices: int = _SLICES) -> bool:
-        """Do some slices of work, make what room they asked for; whether there is more to do."""
+        """Do some slices of work, enlarge arrays where they are full; returns whether there is more to do."""
         # some slices of the compiled loop
         counts = self.march.counts
         answer = many.march_many(
@@ -309,7 +309,7 @@ def _buffers(flow: Flow, cases: Any) -> Any:
 
 
 def _march(size: Size) -> packed.March:
-    """A march before it stands anywhere."""
+    """An empty march."""
     y, carried = aligned(4 * strips_for(size.states + size.inputs)), aligned(4 * strips_for(size.carried))
     bound = aligned(4 * strips_for(3 * size.clearances))
     counts, side = np.zeros(packed.COUNTS, np.int64), np.zeros(size.clearances, np.int64)

@@ -108,7 +108,7 @@ class StepMarch:
         return outcome
 
     def _is_stuck(self) -> bool:
-        """Whether chosen steps hardly get on; one of extrapolation counts as several, by its evaluations."""
+        """Whether chosen steps make hardly any progress; one of extrapolation counts as several, by its evaluations."""
         now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
         return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
 
@@ -191,7 +191,7 @@ def _method(tableau: Tableau | None) -> object:
 
 @dataclass(frozen=True)
 class FixedStep:
-    """A solver of fixed step from a tableau; what it makes of a mode in a step can be told beforehand."""
+    """A solver of fixed step from a tableau; its growth factor of a mode in a step is known beforehand."""
 
     tableau: Tableau
 

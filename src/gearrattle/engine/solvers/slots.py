@@ -70,7 +70,7 @@ def packed_inputs(flow: Flow) -> Inputs:
 
 
 def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants | None:
-    """What is still to come, up to the end of so many periods, for a march with such counts.
+    """The instants ahead, up to the end of so many periods, for a march with such counts.
 
     None for a driveline without signals and clocks: the march is then compiled without them.
     """
@@ -91,7 +91,7 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
 
 
 class Slots:
-    """The regions a run has visited; ``packed`` is what the kernel sees."""
+    """The regions a run has visited; ``packed`` holds the arrays of the kernels."""
 
     def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
         self.flow, self._shelf = flow, shelf
@@ -158,7 +158,7 @@ class Shelf:
 
 
 class Alone:
-    """Stands in for a shelf where a run keeps its slots to itself: they are gone with it."""
+    """A shelf for one run alone: its slots are dropped when it ends."""
 
     def renewed(self, full: Slots) -> Slots:
         """Empty slots."""

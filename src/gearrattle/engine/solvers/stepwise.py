@@ -98,7 +98,7 @@ class StepwiseMarch:
         return Outcome.DONE
 
     def _step(self) -> Outcome:
-        """Take one step, log what it passes, store the samples in it."""
+        """Take one step, log its crossings, store the samples in it."""
         begin = self.stepper.time
         outcome = self.stepper.step()
         if outcome is not Outcome.SLICE_SPENT:

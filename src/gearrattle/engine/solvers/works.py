@@ -58,7 +58,7 @@ class SweepAuditor:
         self._work = np.cumsum(np.ceil(self.path.duration) * samples.states.shape[1])
 
     def advance(self, columns: float = _COLUMNS) -> bool:
-        """Work through the next intervals, of about so many columns of windows; whether that was the last of them."""
+        """Integrate over the next intervals, of about so many columns of windows; whether they were the last."""
         network, laws, inputs = self.arrays
         spent = self._work[self.done - 1] if self.done else 0.0
         last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))

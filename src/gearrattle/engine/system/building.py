@@ -70,7 +70,7 @@ class RegionBuilder:
 
     @property
     def bounds(self) -> int:
-        """J, how many rows bound its fourth derivatives."""
+        """J, the number of rows that bound its fourth derivatives."""
         return int(self.workspace.bounds.used[0])
 
     @property
@@ -96,7 +96,7 @@ class RegionBuilder:
         self._pack(self._stages, self.words, regions, slot, first)
 
     def _settle_chains(self, flow: Flow) -> None:
-        """Let what signals push count as an ordinary motion, too."""
+        """Enlarge the size of an ordinary motion by the motion that signals make."""
         chains = self.workspace.region.matrix[:, flow.states + flow.inputs :]
         pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
         self.typical = max(self.typical, float(pushed))
@@ -133,7 +133,7 @@ def _write_limits(flow: Flow, common: Common) -> None:
 
 
 def _lay_out(flow: Flow, workspace: Workspace) -> None:
-    """Write what all regions share, of a driveline that is more than laws and harmonics."""
+    """Write the arrays that all regions share, of a driveline with more than laws and harmonics."""
     system, scaling, period, common = flow.system, flow.scaling, flow.system.inputs.period, workspace.common
     clearances = list(system.clearances)
     unit = 1.0 / flow.corner_scale[: len(clearances), None]
@@ -154,7 +154,7 @@ def _lay_out(flow: Flow, workspace: Workspace) -> None:
 
 
 def _write_auxiliaries(flow: Flow, workspace: Workspace) -> None:
-    """Write what the laws do not say of auxiliaries."""
+    """Write the data of auxiliaries that are not in the laws."""
     system, auxiliaries, first = flow.system, workspace.auxiliaries, workspace.laws.first
     for c, auxiliary in enumerate(system.auxiliaries):
         own = slice(first[len(system.laws) + c], first[len(system.laws) + c + 1])

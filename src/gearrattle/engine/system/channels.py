@@ -80,7 +80,7 @@ def shifted(coefficients: Array, by: Array) -> Array:
 
 
 def distinct(times: Array) -> Array:
-    """Ascending times, the first and the last of them kept, without those that are one with their neighbour.
+    """Ascending times, the first and the last of them kept, without those that equal their neighbour to rounding.
 
     Two are one if they differ by less than 1e-13 of the last. Of several that are, every one that is kept stands
     farther than that from the one kept before, so that no chain of near times disappears as a whole.

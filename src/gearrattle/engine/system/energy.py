@@ -60,7 +60,7 @@ class EnergyAudit:
 
     @property
     def residual(self) -> float:
-        """Energy that appeared from nowhere (negative: vanished)."""
+        """Energy that the balance does not explain: gained, or lost if negative."""
         gained = self.torque_work.sum() + self.error_work.sum()
         lost = self.drag_loss.sum() + self.element_loss.sum()
         return float(self.stored[1] - self.stored[0] - gained + lost)
@@ -189,7 +189,7 @@ class Auditor:
         return bool(self._steps().max(initial=0.0) > MOST_STEPS)
 
     def advance(self, products: float = SLICE) -> bool:
-        """Work through the next intervals, of about so many products; whether that was the last of them."""
+        """Integrate over the next intervals, of about so many products; whether they were the last."""
 
         spent = self._work[self.done - 1] if self.done else 0.0
         end = max(self.done + 1, int(np.searchsorted(self._work, spent + products)))
@@ -236,7 +236,7 @@ class Auditor:
         return np.asarray(np.einsum("rpz,rzy,rpy->p", forms[:, one], moments, forms[:, other], optimize=True))
 
     def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
-        """Add what specified inputs work beyond the polynomials that stand for them in z.
+        """Add the difference of works between the specified inputs and the polynomials that represent them in z.
 
         signals: the polynomials, compared with their reference.
         torque, error: (n,), (m,) works of the polynomials; added to [J].
@@ -276,7 +276,7 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
 
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
-    """Regions, each once, and (E + 1,) which of them the motion is in: at first, and after every crossing."""
+    """Regions, each once, and (E + 1,) the index of the motion's region: at first, and after every crossing."""
     index, regions, visited, here = {initial: 0}, [initial], [0], 0
     kinds = 2 * int(watch.max(initial=0)) + 2
     beyond = [-1] * kinds  # by region, then watch and direction

@@ -166,7 +166,7 @@ class Flow:
         return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))
 
     def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
-        """(W, Z) what is watched, its first and second derivative by s, in corner scales."""
+        """(W, Z) quantities watched, their first and second derivatives by s, in corner scales."""
         clearances = list(self.system.clearances)
         period, count = self.system.inputs.period, len(clearances)
         unit = 1.0 / self.corner_scale[:count, None]
@@ -324,7 +324,7 @@ def flow_of(system: PiecewiseSystem) -> Flow:
 
 
 def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
-    """Write what chains do from a column on; answers their scales: one power of two a channel, by what it pushes."""
+    """Write the columns of chains; returns their scales: one power of two a channel, by the torque it makes."""
     # scale of each channel: the torque that it makes, the stiffest pieces with its error
     deflection, rate, curvature, torque = rows
     stiffest = np.array([law.stiffness.max() for law in system.laws])

@@ -72,7 +72,7 @@ def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, le
 
 
 def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:
-    """Laws of elements, or of what stands beside them, one after the other."""
+    """Laws of elements or of auxiliaries, one after the other."""
     return Laws(
         first=_whole([0, *np.cumsum([law.pieces for law in laws])]),
         stiffness=_joined([law.stiffness for law in laws]),

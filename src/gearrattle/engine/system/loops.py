@@ -67,7 +67,7 @@ class Follower:
         self.points.append((stop, self.torque()))
 
     def _enter(self, piece: int) -> None:
-        """Enter the next piece: what ends there is let go."""
+        """Enter the next piece: sliders that end there are let go."""
         self.piece, before = piece, self.held
         self.held = [held if self._engaged(i) else 0.0 for i, held in enumerate(before)]
         if self.held != before:

@@ -166,7 +166,7 @@ def network_of(flow: Flow, windows: int) -> Network:
 
 
 def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
-    """List what a force change of every clearance reaches within a window of this length [s]."""
+    """List the inertias and elements that a force change of every clearance reaches in a window of this length [s]."""
     # one clearance after the other
     system, references = flow.system, list(flow.coordinates.references)
     arms = ends_of(system)[1]

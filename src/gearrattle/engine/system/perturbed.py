@@ -51,7 +51,7 @@ class Gradient(ABC):
         """Return when some perturbation has grown so far [s], inf if none; and how far there, or at the end."""
 
     def follow(self, progress: Callable[[float], None] | None = None) -> None:
-        """Do beforehand what takes long of ``growth`` and ``largest_exponent``; what ``progress`` raises ends it."""
+        """Do the long part of ``growth`` and ``largest_exponent`` beforehand; an exception of ``progress`` ends it."""
         if progress is not None:
             progress(0.0)
 
@@ -91,7 +91,7 @@ class Gradient(ABC):
 
 @dataclass(frozen=True)
 class Perturbed(Gradient):
-    """The gradient of one motion's flow, its factors never written down."""
+    """The gradient of one motion's flow, whose factors are not stored."""
 
     time: Array  # (S + 1,) ends of the segments [s], the first 0
     scale: Array  # (N,) balanced = scale * SI

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Region:
-    """All the march needs about one region; y has Y = N + kept inputs entries, u has U."""
+    """Arrays of one region for the march; y has Y = N + kept inputs entries, u has U."""
 
     pieces: Pieces
     split: Split

@@ -46,7 +46,7 @@ _ROUNDING = 4e-16
 
 
 class TooLong(ValueError):
-    """A run-up of more intervals than anyone can want."""
+    """A run-up of too many intervals."""
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ _ROUNDED = 4.0
 
 
 class NotKept(ArithmeticError):
-    """Polynomials that are farther from the specified input than promised."""
+    """Polynomials that differ from the specified input by more than is promised."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _pair(value: Fraction) -> tuple[float, float]:
 
 
 def _sum(a: Any, b: Any) -> Pair:
-    """a + b, and what rounding took from it."""
+    """a + b, and its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)

@@ -56,7 +56,7 @@ class Size:
 
     @classmethod
     def of(cls, flow: Flow) -> Size:
-        """Read them off a flow."""
+        """The sizes of a flow."""
         clearances = len(flow.system.clearances)
         carried = len(flow.coordinates.references) + clearances
         sizes = flow.system.watched, flow.memory.size, flow.chain.size
@@ -206,7 +206,7 @@ class Store:
         return all(needed <= held for needed, held in zip(capacity, self.capacity(), strict=True))
 
     def _reserve(self, capacity: Capacity) -> None:
-        """Let every array hold so much; doubling as needed."""
+        """Enlarge every array to this capacity, by doubling."""
         rows = self._rows(capacity)
         for name, (shape, kind) in self.size.shapes(capacity.width, capacity.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))

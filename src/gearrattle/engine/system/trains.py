@@ -22,7 +22,7 @@ class Train(NamedTuple):
 
     @property
     def freedoms(self) -> int:
-        """In how many ways it turns without deflecting anything."""
+        """Number of rigid motions."""
         return int(self.motion.shape[1])
 
 

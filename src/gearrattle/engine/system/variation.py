@@ -90,7 +90,7 @@ class Variation(Gradient):
 
 
 def _first_passage(segments: Array, least: float) -> tuple[int | None, float]:
-    """The first segment at whose end some product of consecutive ones reaches a Frobenius norm, and the largest there.
+    """The first segment at whose end a product of consecutive ones reaches a Frobenius norm, and the largest there.
 
     Products begun in earlier blocks go on block by block: while the norm of the farthest of them times that of any part
     of the block stays below, none can reach it inside.
