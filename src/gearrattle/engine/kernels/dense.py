@@ -98,6 +98,7 @@ def factorise(solver, size):
     """P a = L U in place, ``solver.matrix``; False where a pivot is zero."""
     matrix = solver.matrix
     for j in range(size):
+        # the pivot of the column, and its row into place
         best, largest = j, -1.0
         for i in range(j, size):
             modulus = abs(matrix[i, j].real) + abs(matrix[i, j].imag)
@@ -111,6 +112,7 @@ def factorise(solver, size):
                 kept = matrix[j, k]
                 matrix[j, k] = matrix[best, k]
                 matrix[best, k] = kept
+        # eliminate below it
         inverse = 1.0 / matrix[j, j]
         for i in range(j + 1, size):
             if matrix[i, j] != 0.0:

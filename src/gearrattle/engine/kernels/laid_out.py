@@ -52,11 +52,13 @@ def _write_balance(system, frame, scales, common):
     r, n, count, period = frame.elements.size, system.inertia.size, frame.cycles.size, system.period[0]
     states = r + n
     width = states + 1 + 2 * count
+    # deflections turn with the velocities
     for i in range(r):
         for j in range(width):
             common.motion[i, j] = 0.0
         for j in range(n):
             common.motion[i, r + j] = period * scales.deflection[i] * (frame.basis[i, j] * (1.0 / scales.velocity[j]))
+    # torques: drag, mean, harmonics
     for i in range(n):
         for j in range(width):
             common.balance[i, j] = 0.0
@@ -66,6 +68,7 @@ def _write_balance(system, frame, scales, common):
             size = scales.inputs[1 + h]
             common.balance[i, states + 1 + h] = system.torque_cosine[i, h] / size
             common.balance[i, states + 1 + count + h] = system.torque_sine[i, h] / size
+    # angles of the reference inertias
     for i in range(frame.references.size):
         for j in range(width):
             common.references[i, j] = 0.0
@@ -79,6 +82,7 @@ def _write_clearances(system, frame, scales, common):
     laws, period, states = system.laws, system.period[0], r + n
     width = states + 1 + 2 * count
     for i in range(clearances):
+        # scale: the power of two below the largest corner
         k = frame.clearances[i]
         corner = most_of(laws.upper, laws.first[k], laws.first[k + 1] - 1)
         common.cornered[i] = corner > 0.0
@@ -87,6 +91,7 @@ def _write_clearances(system, frame, scales, common):
                 corner = max(corner, abs(common.deflection[k, j]))
         scales.corner[i] = power_below(corner)
         common.corner_scale[i] = scales.corner[i]
+        # deflection and rate in that scale, and the second derivative of the transmission error
         unit = 1.0 / scales.corner[i]
         for j in range(width):
             common.seen[i, j] = common.deflection[k, j] * unit

@@ -72,10 +72,12 @@ def rates(plan, regions, region, y, force, out):
     """out = A y in one region for every column of y (N, P); ``force`` is room for (m, P)."""
     r, n, m = plan.turning.start.size - 1, plan.drag.size, plan.rate.start.size - 1
     for k in range(m):
+        # forces of the elements, by stiffness and damping
         for p in range(y.shape[1]):
             force[k, p] = 0.0
         add_rows(plan.deflection, k, y, 0, regions.stiffness[region, k], force, k)
         add_rows(plan.rate, k, y, r, regions.damping[region, k], force, k)
+    # memories of auxiliaries
     for i in range(y.shape[0]):
         for p in range(y.shape[1]):
             out[i, p] = 0.0
@@ -84,6 +86,7 @@ def rates(plan, regions, region, y, force, out):
         for p in range(y.shape[1]):
             force[k, p] += regions.memory[region, s] * y[r + n + s, p]
         add_rows(plan.rate, k, y, r, regions.moves[region, s], out, r + n + s)
+    # deflections turn with the velocities, velocities with the forces and the drag
     for i in range(r):
         add_rows(plan.turning, i, y, r, 1.0, out, i)
     for i in range(n):

@@ -109,8 +109,8 @@ def stiffest(workspace):
 def typical(workspace):
     """Size of the scaled states in an ordinary motion, of the rates in ``region.matrix``.
 
-    The largest of a motion that fills a clearance and of those that inputs make, with all pieces at their stiffest, in a
-    period at most.
+    The largest of a motion that fills a clearance and of those that inputs make with all pieces at their stiffest, in
+    a period at most.
     """
     common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
     size, largest, width = region.matrix.shape[0], 0.0, region.matrix.shape[0] + 1 + 2 * common.frequency.size

@@ -84,10 +84,12 @@ def _stay(judged, crossings, window, pieces, v, out):
         since[k] = window[0]
     for i in range(crossings.time.size):
         k, time = crossings.clearance[i], crossings.time[i]
+        # the time in the piece that is left
         begin = judged.pieces[k]
         if window[0] <= time <= window[1]:
             dwell[begin + pieces[k]] += time - since[k]
             since[k] = time
+            # a corner between inner and outer pieces: the side on which it is crossed
             lower, last = begin + min(crossings.from_piece[i], crossings.to_piece[i]), begin
             inside = judged.inner[lower] + judged.inner[lower + 1]
             if inside == 1 or (inside == 0 and not judged.gap[k]):
@@ -97,6 +99,7 @@ def _stay(judged, crossings, window, pieces, v, out):
                 out.sides[v, k, 0 if lower >= last else 1] = 1.0
         if time <= window[1]:
             pieces[k] = crossings.to_piece[i]
+    # the time in the last pieces
     for k in range(clearances):
         dwell[judged.pieces[k] + pieces[k]] += window[1] - since[k]
     for p in range(dwell.size):

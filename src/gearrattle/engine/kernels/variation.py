@@ -48,9 +48,11 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     for i in range(size):
         columns[i, i] = 1.0
     for i in range(durations.size):
+        # within the interval: exp(A h)
         region, clearance = path[i, 0], path[i, 1]
         propagate(tables[region], generators[region], steps, fine[region], durations[i], order, columns, term)
         for p in range(size):
+            # the crossing: memories that are known, and the kick by the saltation matrix
             moved = 0.0
             for j in range(size if clearance >= 0 else 0):
                 moved += rows[clearance, j] * columns[j, p]
@@ -59,6 +61,7 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
                     columns[size - reset.shape[1] + j, p] = 0.0
             for j in range(size if clearance >= 0 else 0):
                 columns[j, p] += kicks[i, j] * moved
+        # the next segment begins with the identity
         if path[i, 2] and segment + 1 < out.shape[0]:
             segment += 1
             columns = out[segment]

@@ -157,8 +157,10 @@ def first_crossing(
                 continue
             sign = 2 * up - 1
             index = slot * side.size + k
+            # the deflection's Taylor polynomial, of the state and of the inputs split off
             multiply(series, index, _STRIPS, width, y, gap, 0)
             multiply_add(forced_series, index, forced_strips[slot], u.size, u, gap)
+            # its gap to the corner, lifted to the band where it sits on it
             for j in range(gap.size):
                 gap[j] *= -sign
             if reach < 1.0:
@@ -166,6 +168,7 @@ def first_crossing(
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
                 gap[0] = lifted(gap[0], band[k])
+            # the earliest root of all
             x = first_exit(gap)
             if x < best:
                 best, element, upward = x, k, up

@@ -76,6 +76,7 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
 
 def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: deque[Capacity]) -> Ended[T]:
     """March one task to its end, alone with its regions; ``capacities`` tells how much capacity the last one took."""
+    # the sweep or tables, alone with its regions
     march: Marching
     try:
         with np.errstate(all="ignore"):  # what is not finite is told by the outcome
@@ -86,6 +87,7 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: d
     except (ConvergenceError, FloatingPointError, ArithmeticError, ValueError) as error:
         return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
     try:
+        # march to the end
         outcome = march.advance()
         while outcome is Outcome.SLICE_SPENT:
             outcome = march.advance()
@@ -93,6 +95,7 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: d
         return Ended(index, Outcome.NON_FINITE, None, march.position(), str(error))
     if outcome is not Outcome.DONE:
         return Ended(index, outcome, None, march.position())
+    # the next variant of this thread begins with as much capacity
     if isinstance(march, ExactMarch):
         capacities.append(march.slots.store.capacity())
     return Ended(index, outcome, keep(march.motion()))

@@ -154,12 +154,14 @@ class ExactMarch:
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts, regions = self.march.counts, self.slots.packed
+        # one slice of the compiled march, and the samples that it noted
         budget = min(_BUDGET, self._most_steps)
         outcome = Outcome(
             self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
         )
         if counts[packed.NOTED]:
             self._work_out(regions, self.inputs, self.notes, self.samples, counts)
+        # what it asks for: room for notes, the next region, a larger log
         if outcome is Outcome.NOTES_FULL:
             return Outcome.SLICE_SPENT
         if outcome is Outcome.NEEDS_REGION:
@@ -168,6 +170,7 @@ class ExactMarch:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
         if outcome is Outcome.SLICE_SPENT:
+            # a run that goes on without end
             now = self._now()
             if chatters(self.log, int(counts[packed.EVENTS]), now):
                 return Outcome.CHATTER

@@ -99,6 +99,7 @@ class StepwiseMarch:
 
     def _step(self) -> Outcome:
         """Take one step, log its crossings, store the samples in it."""
+        # one step, and the elements at its end
         begin = self.stepper.time
         outcome = self.stepper.step()
         if outcome is not Outcome.SLICE_SPENT:
@@ -107,6 +108,7 @@ class StepwiseMarch:
         self.steps, self.smallest = self.steps + 1, min(self.smallest, end - begin)
         deflection, _, piece = self._elements(end, z)
         times = self.problem.sample_times
+        # crossings and samples within the step, by its interpolant
         changed = np.flatnonzero(piece != self.piece)
         if changed.size or times[self.stored] < end:
             between = self.stepper.interpolant()
@@ -115,6 +117,7 @@ class StepwiseMarch:
             while self.stored < len(times) and times[self.stored] < end:
                 self.states[self.stored] = between(float(times[self.stored])) * self.block.size
                 self.stored += 1
+        # a sample at its end
         while self.stored < len(times) and times[self.stored] <= end:
             self.states[self.stored] = z * self.block.size
             self.stored += 1

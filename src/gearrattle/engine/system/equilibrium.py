@@ -65,10 +65,12 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     Runaway
         an element of zero last slope cannot carry its load.
     """
+    # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
     numbers, label = coefficients_of(system), np.array([law.first_label for law in system.laws], dtype=np.int64)
     sought = statics_of(elastic, coordinates)
+    # trains whose means do not balance, and the minimum of U
     acceleration, angle = np.empty(system.size), np.empty(system.size)
     x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
     with plainly() if len(elastic) <= _SMALL else nullcontext():
@@ -79,9 +81,11 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     if code == statics.LOST:
         remedy = 'initial = "zero", or a state of your own'
         raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
+    # free gaps without load at their middle
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
     with plainly() if len(elastic) <= _SMALL else nullcontext():
         compact(statics.turn)(sought, x, angle)
+    # all deflections and pieces
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))

@@ -118,6 +118,7 @@ class Perturbed(Gradient):
         logarithms, sizes = self._followed
         if logarithms:
             return
+        # orthonormal perturbations, and random ones beside them
         rng, size, segments = np.random.default_rng(0), len(self.scale), len(self.time) - 1
         count = min(DIRECTIONS, size)
         columns = np.hstack([np.linalg.qr(rng.normal(size=(size, count)))[0], _fresh(rng, size)])
@@ -125,9 +126,11 @@ class Perturbed(Gradient):
         for segment in range(segments):
             if progress is not None:
                 progress(segment / segments)
+            # the growth over a segment, and orthonormal ones again
             columns = self.carried(segment, columns)
             basis, triangle = np.linalg.qr(columns[:, :count])
             grown.append(float(_logarithms(triangle)[0]))
+            # sums of random perturbations, a fresh one added now and then
             sums = columns[:, count:]
             if sums.size:
                 sizes.append(float(np.linalg.norm(sums)))

@@ -144,21 +144,25 @@ def checked(signals: Signals) -> Signals:
         an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the speed that
         its amplitudes follow, make of it.
     """
+    # points of every interval
     knots = signals.knots
     length = np.diff(knots)[:, None]
     since = length * _POINTS
     since[:, -1] = length[:, 0]
     time, rest = (part.ravel() for part in _sum(np.broadcast_to(knots[:-1, None], since.shape), since))
+    # the error that rounding allows, and points that may lie across a corner
     off = _ROUNDED * np.spacing(float(knots[-1]))
     merged = np.minimum(since, length - since) <= SAME * knots[-1]  # a corner may stand between knot and point
     reference = np.zeros((len(knots) - 1, signals.channels, INNER.size))
     by_rate = np.any(signals.error != 0.0, axis=0)
     for c, specified in enumerate(signals.specified):
         for derivative, size in enumerate(specified.sizes):
+            # polynomial and specified input
             value, slope = (_values(signals, c, since, derivative + d).ravel() for d in range(2))
             expected = specified.at(time, rest, derivative)
             if derivative == by_rate[c]:
                 reference[:, c] = expected.reshape(since.shape)[:, 1:-1]
+            # the error beyond what is promised
             excess = np.abs(value - expected) - PROMISED * size - off * np.abs(slope)
             excess -= specified.rounding(time, derivative)
             if derivative:

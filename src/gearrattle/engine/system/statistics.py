@@ -263,6 +263,7 @@ class Walk:
     def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
         """Level that the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
 
+        # bounds on the modulus in every part, and on the level
         duration = self.parts.duration
         lower, upper = np.empty(duration.size), np.empty(duration.size)
         compiled.reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
@@ -275,6 +276,7 @@ class Walk:
             time, loss = compiled.time_above(self._compiled, packed, which, channel, level, scratch)
             return float(duration[least > level].sum()) + time - wanted, loss
 
+        # the root of the time above the level
         if low == 0.0 and excess(0.0)[0] <= 0.0:
             return 0.0
         level = min(max(_exceeded_for(0.5 * (least + most), duration, wanted), low), high)
@@ -410,6 +412,7 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
 
 def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1) -> _Parts:
     """Cut the window at samples, crossings and knots, and intervals between samples into so many."""
+    # samples, knots and crossings of the window
     samples = path.first + np.arange(len(path.samples) - 1)
     begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
     knots = flow.knots[1:-1] - path.first_cycle
@@ -417,10 +420,12 @@ def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1)
     knots = knots[first_knot : np.searchsorted(knots, end)]
     gone = int(np.searchsorted(path.time, begin, side="right"))
     crossings = path.time[gone : np.searchsorted(path.time, end)]
+    # all cuts in order
     between = (samples[:, None] + np.arange(1, cuts) / cuts).ravel() / path.per_cycle
     at = np.concatenate([samples / path.per_cycle, crossings, knots, between])
     order = np.argsort(at, kind="stable")
     durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
+    # what each part begins with
     is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
     crossed = ~is_sample & (which_knot < 0)
     which_knot = np.where(which_knot < knots.size, which_knot, -1)
