@@ -178,13 +178,13 @@ def extremes(parts, rows, first, last, scratch, low, high):
                 continue
             left = parts.duration[i]
             for j in range(rows.blocks[region]):
-                # can this block of the part widen the extremes: by a bound, then by a closer one
+                # whether this block of the part can widen the extremes: by a bound, then by a closer one
                 x = sign * min(left, rows.block[region]) / rows.block[region]
                 least, most = _reach(rows, region, j * count + c, x, z)
                 if most > high[c] or least < low[c]:
                     least, most = _look(rows, region, j * count + c, parts.backward[i], z)
                 if most > high[c] or least < low[c]:
-                    # it can: the row's polynomial over the block, and its ends
+                    # if so: the row's polynomial over the block, and its ends
                     top = _expand(rows, region, j * count + c, x, z, terms)
                     cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
                     before = terms[1]

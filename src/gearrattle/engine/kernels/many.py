@@ -120,7 +120,7 @@ def _slot_of(at, workspace, regions, cursor):
     # a new one: build it up to its tables
     if call_count(at.work_out, (at.stages, at.zgees, workspace)) != BUILT:
         return -2
-    # is there room for it
+    # whether there is room for it
     slot, tables = cursor[SLOTS], free.fine[0] + 1
     has_room = slot < regions.fine.size and cursor[TABLES] + tables <= regions.tables.shape[0]
     has_room = has_room and bounds_at(workspace).used[0] <= regions.weights.shape[2]

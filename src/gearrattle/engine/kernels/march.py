@@ -322,7 +322,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     near, ahead = (seen, still, bound, side, band), _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
-        # stop where the run above must act: all samples noted, a region to build, a log that is full
+        # stop where the caller must act: all samples noted, a region to build, a log that is full
         if counts[SAMPLE] >= last:
             return DONE
         if counts[PENDING] >= 0:
@@ -385,7 +385,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if counts[SAMPLE] >= last:
                 return DONE  # the step is not taken yet: a later run begins with it, and counts it then
             if counts[NOTED] >= notes.row.size:
-                return NOTES_FULL  # nor here
+                return NOTES_FULL  # here, too, the step is not taken yet
         # the step is taken: count it
         tried[0] += 2.0 * steps[first] - h
         _count(counts, clock, first, level, safe, passed)
@@ -408,7 +408,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue
-        # a certified step: one product with the table E_l, and the inputs turned
+        # a step without crossing: one product with the table E_l, and the inputs turned
         advance(tables, first_table[slot] + level, width, chain, y, carried, out)
         turn_step(cosines, sines, level, u)
         _pass_time(counts, clock, h, True)

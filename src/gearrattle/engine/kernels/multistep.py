@@ -274,7 +274,7 @@ def march_on(field, size, held, library, m, s, after, most_events, budget):
     """Take CVODE's steps until all samples are stored; ``s`` and ``after`` are scratch. Returns an ``Outcome`` code."""
     end = m.times[m.times.size - 1]
     for _ in range(budget):
-        # stop where the run above must act
+        # stop where the caller must act
         if m.counts[SAMPLE] >= m.times.size:
             return DONE
         if m.counts[EVENTS] + most_events > m.event_time.size:

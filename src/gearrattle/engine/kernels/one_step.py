@@ -149,7 +149,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
         buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
         if sure or j < target - 1:
             continue
-        # accepted, or with no hope of it up to the last column
+        # accepted, or too large to be accepted in the next columns
         if error <= 1.0:
             return error, j, calls
         hopeless = (j + 2.0) * (j + 3.0) if j < target else j + 2.0

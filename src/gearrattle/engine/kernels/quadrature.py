@@ -114,7 +114,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
         for j in range(moves.known.shape[1]):
             if moves.known[region, j] == moves.known[region, j]:  # not NaN
                 z[moves.first_memory + j] = moves.known[region, j]
-        # about the region's point of rest
+        # counted from the region's shift, so that products of moments cancel little
         for j in range(width):
             z[j] -= moves.shift[region, j]
         # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.moments``)

@@ -60,13 +60,13 @@ def accelerate_rigidly(system, motion, acceleration):
             a[p, q] = 0.0
             for i in range(n):
                 a[p, q] += motion[i, p] * (system.inertia[i] * motion[i, q])
+    # elimination and back substitution
     for p in range(trains):  # positive definite: no pivots
         for q in range(p + 1, trains):
             weight = a[q, p] / a[p, p]
             for j in range(p, trains):
                 a[q, j] -= weight * a[p, j]
             net[q] -= weight * net[p]
-    # back substitution
     for p in range(trains - 1, -1, -1):
         for j in range(p + 1, trains):
             net[p] -= a[p, j] * net[j]
@@ -98,7 +98,7 @@ def _direct(stiffness, residual, nothing, vectors, direction):
                 part /= value
             for i in range(size):
                 direction[i] += vectors[i, j] * part
-        # is a flat direction loaded beyond rounding
+        # whether a flat direction is loaded beyond rounding
         for i in range(size):
             is_loaded = is_loaded or (want_flat and abs(direction[i]) > nothing[i])
         if is_loaded:
@@ -223,7 +223,7 @@ def rest(system, label, statics, acceleration, x, travel):
         for j in range(size):
             residual[j] = load[j]
         _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
-        # is it balanced to rounding
+        # whether it is balanced to rounding
         is_balanced = True
         for j in range(size):
             nothing[j] = max(nothing[j], negligible[j])
@@ -238,7 +238,7 @@ def rest(system, label, statics, acceleration, x, travel):
             direction[j] *= scale[j]
             power += load[j] * direction[j]
         for e in range(elastic.size):
-            # does the full step stay in the present pieces
+            # whether the full step stays in the present pieces
             k, polished, travel[e], terms = elastic[e], 0.0, 0.0, 0.0
             for j in range(size):
                 travel[e] += combination[e, j] * direction[j]

@@ -259,13 +259,13 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
         else:
             runge_kutta(field, method, control.held, t, x * h, y, buffers, probe)
             calls = method.b.size - 1
+        # the end at the first root, or a sample, is stored
         if moving:
             _take(probe, after)
             done += 1
         elif not locating:
             _take(probe, stepper.states[counts[SAMPLE] - 1])
             continue
-        # store it, or count the evaluations and go on
         if control.held:
             counts[CALLS] += calls
         if moving:
@@ -342,7 +342,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
     end = (rows - 1) * field.period / samples_per_period
     for _ in range(budget):
-        # stop where the run above must act
+        # stop where the caller must act
         if counts[SAMPLE] >= rows:
             return DONE
         if counts[EVENTS] + most_events > stepper.event_time.size:

@@ -331,7 +331,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
         _refresh(network, laws, band, inputs, sweep, buffers)
         counts[EXPANDED] = 1
     for _ in range(budget):
-        # stop where the run above must act
+        # stop where the caller must act
         if counts[SAMPLE] >= samples.pieces.shape[0]:
             return DONE
         if counts[EVENTS] >= log.cycle.size:

@@ -144,7 +144,7 @@ class Auditor:
         at = np.concatenate([restarts / per_cycle, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
-        # rates about each region's point of rest
+        # rates counted from each region's shift, so that products of moments cancel little
         shift = np.array([_shift(flow, pieces) for pieces in regions])
         generators = by_deflections @ generators @ self.back
         generators[..., flow.states] += _times(generators, shift) / flow.scaling.inputs[0]
