@@ -1,1 +1,1 @@
-"""The basement: compiled loops on floats and arrays. No classes, no units, no input or output, no exceptions."""
+"""Compiled loops on floats and arrays: no classes, no units, no input or output, no exceptions."""

@@ -2,9 +2,9 @@
 
 numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a
 process for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks
-here before each of them, so none is compiled twice: what this process has called is refused, and what another is at is
-waited for, then loaded. The plan begins with the longest kernel and goes on from the end of a run to its start: this
-process and the others meet in the middle.
+here before each of them, so none is compiled twice: a kernel that this process has called already is refused, and this
+process waits for a kernel that another one is compiling, then loads it. The plan begins with the longest kernel and
+goes on from the end of a run to its start: this process and the others meet in the middle.
 
 Where there is one core only, where nothing is kept, or once the other processes have ended, all is compiled here.
 """
@@ -73,23 +73,16 @@ _PATIENCE = 100.0  # seconds: no kernel takes as long; a process that is stopped
 
 
 def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
-    """What is compiled when a function is called with such arguments for the first time."""
+    """Name of the function and types of its arguments, which decide what is compiled."""
     name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
     return name, tuple(argument is None for argument in arguments)
 
 
 class Ahead:
-    """What this process has compiled or loaded, and what others compile for it.
+    """Kernels that this process has compiled or loaded, and those that other processes compile for it.
 
-    Parameters
-    ----------
-    module
-        has ``compile_ahead(connection)``, which the others call.
-
-    Attributes
-    ----------
-    processes
-        the others; empty before they are needed, and where there are none.
+    module: has ``compile_ahead(connection)``, which the others call.
+    processes: the others; empty before they are needed, and where there are none.
     """
 
     def __init__(self, module: str) -> None:
@@ -128,7 +121,7 @@ class Ahead:
         threading.Thread(target=self._answer, args=(here,), name="compiled ahead", daemon=True).start()
 
     def take(self, task: Task) -> None:
-        """Take a kernel on, for this process to compile or to load; wait while another is at it."""
+        """Reserve a kernel for this process to compile or to load; wait while another process compiles it."""
         with self._changed:
             end = time.monotonic() + _PATIENCE
             while task in self._theirs.values() and time.monotonic() < end:
@@ -149,7 +142,7 @@ class Ahead:
             connection.close()
 
     def _lend(self, connection: Connection, task: Task | None) -> bool:
-        """Note that a process is through with what it compiled, and whether it may have what it asks for."""
+        """Note that a process has compiled its kernel, and return whether it may compile the one it asks for."""
         with self._changed:
             self._theirs.pop(connection, None)
             is_free = task is not None and task not in self._taken
@@ -161,9 +154,9 @@ class Ahead:
 
 
 def _work(connection: Connection, module: str) -> None:
-    """Have the kernels of the plan compiled that the process at the other end of the pipe has not taken on itself.
+    """Compile the kernels of the plan that the process at the other end of the pipe has not reserved.
 
-    Whatever fails here ends this process without a word: the other compiles the kernel itself, and tells what fails.
+    An error here ends this process without a message: the other one compiles the kernel itself, and reports the error.
     """
     with suppress(Exception):
         import_module(module).compile_ahead(connection)

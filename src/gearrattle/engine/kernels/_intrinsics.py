@@ -1,6 +1,6 @@
-"""What numba has no words for, written in LLVM's: arrays at addresses, calls of code at addresses, strips of four.
+"""Operations that numba does not offer, as LLVM instructions: arrays and code at addresses, products of strips of four.
 
-With numba switched off each has a plain form.
+With numba switched off each is plain Python.
 """
 
 from __future__ import annotations
@@ -99,16 +99,10 @@ lower_getattr_generic(_Group)(_array_of)
 def group_reader(name: str, sample: Any, first: int) -> Any:
     """A kernel ``read(words)`` of a NamedTuple of arrays: words[first:] are address and shape of each in turn.
 
-    What is not used of it costs nothing.
+    Arrays that are not used cost nothing.
 
-    Parameters
-    ----------
-    name
-        of the NamedTuple, in what stands for the words with numba switched off.
-    sample
-        such a NamedTuple, for the types.
-    first
-        see above.
+    name: of the NamedTuple, in what stands for the words with numba switched off.
+    sample: such a NamedTuple, for the types.
     """
     group = _Group(name, sample)
 
@@ -202,6 +196,7 @@ def _group(
 def _strip_product(adds: bool) -> Any:
     """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
 
+    # the same in Python, with numba switched off
     def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
         (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
         for i in range(strips):
@@ -212,8 +207,10 @@ def _strip_product(adds: bool) -> Any:
                     sums += flat[begin + apart * j + r] * y[j]
                 out[at + 4 * i + r] = sums
 
+    # as LLVM instructions
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
         def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            # addresses of the arrays' numbers
             kinds, (_, where, _, _, at) = signature.args, operands
             first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
             data, weights, sums = (context.make_array(kinds[i])(context, builder, operands[i]).data for i in (0, 2, 3))
@@ -224,6 +221,7 @@ def _strip_product(adds: bool) -> Any:
                 strip, rows = builder.gep(entry, [here]), builder.gep(target, [there])
                 _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
 
+            # strips two at a time; the last one by itself if their number is odd
             pairs = builder.ashr(strips, integer(1))
             with cgutils.for_range(builder, pairs) as loop:
                 group(builder.shl(loop.index, integer(1)), 2)
@@ -241,7 +239,7 @@ strip_product = _strip_product(False)
 """strip_product(stack, (first, stride, apart, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
 entries apart from the entry ``first`` of the stack on, their columns so many ``apart``, times y[:columns]."""
 strip_product_added = _strip_product(True)
-"""The same, added to what stands there."""
+"""``strip_product``, added to the entries of ``out``."""
 
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the
@@ -260,5 +258,5 @@ call_pointer = _foreign(numba.intp)
 
 
 def lapack_address(name: str) -> int:
-    """Where a routine of the LAPACK that SciPy carries begins."""
+    """Address of a routine in the LAPACK that SciPy contains."""
     return int(get_cython_function_address("scipy.linalg.cython_lapack", name))

@@ -1,4 +1,4 @@
-"""The one door to numba, with ``_llvm`` for what it has no words for.
+"""Decorators that compile kernels by numba; operations that numba does not offer are in ``_llvm``.
 
 numba is imported when a kernel is first called (``_late``). ``kernel`` compiles a function on first call and keeps it
 on disk. numba's own cache does not notice an edit in another kernel file, so the folder carries a stamp of all of them:
@@ -34,7 +34,7 @@ from gearrattle.files import private_folder
 
 
 def _user_cache() -> Path:
-    """The folder for files that can be made again, on this system."""
+    """The user's cache folder on this system."""
     if "NUMBA_CACHE_DIR" in os.environ:
         return Path(os.environ["NUMBA_CACHE_DIR"])
     if sys.platform == "win32":
@@ -79,7 +79,7 @@ AHEAD = Ahead("gearrattle.engine.kernels.planned")
 
 @contextmanager
 def _cached() -> Iterator[None]:
-    """Whatever is decorated meanwhile is kept in the stamped folder."""
+    """Keep the kernels that are decorated inside this context in the stamped folder."""
     import numba
 
     settings: Any = numba.config
@@ -103,7 +103,7 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def _made(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """What numba knows of a function."""
+    """Numba's object for a function."""
     import numba
 
     with _cached():
@@ -145,7 +145,7 @@ def _quick_flags() -> Any:
 
 
 def _in_turn(compilation: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile or load a kernel, once no other process is at it."""
+    """Compile or load a kernel when no other process compiles it."""
 
     def work(*arguments: Any) -> Any:
         AHEAD.take(task_of(function, arguments))
@@ -226,12 +226,12 @@ def strict(function: Callable[..., Any]) -> Any:
 
 
 def strict_entry(function: Callable[..., Any]) -> Any:
-    """The same for a function that Python calls."""
+    """Compile a strict kernel (``strict``) that Python calls."""
     return _compiled(function, fastmath=False)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """The same for the small parts of a hot loop: written into their callers, so that a call costs nothing."""
+    """Compile a small part of a hot loop: it is inlined in its callers, so that a call costs nothing."""
     return _compiled(function, inline="always")
 
 
@@ -246,10 +246,7 @@ class _PlainCallback:
 def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     """A function that C calls: compiled at once, with ``address``; it answers 0, or a code of the library's.
 
-    Parameters
-    ----------
-    arguments
-        one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
+    arguments: one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
     """
     plain_kinds = {"d": ctypes.c_double, "p": ctypes.c_void_p}
 
@@ -268,16 +265,12 @@ def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
 
 
 def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
-    """Where the compiled code begins that an entry runs for such arguments; compiled if it was not.
+    """Address of the compiled code that an entry runs for such arguments; it is compiled if it was not.
 
     With numba switched off it is the function itself.
 
-    Parameters
-    ----------
-    entry
-        from ``vectorised`` or ``compact``.
-    arguments
-        any of the types it will be called with.
+    entry: from ``vectorised`` or ``compact``.
+    arguments: any of the types it will be called with.
     """
     return entry.address(*arguments) if is_compiling() else entry  # type: ignore[attr-defined]
 
@@ -305,11 +298,12 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
 
 @cache
 def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Callable[..., Any]:
-    """The entry, compiled with settings of numba's own when first called; one and the same for all who ask."""
+    """The entry, compiled with settings of numba's own when first called; the same object for all callers."""
     compiled: set[tuple[type, ...]] = set()  # entry.signatures would tell, and take longer than many an entry
     addresses: dict[tuple[Any, ...], int] = {}
     kernel: Any = entry
 
+    # a call compiles for types that are met for the first time
     def call(*arguments: Any) -> Any:
         nonlocal kernel
         kinds = tuple(map(type, arguments))
@@ -322,10 +316,12 @@ def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Cal
             compiled.add(kinds)
         return kernel(*arguments)
 
+    # compile with the settings
     def compile_(*arguments: Any) -> None:
         with _set(settings):
             kernel._compile_for_args(*arguments)
 
+    # the address of the machine code for these types
     def address(*arguments: Any) -> int:
         shape = tuple(map(_kind, arguments))
         if shape not in addresses:
@@ -341,7 +337,7 @@ def _compiled_with(entry: Callable[..., Any], *settings: tuple[str, int]) -> Cal
 
 
 def _kind(value: Any) -> Any:
-    """What numba tells an argument's type from, without making the type."""
+    """The properties from which numba derives an argument's type, without making the type."""
     if isinstance(value, tuple):
         return type(value), *map(_kind, value)
     if isinstance(value, np.ndarray):
@@ -353,17 +349,14 @@ def _kind(value: Any) -> Any:
 def prepared(entry: Callable[..., Any]) -> Callable[..., None]:
     """A function that compiles an entry for arguments of such types, and keeps it.
 
-    Parameters
-    ----------
-    entry
-        from ``vectorised`` or ``compact``, or a kernel.
+    entry: from ``vectorised`` or ``compact``, or a kernel.
     """
     return getattr(entry, "address", None) or entry._compile_for_args  # type: ignore[attr-defined,no-any-return]
 
 
 @contextmanager
 def _set(settings: tuple[tuple[str, int], ...]) -> Iterator[None]:
-    """What is compiled meanwhile is compiled with settings of numba's own."""
+    """Compile with settings of numba's own inside this context."""
     import numba
 
     of_numba: Any = numba.config

@@ -1,4 +1,4 @@
-"""Kernels of which numba sees nothing before they are called.
+"""Kernels that are handed to numba only when they are first called.
 
 To import numba and to prepare its targets takes half a second, and an object of numba's for each of three hundred
 kernels some hundredths more. Therefore a decorated function is a ``Late``: numba is imported when the first is called,
@@ -25,7 +25,7 @@ _FILES: dict[int, dict[str, Any]] = {}
 
 
 class _Mode(threading.local):
-    """How kernels are called in this thread."""
+    """Settings of the calls of kernels in this thread."""
 
     is_plain = False
 
@@ -36,14 +36,8 @@ _MODE = _Mode()
 class Late:
     """A kernel that is made when it is first called.
 
-    Parameters
-    ----------
-    make
-        makes what numba knows of it.
-    function
-        as Python; None of what has no plain form.
-    options
-        that it is compiled with.
+    make: makes numba's object.
+    function: as Python; None of what has no plain form.
     """
 
     def __init__(
@@ -62,13 +56,13 @@ class Late:
         return self.__wrapped__(*arguments) if _MODE.is_plain else self.made()(*arguments)
 
     def __getattr__(self, name: str) -> Any:
-        """Whatever else numba's object has."""
+        """Any other attribute of numba's object."""
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self.made(), name)
 
     def made(self) -> Any:
-        """What numba knows of it."""
+        """Numba's object for the function."""
         if self._made is None:
             with _LOCK:
                 if self._made is None:
@@ -82,12 +76,12 @@ _LATE: dict[int, Late] = {}
 
 
 def late(entry: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the one ``Late`` of an entry, whether it is named by this or by what was made of it."""
+    """Return the one ``Late`` of an entry, given this object or numba's."""
     return _LATE.get(id(entry), entry)
 
 
 def settle() -> None:
-    """Let every name of a kernel, in files that have kernels, stand for what numba knows of it."""
+    """Replace every kernel by numba's object in the modules that name it."""
     with _LOCK:
         for names in list(_FILES.values()):
             for name, value in list(names.items()):
@@ -102,7 +96,7 @@ def is_plain() -> bool:
 
 @contextmanager
 def plainly() -> Iterator[None]:
-    """Strict kernels called within run as plain Python, if numba is not there yet: the same bits, for little work."""
+    """Run strict kernels as plain Python inside this context if numba is not imported yet: the same bits."""
     before = _MODE.is_plain
     _MODE.is_plain = before or "numba" not in sys.modules
     try:

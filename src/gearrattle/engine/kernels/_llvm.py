@@ -1,4 +1,4 @@
-"""What numba has no words for: the names of ``_intrinsics``, which is imported when the first of them is used."""
+"""Operations that numba does not offer: the names of ``_intrinsics``, imported when the first of them is used."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _MAKERS = ("group_reader",)
 
 
 def lapack_address(name: str) -> int:
-    """Where a routine of the LAPACK that SciPy carries begins."""
+    """Address of a routine in the LAPACK that SciPy contains."""
     return int(_written("lapack_address")(name))
 
 
 def __getattr__(name: str) -> Any:
-    """The word of this name."""
+    """The operation of this name."""
     if name.startswith("__"):
         raise AttributeError(name)
     if name in _MAKERS:

@@ -16,7 +16,7 @@ from numba.core.codegen import JITCodeLibrary
 
 
 class _Library(JITCodeLibrary):
-    """Machine code whose text is read when it is asked for."""
+    """Machine code whose LLVM text is read when it is first needed."""
 
     text: bytes
 
@@ -27,7 +27,7 @@ class _Library(JITCodeLibrary):
 
 
 class Kept(CompileResultCacheImpl):
-    """What is kept of a compiled kernel."""
+    """The part of a compiled kernel that is kept."""
 
     def reduce(self, data: Any) -> Any:
         """Return what is kept: as numba does, and the names that are defined."""

@@ -32,9 +32,11 @@ def banded(values, position, width, table, per_unit):
     out = np.empty(position.size)
     reach = (table.size - 2.0) / per_unit
     for k in range(position.size):
+        # the samples within the band
         p, scale, side = position[k], per_unit / width[k], reach * width[k]
         first, last = int(ceil(p - side)), int(floor(p + side))
         total, norm = 0.0, 0.0
+        # the weighted mean of them; beyond the ends the signal is continued
         if first >= 0 and last < values.size:
             for i in range(first, last + 1):
                 u = abs(i - p) * scale

@@ -23,6 +23,7 @@ _SMALLEST = 1e-290
 @strict
 def eliminate(modes, x, begin, end, size):
     """Solve T11 X - X T22 = -T12 for what splits rows [begin, end) from those behind; False where an X_ij is large."""
+    # the least distance of two eigenvalues: rounding of the largest entry
     most = _SMALLEST
     for i in range(begin, size):
         for j in range(i, end if i < end else size):
@@ -30,6 +31,7 @@ def eliminate(modes, x, begin, end, size):
     least = _ROUNDING * most
     for column in range(end, size):
         for i in range(end - 1, begin - 1, -1):
+            # column by column, each from its last row up
             total = -modes.triangle[i, column]
             for j in range(i + 1, end):
                 total -= modes.triangle[i, j] * x[j, column]
@@ -38,6 +40,7 @@ def eliminate(modes, x, begin, end, size):
             apart = modes.triangle[i, i] - modes.triangle[column, column]
             if abs(apart.real) + abs(apart.imag) <= least:
                 apart = complex(least, 0.0)
+            # a large entry: the splitting would be ill-conditioned
             entry = total / apart
             if not entry.real * entry.real + entry.imag * entry.imag <= ELIMINATION * ELIMINATION:
                 return False
@@ -48,6 +51,7 @@ def eliminate(modes, x, begin, end, size):
 @strict
 def swap(modes, k, begin, size):
     """Exchange the eigenvalues k and k + 1 by a rotation; rows from ``begin`` on take part."""
+    # the rotation that exchanges them
     f, g = modes.triangle[k, k + 1], modes.triangle[k + 1, k + 1] - modes.triangle[k, k]
     f2, g2 = f.real * f.real + f.imag * f.imag, g.real * g.real + g.imag * g.imag
     if g2 == 0.0:
@@ -59,6 +63,7 @@ def swap(modes, k, begin, size):
         c = sqrt(f2) / length
         s = (f / sqrt(f2)) * (g.conjugate() / length)
     bar = s.conjugate()
+    # rows and columns of T
     for j in range(k + 2, size):
         x, y = modes.triangle[k, j], modes.triangle[k + 1, j]
         modes.triangle[k, j], modes.triangle[k + 1, j] = c * x + s * y, c * y - bar * x
@@ -66,6 +71,7 @@ def swap(modes, k, begin, size):
         x, y = modes.triangle[i, k], modes.triangle[i, k + 1]
         modes.triangle[i, k], modes.triangle[i, k + 1] = c * x + bar * y, c * y - s * x
     modes.triangle[k, k], modes.triangle[k + 1, k + 1] = modes.triangle[k + 1, k + 1], modes.triangle[k, k]
+    # columns of V and rows of V^-1
     for i in range(size):
         x, y = modes.right[i, k], modes.right[i, k + 1]
         modes.right[i, k], modes.right[i, k + 1] = c * x + bar * y, c * y - s * x
@@ -99,25 +105,20 @@ def _is_coupled(triangle, begin, end, size):
 def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
-
-    Returns
-    -------
-    value
-        the number of blocks.
+    workspace: see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
+    Returns the number of blocks.
     """
     free, modes, bounds = free_at(workspace), modes_at(workspace), bounds_at(workspace)
     size, count, begin, end = free.chained[0], TOP, TOP, TOP
     modes.begins[0] = 0
     while begin < size:
+        # a block begins as one eigenvalue and grows until it splits off
         end = begin + 1
         while end < size and _is_coupled(modes.triangle, begin, end, size):
             if eliminate(modes, bounds.rows, begin, end, size):
                 _split(modes, bounds.rows, begin, end, size)
                 break
+            # not well-conditioned: the eigenvalue nearest to its mean joins it
             centre = complex(0.0, 0.0)
             for i in range(begin, end):
                 centre += modes.triangle[i, i] / (end - begin)

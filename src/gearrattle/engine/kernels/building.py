@@ -1,9 +1,9 @@
-"""How a region is built: the stages in their order, each a compiled function of its own.
+"""The stages that build a region, in their order, each a compiled function of its own.
 
-Compiled into one they would take half a minute; called where they lie (``_jit.address_of``) they take a few seconds,
-and every caller - a single run, many variants - runs the same machine code.
+Compiled into one they would take half a minute; called by their addresses (``_jit.address_of``) they take a few
+seconds, and every caller - a single run, many variants - runs the same machine code.
 
-Takes a workspace (``located``); writes one slot of ``packed.Regions``.
+The result is one slot of ``packed.Regions``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from gearrattle.engine.kernels.workspace import (
 
 
 class Stages(NamedTuple):
-    """The stages; where each lies, once they are compiled."""
+    """The stages; their addresses once they are compiled."""
 
     stiffest: Any = responses.stiffest
     accelerate: Any = region.accelerate
@@ -60,7 +60,7 @@ class Stages(NamedTuple):
 
 @cache
 def stages() -> Stages:
-    """All of them, compiled; what a parameter is, its name says."""
+    """Addresses of all stages, compiled; the name of a parameter decides its type."""
     arguments: dict[str, Any] = {"workspace": np.zeros(1, np.int64), "rows": np.zeros((1, 1)), "h": 0.0}
     arguments |= dict.fromkeys(("stack", "tables", "powers", "series"), np.zeros((1, 1, 1, 4)))
     arguments |= dict.fromkeys(("a", "b", "turn", "carried", "slot", "index", "strip", "first", "count", "columns"), 0)
@@ -71,7 +71,7 @@ def stages() -> Stages:
 
 @strict_entry
 def settle(stages, workspace):
-    """Write up to which size a particular solution is used; the size of an ordinary motion of the stiffest pieces."""
+    """Write the largest size of a particular solution that is split off; returns the size of an ordinary motion."""
     call_silent(stages.stiffest, (workspace,))
     call_truth(stages.accelerate, (workspace,))
     size = call_real(stages.typical, (workspace,))
@@ -103,20 +103,25 @@ def _find_schur_form(stages, zgees, workspace):
 @strict_entry
 def work_out(stages, zgees, workspace):
     """Work the region of ``Region.pieces`` out, up to its tables: BUILT, NOT_FINITE or NO_SCHUR_FORM."""
+    # equations of motion in this region: A_r and G_r
     if not call_truth(stages.accelerate, (workspace,)):
         return NOT_FINITE
     call_silent(stages.look, (workspace,))
+    # split the inputs off where P_r u is no larger than the motion; keep the others as states
     call_silent(stages.split_inputs, (workspace,))
     call_silent(stages.generate, (workspace,))
     call_silent(stages.split_off, (workspace,))
+    # Schur form of the rates, then invariant subspaces split as far as that is well-conditioned
     if not _find_schur_form(stages, zgees, workspace):
         return NO_SCHUR_FORM
     call_silent(stages.triangular_form, (workspace,))
+    # the bound (B) on fourth derivatives: a weight for every block, and the fast modes
     begins = modes_at(workspace).begins
     for block in range(call_count(stages.block_diagonalise, (workspace,))):
         call_silent(stages.weigh, (workspace, begins[block], begins[block + 1]))
     call_silent(stages.gather, (workspace,))
     call_silent(stages.finish_bounds, (workspace,))
+    # the finest step: its Taylor series of 20 terms represents every motion to rounding
     free_at(workspace).fine[0] = call_count(stages.finest_level, (workspace,))
     return BUILT
 
@@ -128,19 +133,23 @@ def pack_bounds(workspace, lower, upper, band, piece, neighbour):
     clearances, m = common.clearances.size, common.rows.shape[0]
     for i in range(common.corner_scale.size):
         member = common.clearances[i] if i < clearances else m + i - clearances
+        # the corners around the piece, over the corner's scale
         p, unit = laws.first[member] + pieces[member], common.corner_scale[i]
         lower[i], upper[i], piece[i] = laws.lower[p] / unit, laws.upper[p] / unit, pieces[member]
+        # a corner away from zero has a band of its own, one at zero has the scale of the motion
         if i < clearances:
             is_off_zero = common.cornered[i] != 0
         else:
             is_off_zero = (lower[i] != 0.0 and lower[i] > -inf) or (upper[i] != 0.0 and upper[i] < inf)
         band[i] = BAND if is_off_zero else 0.0
+        # regions beyond, which are built when they are first met
         neighbour[i, 0] = neighbour[i, 1] = -1
 
 
 @strict_entry
 def pack(stages, workspace, regions, slot, first):
     """Write the region worked out into a slot, its tables from ``first`` on."""
+    # the sizes, the inputs kept and the constants of the bound
     a, common, region = regions, common_at(workspace), region_at(workspace)
     free, bounds, states = free_at(workspace), bounds_at(workspace), region.matrix.shape[0]
     width, modes, fine = free.width[0], bounds.used[0], free.fine[0]
@@ -152,16 +161,22 @@ def pack(stages, workspace, regions, slot, first):
         a.drift[slot, i] = region.flowing[i, 0] * common.amplitude[0]
     for i in range(3 * watched):
         a.constant[slot, i] = bounds.constant[i]
+    # tables E_l of the dyadic steps, and the powers that Taylor polynomials of the state are made of
     call_silent(stages.fill_tables, (workspace, a.tables, first, carried))
     call_silent(stages.fill_powers, (workspace, a.powers, POWERS * slot, carried, h))
+    # the particular solution P_r, and that of the carried quantities
     strip = call_count(stages.fill, (a.particular, slot, 0, region.integral, 0, carried, inputs))
     call_count(stages.fill, (a.particular, slot, strip, region.particular, 0, states, inputs))
+    # rows of deflections and derivatives: of the state, without fast modes, of the inputs split off
     call_silent(stages.fill_in_turn, (a.probe, slot, free.watched, watched, width))
     call_silent(stages.fill_in_turn, (a.calm, slot, free.calm, watched, width))
     call_silent(stages.fill_in_turn, (a.forced, slot, region.forced, watched, inputs))
+    # the bound (B): weights, pushes of the chains, rows
     call_count(stages.fill, (a.weights, slot, 0, bounds.weights, 0, 3 * watched, modes))
     call_count(stages.fill, (a.pushes, slot, 0, bounds.pushed, 0, 3 * watched, bounds.pushed.shape[1]))
     call_silent(stages.fill_bounds, (workspace, a.bounds, slot))
+    # Taylor series of the deflections over the finest step
     call_silent(stages.fill_series, (workspace, a.series, slot, h))
     a.forced_strips[slot] = call_count(stages.fill_forced, (workspace, a.forced_series, slot, h))
+    # corners, pieces and rounding bands
     pack_bounds(workspace, a.lower[slot], a.upper[slot], a.band[slot], a.piece[slot], a.neighbour[slot])

@@ -27,20 +27,24 @@ LENGTH = BOUNDS + 1
 @kernel
 def _field(b):
     """The field a block describes."""
+    # sizes
     n, m, r, h = b[INERTIAS], b[ELEMENTS], b[DEFLECTIONS], b[HARMONICS]
     return Field(
+        # inertia, drag, rows and coordinates
         array_at(b[FIELD], (n,), np.float64),
         array_at(b[FIELD + 1], (n,), np.float64),
         array_at(b[FIELD + 2], (m, n), np.float64),
         array_at(b[FIELD + 3], (r, n), np.float64),
         array_at(b[FIELD + 4], (m, r), np.float64),
         array_at(b[FIELD + 5], (b[REFERENCES],), np.int64),
+        # torques, transmission errors and cycles of the harmonics
         array_at(b[FIELD + 6], (n,), np.float64),
         array_at(b[FIELD + 7], (n, h), np.float64),
         array_at(b[FIELD + 8], (n, h), np.float64),
         array_at(b[FIELD + 9], (m, h), np.float64),
         array_at(b[FIELD + 10], (m, h), np.float64),
         array_at(b[FIELD + 11], (h,), np.float64),
+        # laws of the elements, piece by piece
         Laws(
             array_at(b[FIELD + 12], (m + 1,), np.int64),
             array_at(b[FIELD + 13], (b[PIECES],), np.float64),
@@ -94,11 +98,13 @@ def _jacobian(b, time, z, out):
     field, count = _field(b), _states(b)
     size, y = array_at(b[SIZE], (count,), np.float64), array_at(b[STATE], (count,), np.float64)
     wave, deflection, rate, piece, force = _scratch(b)
+    # the state in SI units, and the pieces of the elements
     for i in range(count):
         y[i] = z[i] * size[i]
     element_states(field, time, y, wave, deflection, rate, piece, force)
     r, n, references = b[DEFLECTIONS], b[INERTIAS], b[REFERENCES]
     out[:] = 0.0
+    # deflections, drag and angles of the reference inertias
     for i in range(n):
         for j in range(r):
             out[r + i, j] = field.basis[j, i]
@@ -106,6 +112,7 @@ def _jacobian(b, time, z, out):
     for i in range(references):
         out[r + field.references[i], r + n + i] = 1.0
     for k in range(b[ELEMENTS]):
+        # forces: stiffness and damping of the present pieces
         p = field.laws.first[k] + int(piece[k])
         for j in range(r + n):
             stiff = field.laws.stiffness[p] * field.combination[k, j] if j < r else 0.0
@@ -113,6 +120,7 @@ def _jacobian(b, time, z, out):
             out[j, r + n + references + k] = change
             for i in range(n):
                 out[j, r + i] -= field.rows[k, i] * change / field.inertia[i]
+    # to scaled states
     for j in range(r + n):
         for i in range(count):
             out[j, i] *= size[j] / size[i]

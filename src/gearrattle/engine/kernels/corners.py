@@ -1,4 +1,4 @@
-"""What every event-driven march does at a corner: the rounding band around it, and the log of crossings.
+"""Crossings of corners in every event-driven march: the rounding band around a corner, and the log.
 
 After a crossing a clearance *sits* on the corner until it has moved away from it; while it sits, its gap to that corner
 counts as at least a band, so that the same crossing is not found twice and rounding is no crossing.
@@ -32,12 +32,12 @@ def has_left(side, below, above, band):
 
 @inlined
 def lifted(gap, band):
-    """The gap to the corner a clearance sits on, as it counts."""
+    """The gap to the corner on which a clearance sits: at least the band."""
     return max(gap, 0.0) + band
 
 
 @inlined
 def log_crossing(log, i, cycle, fraction, k, upward, piece, rate, integral):
-    """Write crossing i down."""
+    """Write crossing i into the log."""
     log.cycle[i], log.fraction[i], log.clearance[i] = cycle, fraction, k
     log.upward[i], log.piece[i], log.rate[i], log.integral[i] = upward, piece, rate, integral

@@ -1,4 +1,4 @@
-"""What a crossing changes of the motion in its window: a small motion of its own, near the element that crossed."""
+"""The change that a crossing makes of the motion in its window: a small motion near the element that crossed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def jump_series(table, errors, k, error_row, now, corner, change, length, jump, 
 
 @kernel
 def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, pull):
-    """Coefficients about the crossing of what a change of force, element 0's, makes of the neighbourhood."""
+    """Coefficients, about the crossing, of the motion that a change of element 0's force makes in the neighbourhood."""
     first, second, first_arm, second_arm = near.first, near.second, near.first_arm, near.second_arm
     drag, mobility, active = near.drag, near.mobility, near.active
     for j in range(ORDER):
@@ -76,34 +76,22 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
 
 @kernel
 def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
-    """Add to a table what the change of clearance c's force makes of the motion from ``now`` on.
+    """Add to a table the motion from ``now`` on that the change of clearance c's force makes.
 
-    Parameters
-    ----------
-    network, near
-        see ``network``.
-    c
-        the clearance.
-    stiffness, damping
-        (m,) of every element, the present piece of the one that crossed.
-    now
-        where in the window, from its origin.
-    jump
-        see ``jump_series``.
-    table
-        changed; true from ``now`` on.
-    room
-        (2, .) scratch for the neighbourhood's stiffness and damping.
-    moved, turned
-        (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the
-        columns for what is not felt yet are zero, and stay so.
-    pull, matrix, row
-        scratch.
+    network, near: see ``network``.
+    stiffness, damping: (m,) of every element, the present piece of the one that crossed.
+    now: position in the window, from its origin.
+    table: changed; true from ``now`` on.
+    room: (2, .) scratch for the neighbourhood's stiffness and damping.
+    moved, turned: (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the columns
+        for what is not felt yet are zero, and stay so.
     """
+    # the neighbourhood: elements and inertias that feel the change within the window
     elements, inertias, active = near.element, near.inertia, near.active[c]
     clearance, places, length = network.clearance, near.reference, network.length
     e0, m = near.element_start[c], near.element_start[c + 1] - near.element_start[c]
     i0, n = near.inertia_start[c], near.inertia_start[c + 1] - near.inertia_start[c]
+    # their laws, and room that is zero
     k_near, c_near = room[0], room[1]
     for k in range(m):
         k_near[k], c_near[k] = stiffness[elements[e0 + k]], damping[elements[e0 + k]]
@@ -112,20 +100,25 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
             moved[j, k] = 0.0
         for i in range(n + 1):
             turned[j, i] = 0.0
+    # the motion that the change of the force makes, from zero at the crossing, order by order
     _respond(near, c, e0, i0, length, k_near, c_near, jump, moved, turned, pull)
+    # its polynomials in the window's time: shifted by the instant of the crossing
     integrals = network.mean.size
     angles = integrals + network.clearances.size
     shifts(-now, matrix)
     for i in range(ORDER + 1):
+        # add deflections and force integrals
         _shifted_row(matrix, i, moved, i, active, 1, 2, row)
         for k in range(m):
             e = elements[e0 + k]
             table[i, e] += row[2 * k]
             if clearance[e] >= 0:
                 table[i, integrals + clearance[e]] += row[2 * k + 1]
+        # add velocities
         _shifted_row(matrix, i, turned, i, active, 0, 1, row)
         for k in range(n):
             table[i, inertias[i0 + k]] += row[k]
+        # add angles of reference inertias: velocities integrated once
         for r in range(places.shape[1]):
             if places[c, r] >= 0:
                 for j in range(ORDER, max(i, 1) - 1, -1):

@@ -51,7 +51,7 @@ _ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after wh
 
 
 class Driven(NamedTuple):
-    """What drives a motion in S regions: Z entries of z, the first N of them states; K clearances."""
+    """Rates of a motion in S regions: Z entries of z, the first N of them states; K clearances."""
 
     generator: Array3  # (S, Z, Z)
     shift: Array3  # (S, N, Z) d/dp of the rows of states
@@ -101,7 +101,7 @@ class _Sparse(NamedTuple):
 
 
 class _Region(NamedTuple):
-    """What drives a motion and its perturbation in one region."""
+    """Rates of a motion and of its perturbation in one region."""
 
     rates: _Sparse  # (Z, Z)
     own: _Sparse  # (N, N) of the states alone
@@ -131,7 +131,7 @@ class _Series(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """Where turning points of a clearance are sought."""
+    """The step in which turning points of a clearance are sought."""
 
     interval: int
     clearance: int
@@ -207,7 +207,7 @@ def _room_now(states, size):
 
 @kernel
 def _enter(driven, slot, sums, region):
-    """Make a region ready; ``sums`` is room (Z,)."""
+    """Write the rates of a region; ``sums`` is scratch (Z,)."""
     generator = driven.generator[slot]
     largest = 0.0
     states = driven.shift.shape[1]
@@ -228,7 +228,7 @@ def _enter(driven, slot, sums, region):
 
 @kernel
 def steps_of(region, length):
-    """Into how many steps an interval is cut."""
+    """Number of steps into which an interval is cut."""
     return max(1, int(np.ceil(region.speed[0] * length / _STEP)))
 
 
@@ -264,24 +264,29 @@ def _times_rates(row, region, out):
 def _step(region, rows, by, h, now, series):
     """Carry a motion and its perturbation over a step, and write the series of all rows."""
     reach = region.speed[0] * h
+    # terms of order m of the motion z and of its perturbation v, by turns
     share = 1.0
     _copy(now.z, now.z_term)
     _copy(now.v, now.v_term)
     for m in range(_ORDER):
+        # coefficients of all rows: C z of the motion, C v + (dC/dp) z of the perturbation
         for k in range(series.value.shape[0]):
             series.value[k, m] = product(rows.rates, k, now.z_term)
             series.change[k, m] = product(rows.own, k, now.v_term) + by * product(rows.shift, k, now.z_term)
+        # the next terms are below rounding: the coefficients that are left are zero
         share *= reach / (m + 1.0)
         if m + 1 == _ORDER or (m > reach and share < _ROUNDING):
             for k in range(series.value.shape[0]):
                 for n in range(m + 1, _ORDER):
                     series.value[k, n] = series.change[k, n] = 0.0
             break
+        # next terms: z' = Z z, v' = A v + B z
         factor = h / (m + 1.0)
         for i in range(now.z.size):
             now.z_next[i] = factor * product(region.rates, i, now.z_term)
         for i in range(now.v.size):
             now.v_next[i] = factor * (product(region.own, i, now.v_term) + by * product(region.shift, i, now.z_term))
+        # add them to the state at the end of the step
         for i in range(now.z.size):
             now.z_term[i] = now.z_next[i]
             now.z[i] += now.z_term[i]
@@ -307,8 +312,10 @@ def _write_jump(driven, path, i, z, z_after, region, room, jump):
     after = driven.generator[path.slot[i + 1]]
     size = z.size
     _times_rates(path.row[i], region, room)
+    # the rate at which the row passes its corner
     rate = _dot(room, z)
     square = _dot(room[: jump.size], room)
+    # the jump of the rates over that rate
     for j in range(jump.size):
         total = 0.0
         if path.is_law[i] == 1:  # the rate alone is seen: what depends on the deflection vanishes at the corner
@@ -325,12 +332,14 @@ def _write_jump(driven, path, i, z, z_after, region, room, jump):
 @strict
 def _leap(driven, path, i, by, region, room, jump, now):
     """Carry a motion and its perturbation over crossing i; its delay is returned."""
+    # the state behind the crossing: memories that are known there
     _copy(now.z, now.z_term)
     first = now.v.size - path.known.shape[1]
     for m in range(path.known.shape[1]):
         if path.known[i + 1, m] == path.known[i + 1, m]:
             now.z_term[first + m] = path.known[i + 1, m]
     rate = _write_jump(driven, path, i, now.z, now.z_term, region, room, jump)
+    # how the crossing moves: with the clock, or with its corner and with what is watched
     if path.tick[i] == path.tick[i]:
         delay = by * path.tick[i]
         moved = -delay
@@ -341,6 +350,7 @@ def _leap(driven, path, i, by, region, room, jump, now):
         for j in range(now.v.size):
             moved += path.row[i, j] * now.v[j]
         delay = -moved / rate
+    # the perturbation behind the crossing, by the jump of the rates
     for j in range(now.v.size):
         now.v[j] -= moved * jump[j]
     _set_known(path, i + 1, by, now)
@@ -349,7 +359,7 @@ def _leap(driven, path, i, by, region, room, jump, now):
 
 @kernel
 def _way_across(path, i, k, step):
-    """Which way a clearance crosses next, from crossing i on, forwards or backwards; -1: it crosses nothing."""
+    """Direction of a clearance's next crossing, from crossing i on, forwards or backwards; -1: it crosses nothing."""
     while 0 <= i < path.clearance.size:
         if path.clearance[i] == k:
             return path.upward[i]
@@ -361,12 +371,15 @@ def _way_across(path, i, k, step):
 def _write_turn(path, part, s, upward, series, trace):
     """Write a turning point by the corner ahead, and by the one behind that it has passed, where it lies near them."""
     i, k = part.interval, part.clearance
+    # the deflection there, its change and the change of the instant
     value, slope = value_of(series.value[k], s), value_of(series.change[k], s)
     time_slope = -part.length * slope_of(series.change[k], s) / bend_of(series.value[k], s)
+    # a visit: the motion came over the same corner and leaves over it
     is_visit = _way_across(path, i - 1, k, -1) == upward != _way_across(path, i, k, 1)
     sign = 1.0 if upward == 1 else -1.0
     for is_behind in range(2):
         is_upper = (upward == 1) != (is_behind == 1)
+        # the corner, how it moves, and the depth of the motion beyond it
         corner = path.upper[i, k] if is_upper else path.lower[i, k]
         moved = part.by * (path.upper_shift[i, k] if is_upper else path.lower_shift[i, k])
         depth = sign * (value - corner)
@@ -385,18 +398,21 @@ def _write_turn(path, part, s, upward, series, trace):
 def _write_dip(path, part, least, trace):
     """Write where a rate comes nearest to zero and does not reach it: its distance beyond zero, as a depth."""
     i, k = part.interval, part.clearance
+    # its distance from the nearer corner
     below = least.value - path.lower[i, k]
     above = path.upper[i, k] - least.value
     if min(below, above) >= trace.reach[k]:
         return
     if trace.number[0] < trace.turns.shape[0]:
         row = trace.turns[trace.number[0]]
+        # depth: the distance of the rate from zero, and how it changes
         sign = -1.0 if least.rate > 0.0 else 1.0
         row[CLEARANCE] = k
         row[UPWARD] = RISING if least.rate > 0.0 else FALLING
         row[TIME], row[TIME_SLOPE] = least.time, least.time_slope
         row[DEPTH], row[SLOPE] = sign * least.rate, sign * least.rate_slope
         row[LEVEL] = min(below, above)
+        # the level at which it happens, and how that changes
         if below < above:
             row[LEVEL_SLOPE] = least.value_slope - part.by * path.lower_shift[i, k]
         else:
@@ -416,7 +432,7 @@ def _is_far(path, i, k, series, trace):
 
 @kernel
 def _least_at(part, s, series):
-    """What a rate is where it comes nearest to zero within a step."""
+    """A rate at the instant within a step at which it comes nearest to zero."""
     k, h = part.clearance, part.length
     rate = value_of(series.rate, s)
     time_slope = -slope_of(series.rate_change, s) / bend_of(series.rate, s)
@@ -442,22 +458,26 @@ def _look(series):
 def _search(path, part, rises, series, trace):
     """Write the turning points and dips of a clearance within a step; gives whether its rate is positive at the end."""
     k = part.clearance
+    # the rate within the step, its change, and its values at the looks
     for m in range(1, _ORDER):
         series.rate[m - 1] = m * series.value[k, m]
         series.rate_change[m - 1] = m * series.change[k, m]
     _look(series)
     share, rate, bend = series.looks[0], series.looks[1], series.looks[2]
     for n in range(_LOOKS):
+        # between two looks: a change of sign is a turning point
         low = share[n]
         high = share[n + 1]
         ends = (high, high)
         is_turn = (rate[n + 1] > 0.0) != rises
         if not is_turn and rate[n] * bend[n] < 0.0 < rate[n + 1] * bend[n + 1]:  # it comes nearer to zero and goes away
+            # the rate comes nearest to zero: either two turning points or a dip
             s = turn_between(series.rate, low, high)
             ends = (s, high)
             is_turn = (value_of(series.rate, s) > 0.0) != rises
             if not is_turn:
                 _write_dip(path, part, _least_at(part, s, series), trace)
+        # locate the turning points between the looks
         if is_turn:
             for end in ends:
                 if low < end:
@@ -491,6 +511,7 @@ def write_course(driven, path, z, change, trace):
     z: (Z,) at the start, balanced.
     change: (N + 1,) of the state at the start, balanced, and of p.
     """
+    # room for the motion, its perturbation and the series of the deflections
     states = driven.shift.shape[1]
     size = z.size
     by = change[states]
@@ -509,11 +530,13 @@ def write_course(driven, path, z, change, trace):
     series = _Series(coefficients[0], coefficients[1], np.empty(_ORDER - 1), np.empty(_ORDER - 1), looks)
     last = np.zeros(sought)
     sign = np.full(sought, -1)
+    # the start
     _copy(z, now.z)
     _copy(change, now.v)
     _set_known(path, 0, by, now)
     trace.number[0] = 0
     for i in range(path.slot.size):
+        # each interval between crossings: its region and its steps
         _copy(now.z, trace.z[i])
         _copy(now.v, trace.v[i])
         length = path.time[i + 1] - path.time[i]
@@ -587,6 +610,7 @@ def write_direction(columns, scale, row, memories, direction):
     states = scale.size
     matrix = direction.matrix
     change = direction.change
+    # the equations: M - I and s, and below them the row
     for i in range(states):
         for j in range(states + 1):
             matrix[i, j] = columns[i, j]
@@ -595,6 +619,7 @@ def write_direction(columns, scale, row, memories, direction):
         change[i] = 0.0
     matrix[states, states] = row[states]
     change[states] = 1.0
+    # a memory that nothing depends on stays as it is
     for i in range(states - memories, states):
         largest = 0.0
         for j in range(states):
@@ -603,6 +628,7 @@ def write_direction(columns, scale, row, memories, direction):
             for j in range(states + 1):
                 matrix[i, j] = matrix[j, i] = 0.0
             matrix[i, i] = 1.0
+    # solve them
     if not factorise(direction, states + 1):
         return False
     substitute(direction, states + 1, change)
@@ -628,10 +654,12 @@ def _carry_row(driven, path, trace, last, since, row, region):
     following = terms[1]
     total = terms[2]
     for i in range(last, -1, -1):
+        # each interval backwards, in steps
         _enter(driven, path.slot[i], room, region)
         length = since if i == last else path.time[i + 1] - path.time[i]
         count = steps_of(region, length) if length > 0.0 else 0
         for _ in range(count):
+            # Taylor series of row exp(A h)
             for j in range(states):
                 term[j] = total[j] = row[j]
             for m in range(1, _ORDER):
@@ -645,9 +673,11 @@ def _carry_row(driven, path, trace, last, since, row, region):
                     term[j] = following[j]
                     total[j] += term[j]
             _copy(total, row)
+        # memories that are known at the beginning depend on nothing before
         for m in range(memories):
             if path.known[i, m] == path.known[i, m]:
                 row[states - memories + m] = 0.0
+        # backwards over the crossing: the transposed jump
         if i > 0 and path.tick[i - 1] != path.tick[i - 1]:
             weight = 0.0
             for j in range(states):
@@ -674,12 +704,14 @@ def _write_slopes(driven, path, trace, extremum, now, scale, region, touched):
     row = extremum.row
     row_shift = extremum.row_shift
     rate_row = extremum.rate_row
+    # the derivatives by the parameter with a fixed start
     depth_by_p = _dot(row, now.v) + _dot(row_shift, now.z) - extremum.corner_shift
     rate_by_p = _dot(rate_row, now.v)
     for q in range(now.z.size):
         rate_by_p += row_shift[q] * product(region.rates, q, now.z)
     for q in range(states):
         rate_by_p += row[q] * product(region.shift, q, now.z)
+    # by the state at the start: rows carried backwards, first of the depth, then of the instant
     for part in range(2):
         out, factor = (touched.slope, sign) if part == 0 else (touched.time_slope, -1.0 / touched.number[2])
         for j in range(states):
@@ -698,6 +730,7 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
     corner: (2,) the clearance, and 1 for its upper corner.
     scale: (N,) balanced = scale * SI.
     """
+    # the motion and its change with the parameter, at the beginning of every interval
     k = corner[0]
     upward = corner[1]
     states = scale.size
@@ -729,9 +762,11 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
             _step(region, none, 1.0, since / count, now, series)
         _times_rates(rows[0], region, rows[2])
         _times_rates(rows[2], region, rows[3])
+        # a minimum where a maximum is sought, or the reverse: no touch
         rate, bend = _dot(rows[2], now.z), _dot(rows[3], now.z)
         if (bend >= 0.0) == (upward == 1):
             return
+        # Newton's step in time, within the neighbourhood
         step = min(max(-rate / bend, -NEAR), NEAR)
         time += step
         if abs(time - asked) > FARTHEST:

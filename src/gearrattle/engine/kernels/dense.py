@@ -18,7 +18,7 @@ TOP = np.int64(0)
 def times(factor, a, first, b, rows, columns, out, out_first):
     """Rows out_first ... of out = factor times rows first ... of a, times b (columns, columns).
 
-    What is written is none of what is read.
+    ``out`` is neither ``a`` nor ``b``.
     """
     for i in range(rows):
         for j in range(columns):
@@ -32,16 +32,11 @@ def times(factor, a, first, b, rows, columns, out, out_first):
 
 @strict
 def times_chained(factor, a, first, b, rows, shape, out, out_first):
-    """The same as ``times`` where the last columns are chains, which drive themselves and what stands before them.
+    """The product of ``times`` where the last columns are chains, which drive themselves and the states before them.
 
-    Parameters
-    ----------
-    factor, a, first, rows, out, out_first
-        as of ``times``.
-    b
-        its rows before the chains, then those of the first chain: those of the others are alike.
-    shape
-        columns, where the chains begin among them, links of a chain.
+    factor, a, first, rows, out, out_first: as of ``times``.
+    b: its rows before the chains, then those of the first chain: those of the others are alike.
+    shape: columns, where the chains begin among them, links of a chain.
     """
     width, chained, links = shape
     for i in range(rows):
@@ -103,6 +98,7 @@ def factorise(solver, size):
     """P a = L U in place, ``solver.matrix``; False where a pivot is zero."""
     matrix = solver.matrix
     for j in range(size):
+        # the pivot of the column, and its row into place
         best, largest = j, -1.0
         for i in range(j, size):
             modulus = abs(matrix[i, j].real) + abs(matrix[i, j].imag)
@@ -116,6 +112,7 @@ def factorise(solver, size):
                 kept = matrix[j, k]
                 matrix[j, k] = matrix[best, k]
                 matrix[best, k] = kept
+        # eliminate below it
         inverse = 1.0 / matrix[j, j]
         for i in range(j + 1, size):
             if matrix[i, j] != 0.0:

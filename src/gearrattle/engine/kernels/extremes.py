@@ -73,7 +73,7 @@ def _begin(parts, rows, i, z):
 
 @loose
 def _dot(flat, at, z):
-    """The row that begins there times the state."""
+    """The row that begins at ``at``, times the state."""
     row, total = flat[at : at + z.size], 0.0
     for k in range(z.size):
         total += row[k] * z[k]
@@ -98,7 +98,7 @@ def _reach(rows, region, row, x, z):
 
 @loose
 def _look(rows, region, row, is_backward, z):
-    """The same for the whole block, by values at Chebyshev points."""
+    """Least and largest value of a row in the whole block, by values at Chebyshev points."""
     count, width = rows.points[region], z.size
     at = rows.first_look[region] + (2 * row + is_backward) * count * width
     low = high = _dot(rows.looks, at, z)
@@ -131,7 +131,7 @@ def _value(terms, top, x):
 
 @loose
 def _rate(terms, top, x):
-    """Its first derivative."""
+    """First derivative of a polynomial at x."""
     value = top * terms[top]
     for p in range(top - 1, 0, -1):
         value = value * x + p * terms[p]
@@ -140,7 +140,7 @@ def _rate(terms, top, x):
 
 @loose
 def _bend(terms, top, x):
-    """Its second derivative."""
+    """Second derivative of a polynomial at x."""
     value = top * (top - 1) * terms[top]
     for p in range(top - 1, 1, -1):
         value = value * x + p * (p - 1) * terms[p]
@@ -149,7 +149,7 @@ def _bend(terms, top, x):
 
 @loose
 def _turn(terms, top, begin, end, before, after):
-    """Where the rate vanishes between two points with rates of opposite signs."""
+    """The zero of the rate between two points with rates of opposite signs."""
     x = begin + (end - begin) * before / (before - after)
     for _ in range(5):
         bend = _bend(terms, top, x)
@@ -162,37 +162,34 @@ def _turn(terms, top, begin, end, before, after):
 def extremes(parts, rows, first, last, scratch, low, high):
     """Widen low and high (q,) to the extremes of every row through the parts from first to last.
 
-    Parameters
-    ----------
-    parts, rows
-        see ``Parts``, ``Rows``.
-    first, last
-        parts.
-    scratch
-        (2, room for the state and for the terms).
-    low, high
-        (q,) extremes so far.
+    scratch: (2, room for the state and for the terms).
+    low, high: (q,) extremes so far.
     """
     z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], low.size
     for i in range(first, last):
+        # each part begins at a sample, or goes on from the part before
         region = parts.region[i]
         _begin(parts, rows, i, z)
         sign = -1.0 if parts.backward[i] else 1.0
         for c in range(count):
+            # a row that is zero in this region
             if not rows.moving[region, c]:
                 low[c], high[c] = min(low[c], 0.0), max(high[c], 0.0)
                 continue
             left = parts.duration[i]
             for j in range(rows.blocks[region]):
+                # whether this block of the part can widen the extremes: by a bound, then by a closer one
                 x = sign * min(left, rows.block[region]) / rows.block[region]
                 least, most = _reach(rows, region, j * count + c, x, z)
                 if most > high[c] or least < low[c]:
                     least, most = _look(rows, region, j * count + c, parts.backward[i], z)
                 if most > high[c] or least < low[c]:
+                    # if so: the row's polynomial over the block, and its ends
                     top = _expand(rows, region, j * count + c, x, z, terms)
                     cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
                     before = terms[1]
                     low[c], high[c] = min(low[c], terms[0]), max(high[c], terms[0])
+                    # cell by cell: the value at the end, and the extremum where the rate changes its sign
                     for g in range(1, cells + 1):
                         end = g / cells
                         value, after = _value(terms, top, end), _rate(terms, top, end)
@@ -221,21 +218,15 @@ def _weigh(weight, value, about, c, sums):
 def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
     """Add the integrals of powers 1 ... 4 of rows about a reference, of those that are not 0 in a region.
 
-    Parameters
-    ----------
-    parts, rows, first, last, scratch
-        as in ``extremes``.
-    wanted
-        (m,) rows whose moments are wanted.
-    about
-        (q,) references.
-    sums
-        (4, q) room.
-    powers
-        (4, q) added to.
+    parts, rows, first, last, scratch: as in ``extremes``.
+    wanted: (m,) rows whose moments are wanted.
+    about: (q,) references.
+    sums: (4, q) room.
+    powers: (4, q) added to.
     """
     z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], about.size
     for i in range(first, last):
+        # each part begins at a sample, or goes on from the part before
         region, width = parts.region[i], z.size
         _begin(parts, rows, i, z)
         sign = -1.0 if parts.backward[i] else 1.0
@@ -243,13 +234,16 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
             c = wanted[m]
             left = parts.duration[i]
             for j in range(rows.blocks[region] if rows.moving[region, c] else 0):
+                # block by block of the row
                 row, length = j * count + c, min(left, rows.block[region])
+                # a whole part: the values at its nodes by rows made beforehand
                 if parts.whole[i]:
                     at = rows.first_seen[region] + row * rows.nodes[region] * width
                     for g in range(rows.nodes[region]):
                         value = _dot(rows.seen, at + g * width, z)
                         _weigh(rows.block[region] * rows.weights[region, g], value, about, c, sums)
                 elif length > 0.0:
+                    # a shorter one: the nodes on the polynomial of the row
                     top = _expand(rows, region, row, sign * length / rows.block[region], z, terms)
                     for g in range(rows.nodes[region]):
                         value = _value(terms, top, rows.abscissas[region, g])
@@ -275,6 +269,7 @@ def reaches(parts, rows, first, last, c, scratch, low, high):
         low[i], high[i] = np.inf, -np.inf
         for j in range(rows.blocks[region]):
             x = min(left, rows.block[region]) / rows.block[region]
+            # the narrower of two bounds, block by block
             least, most = _reach(rows, region, j * count + c, -x if parts.backward[i] else x, z)
             lowest, highest = _look(rows, region, j * count + c, parts.backward[i], z)
             low[i], high[i] = min(low[i], max(least, lowest)), max(high[i], min(most, highest))
@@ -287,12 +282,14 @@ def reaches(parts, rows, first, last, c, scratch, low, high):
 def _above(terms, top, sign, level, begin, end):
     """Share of begin ... end, where a polynomial is monotonic, in which sign times it is above a level, and its loss
     with the level."""
+    # all below or all above
     at_begin = sign * _value(terms, top, begin) - level
     at_end = sign * _value(terms, top, end) - level
     if at_begin <= 0.0 and at_end <= 0.0:
         return 0.0, 0.0
     if at_begin > 0.0 and at_end > 0.0:
         return end - begin, 0.0
+    # the instant at which it passes the level: bracketed Newton steps
     low, high, rate = begin, end, 0.0
     x = begin + (end - begin) * at_begin / (at_begin - at_end)
     for _ in range(60):
@@ -307,6 +304,7 @@ def _above(terms, top, sign, level, begin, end):
         step, x = abs(moved - x), moved
         if step <= 1e-9 * (end - begin):  # of which Newton's next error is the square
             break
+    # its share above, and how much of it a higher level takes
     loss = 1.0 / abs(rate) if rate != 0.0 else np.inf
     return (x - begin if at_begin > 0.0 else end - x), loss
 
@@ -318,18 +316,22 @@ def time_above(parts, rows, which, c, level, scratch):
     time = loss = 0.0
     for n in range(which.size):
         i = which[n]
+        # each part begins at a sample, or goes on from the part before
         region, left = parts.region[i], parts.duration[i]
         _begin(parts, rows, i, z)
         for j in range(rows.blocks[region]):
+            # the row's polynomial over a block
             length = min(left, rows.block[region])
             x = (-length if parts.backward[i] else length) / rows.block[region]
             top = _expand(rows, region, j * count + c, x, z, terms)
             cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
             before = terms[1]
             for g in range(1, cells + 1):
+                # cell by cell, cut where the rate changes its sign: monotonic on both sides of it
                 begin, end = (g - 1) / cells, g / cells
                 after = _rate(terms, top, end)
                 middle = _turn(terms, top, begin, end, before, after) if before * after < 0.0 else end
+                # time above the level and below minus the level
                 for sign in (1.0, -1.0):
                     share, lost = _above(terms, top, sign, level, begin, middle)
                     time, loss = time + length * share, loss + length * lost

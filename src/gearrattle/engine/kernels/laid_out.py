@@ -1,4 +1,4 @@
-"""What all regions of a driveline share (``workspace.Common``), written for one variant of many.
+"""The arrays that all regions of a driveline share (``workspace.Common``), written for one variant of many.
 
 The same rows as ``system.flow`` writes: scales are powers of two, so that all but a few products are exact, and those
 few are made in the same order. ``tests/engine/system/test_laid_out.py`` holds both to the same bits.
@@ -52,11 +52,13 @@ def _write_balance(system, frame, scales, common):
     r, n, count, period = frame.elements.size, system.inertia.size, frame.cycles.size, system.period[0]
     states = r + n
     width = states + 1 + 2 * count
+    # deflections turn with the velocities
     for i in range(r):
         for j in range(width):
             common.motion[i, j] = 0.0
         for j in range(n):
             common.motion[i, r + j] = period * scales.deflection[i] * (frame.basis[i, j] * (1.0 / scales.velocity[j]))
+    # torques: drag, mean, harmonics
     for i in range(n):
         for j in range(width):
             common.balance[i, j] = 0.0
@@ -66,6 +68,7 @@ def _write_balance(system, frame, scales, common):
             size = scales.inputs[1 + h]
             common.balance[i, states + 1 + h] = system.torque_cosine[i, h] / size
             common.balance[i, states + 1 + count + h] = system.torque_sine[i, h] / size
+    # angles of the reference inertias
     for i in range(frame.references.size):
         for j in range(width):
             common.references[i, j] = 0.0
@@ -79,6 +82,7 @@ def _write_clearances(system, frame, scales, common):
     laws, period, states = system.laws, system.period[0], r + n
     width = states + 1 + 2 * count
     for i in range(clearances):
+        # scale: the power of two below the largest corner
         k = frame.clearances[i]
         corner = most_of(laws.upper, laws.first[k], laws.first[k + 1] - 1)
         common.cornered[i] = corner > 0.0
@@ -87,6 +91,7 @@ def _write_clearances(system, frame, scales, common):
                 corner = max(corner, abs(common.deflection[k, j]))
         scales.corner[i] = power_below(corner)
         common.corner_scale[i] = scales.corner[i]
+        # deflection and rate in that scale, and the second derivative of the transmission error
         unit = 1.0 / scales.corner[i]
         for j in range(width):
             common.seen[i, j] = common.deflection[k, j] * unit
@@ -101,18 +106,11 @@ def _write_clearances(system, frame, scales, common):
 
 @strict_entry
 def lay_out(workspace, system, frame, scales):
-    """Write what regions share, but which pieces are whose and the limits that depend on what is typical.
+    """Write the arrays that regions share, without the indices of pieces and the limits that depend on a motion.
 
-    Parameters
-    ----------
-    workspace
-        see ``located``.
-    system
-        ``variants.Coefficients`` of one variant.
-    frame
-        ``variants.Frame``.
-    scales
-        ``variants.Scales``; the corners' are written, the others read.
+    workspace: see ``located``.
+    system: ``variants.Coefficients`` of one variant.
+    scales: ``variants.Scales``; the corners' are written, the others read.
     """
     common, laws = common_at(workspace), laws_at(workspace)
     n, count, period = system.inertia.size, frame.cycles.size, system.period[0]

@@ -23,7 +23,7 @@ _ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of
 
 
 class Region(NamedTuple):
-    """What is made once a region, over its step."""
+    """Series and exponential of one region over its step."""
 
     step: Vector  # (2,) in periods, 0: nothing is made yet; and 1 if there is an increment
     series: Array3  # (K, _ORDER + 1, Z) rows of the Taylor series of every row
@@ -62,7 +62,7 @@ def value_of(series, s):
 
 @kernel
 def slope_of(series, s):
-    """Its derivative."""
+    """Derivative of a polynomial."""
     total = 0.0
     for j in range(series.size - 1, 0, -1):
         total = total * s + j * series[j]
@@ -71,7 +71,7 @@ def slope_of(series, s):
 
 @kernel
 def bend_of(series, s):
-    """Its second derivative."""
+    """Second derivative of a polynomial."""
     total = 0.0
     for j in range(series.size - 1, 1, -1):
         total = total * s + j * (j - 1.0) * series[j]
@@ -131,7 +131,9 @@ def _add_product(generator, factor, source, out):
 def _write_region(generator, rows, duration, region):
     """Write the series of all rows and, if there are more steps than columns, the exponential: the series of these."""
     size = generator.shape[0]
+    # the step over which the Taylor series represents every row to rounding
     region.step[0] = h = _NORM / max(norm_of_square(generator, size), _NORM)
+    # series of all rows: r Z^m / m!
     for k in range(rows.shape[0]):
         for b in range(size):
             region.series[k, 0, b] = rows[k, b]
@@ -141,8 +143,10 @@ def _write_region(generator, rows, duration, region):
                 for a in range(size):
                     total += region.series[k, m - 1, a] * generator[a, b]
                 region.series[k, m, b] = total / m
+    # few steps: the state is carried by its own series
     if duration < size * h:
         return
+    # many steps: exp(Z h) - 1, column by column
     region.step[1] = 1.0
     term, product = np.empty(size), np.empty(size)
     for b in range(size):
@@ -200,22 +204,13 @@ def _add_steps(generator, region, duration, z, series, room, out):
 def levels(generators, region, duration, known, z, rows, out):
     """Write lowest value, highest value and integral over the phase of every row.
 
-    Parameters
-    ----------
-    generators
-        (regions, Z, Z) rates of z, a period.
-    region
-        (I,) of every interval between crossings.
-    duration
-        (I,) of every interval, in periods.
-    known
-        (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
-    z
-        (Z,) at the start; overwritten.
-    rows
-        (K, Z) over z.
-    out
-        (K, 3).
+    generators: (regions, Z, Z) rates of z, a period.
+    region: (I,) of every interval between crossings.
+    duration: (I,) of every interval, in periods.
+    known: (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
+    z: (Z,) at the start; overwritten.
+    rows: (K, Z) over z.
+    out: (K, 3).
     """
     size, count = z.size, rows.shape[0]
     steps, increments, spent = np.zeros((len(generators), 2)), np.empty(generators.shape), np.zeros(len(generators))

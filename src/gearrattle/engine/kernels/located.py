@@ -1,7 +1,7 @@
-"""The groups of a workspace as stages read them: from words, the address and the shape of every array in turn.
+"""Access to the groups of a workspace by *words*: integers with the address and the shape of every array in turn.
 
-A stage that is handed the arrays themselves takes seconds to compile, and every caller has to unpack them all. What
-a stage does not use of a group costs nothing.
+A stage with the arrays themselves as arguments takes seconds to compile, and every caller has to unpack them all.
+Arrays of a group that a stage does not use cost nothing.
 """
 
 from __future__ import annotations

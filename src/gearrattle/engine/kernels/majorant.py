@@ -27,6 +27,7 @@ def triangular_form(workspace):
     """
     region, free, modes, bounds = region_at(workspace), free_at(workspace), modes_at(workspace), bounds_at(workspace)
     n, constant, width = region.matrix.shape[0], region.kept[0], free.chained[0]
+    # Schur form of the states, as LAPACK gives it
     for i in range(width):
         for j in range(width):
             modes.triangle[i, j] = modes.right[i, j] = 0.0
@@ -35,6 +36,7 @@ def triangular_form(workspace):
             modes.right[i, j] = modes.basis[j, i]
             if j >= i:
                 modes.triangle[i, j] = modes.schur[j, i]
+    # eigenvectors of the oscillators kept: S has the eigenvalues +- i w
     harmonics = (width - n - constant) // 2
     if constant:
         modes.right[n, n] = 1.0
@@ -47,9 +49,11 @@ def triangular_form(workspace):
         modes.right[s, s] = complex(0.0, _HALF)
         modes.triangle[c, c] = complex(0.0, w)
         modes.triangle[s, s] = complex(0.0, -w)
+    # V is unitary: its inverse is its conjugate transpose
     for i in range(width):
         for j in range(width):
             modes.left[i, j] = modes.right[j, i].conjugate()
+    # what the oscillators push: the coupling between the states and them
     for k in range(n):
         for j in range(n, width):
             pushed = complex(0.0, 0.0)
@@ -63,18 +67,21 @@ def triangular_form(workspace):
 @strict
 def exponential(scratch, size):
     """``scratch.one`` = exp of the matrix without negative entries there: Taylor at norm one half, squared up."""
+    # scale to a norm of one half
     norm = norm_of_columns(scratch.one, size)
     squarings = max(0, int(ceil(log2(max(min(norm, 1e300), 1e-300)))) + 1)
     for i in range(size):
         for j in range(size):
             scratch.two[i, j] = 1.0 if i == j else 0.0
             scratch.three[i, j] = scratch.two[i, j]
+    # Taylor series
     for order in range(1, 16):
         times(1.0 / (order * 2.0**squarings), scratch.two, TOP, scratch.one, size, size, scratch.four, TOP)
         copy_rows(scratch.four, TOP, size, size, scratch.two)
         for i in range(size):
             for j in range(size):
                 scratch.three[i, j] += scratch.two[i, j]
+    # square it up again
     for _ in range(squarings):
         times(1.0, scratch.three, TOP, scratch.three, size, size, scratch.four, TOP)
         copy_rows(scratch.four, TOP, size, size, scratch.three)
@@ -118,11 +125,12 @@ def _largest_of_inputs(free, rows, i, n, constant):
 def weigh(workspace, a, b):
     """One block, [a, b): |delta_k V| exp(G horizon) in row k of the weights, fourth derivatives in rows of the bounds.
 
-    G are the moduli of the entries above the diagonal and what grows on it. The rows are T^4 V^-1, and what chains add.
+    G holds the moduli of the entries above the diagonal and the growth rates on it. Rows are T^4 V^-1, chains added.
     """
     common, free, modes = common_at(workspace), free_at(workspace), modes_at(workspace)
     bounds, scratch = bounds_at(workspace), scratch_at(workspace)
     clearances, chained, width = common.corner_scale.size, free.chained[0], free.width[0]
+    # G times the horizon, and its exponential
     for i in range(a, b):
         modes.simple[i] = b - a == 1
         for j in range(a, b):
@@ -134,6 +142,7 @@ def weigh(workspace, a, b):
         scratch.one[0, 0] = exp(scratch.one[0, 0])
     else:
         exponential(scratch, b - a)
+    # weights of the block: |r R_b| exp(G_b h)
     for k in range(clearances):
         for j in range(a, b):
             bounds.weights[k, j] = 0.0
@@ -142,8 +151,10 @@ def weigh(workspace, a, b):
             if size > 0.0:
                 for j in range(a, b):
                     bounds.weights[k, j] += size * scratch.one[i - a, j - a]
+    # signals: follow them or be pushed by them
     if width > chained:
         push(common, free, modes, bounds, scratch, a, b)
+    # rows of the fourth derivatives: T_b four times, with what chains add each time
     for i in range(a, b):
         for j in range(width):
             bounds.rows[i, j] = modes.left[i, j]
@@ -177,6 +188,7 @@ def gather(workspace):
     n, width, chained, constant = region.matrix.shape[0], free.width[0], free.chained[0], region.kept[0]
     fast, clearances = common.limits[FAST], common.corner_scale.size
     finish_pushes(bounds)
+    # sums over the modes begin at zero: constants, and the fast modes' part of every deflection
     for k in range(clearances):
         for part in range(3):
             bounds.constant[part * clearances + k] = 0.0
@@ -184,6 +196,7 @@ def gather(workspace):
             free.fast[k, j] = 0.0
     count = 0
     for i in range(chained):
+        # fast modes that decay by themselves: their part of the deflections, bounded by the amplitude
         how_often, speed, swift = _multiplicity(modes, i, chained), modulus(modes.triangle[i, i]), 0.0
         is_free = not _has_some(modes.triangle, i, chained, width)
         if modes.simple[i] and speed > fast and is_free and _has_some(modes.left, i, 0, n):
@@ -192,6 +205,7 @@ def gather(workspace):
                 form = shape(free, modes, k, i)
                 for j in range(width):
                     free.fast[k, j] += (form * modes.left[i, j]).real
+        # fourth derivatives of inputs alone: constants, the largest over all phases
         if not _has_some(bounds.rows, i, 0, n) and not _has_some(bounds.rows, i, chained, width):
             largest = _largest_of_inputs(free, bounds.rows, i, n, constant)
             for k in range(clearances):
@@ -199,6 +213,7 @@ def gather(workspace):
                 bounds.constant[k] += more
                 bounds.constant[clearances + k] += more
             continue
+        # the others: weights on B_4, on B_4 of the calm motion, and on the fast modes' bound m
         felt = False
         for k in range(clearances):
             w = how_often * bounds.weights[k, i]
@@ -206,6 +221,7 @@ def gather(workspace):
             bounds.weights[k, count] = w
             bounds.weights[clearances + k, count] = 0.0 if swift > 0.0 else w
             bounds.weights[2 * clearances + k, count] = w * swift
+        # rows that no deflection feels are left out
         if felt:
             for j in range(width):
                 bounds.rows[count, j] = bounds.rows[i, j]
@@ -215,18 +231,21 @@ def gather(workspace):
 
 @strict
 def finish_bounds(workspace):
-    """Add the inputs split off and rounding to the constants; write what is watched without the fast modes."""
+    """Add the inputs split off and rounding to the constants; write the quantities watched without the fast modes."""
     common, region, free, bounds = common_at(workspace), region_at(workspace), free_at(workspace), bounds_at(workspace)
     count, clearances, width = common.frequency.size, common.corner_scale.size, free.width[0]
     for k in range(clearances):
+        # the inputs split off add the constant amplitude of their fourth derivative
         fourth = 0.0
         for h in range(count):
             c, s, w = region.forced[k, 1 + h], region.forced[k, 1 + count + h], common.frequency[h]
             fourth += w * w * w * w * sqrt(c * c + s * s) * common.amplitude[1 + h]
         bounds.constant[k] += SLACK * fourth
         bounds.constant[clearances + k] += SLACK * fourth
+        # rounding of the fast modes' part, and deflections without it
         bounds.constant[2 * clearances + k] += SLACK * FAST_ROUNDING
         for j in range(width):
             free.calm[k, j] = free.watched[k, j] - free.fast[k, j]
+    # their derivatives: each row times the generator
     for d in range(3):
         times(1.0, free.calm, d * clearances, free.generator, clearances, width, free.calm, (d + 1) * clearances)

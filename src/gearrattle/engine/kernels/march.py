@@ -108,10 +108,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
     by their bound.
 
-    Returns
-    -------
-    value
-        (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
+    Returns (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
         upper). A step safe for one clearance stays so when another shortens it.
     """
     seen, calm, bound, side, band = near
@@ -120,16 +117,20 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
         value, rate, curvature, jerk = seen[4 * k], seen[4 * k + 1], seen[4 * k + 2], seen[4 * k + 3]
         below, above, fourth, margin = value - lower[slot, k], upper[slot, k] - value, bound[k], bound[k + 2 * count]
         unsafe[k, 0], unsafe[k, 1] = False, False
+        # both gaps at once: the motion cannot go as far as the nearer corner
         h, room = steps[level], min(below, above)
         if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * SIXTH * (abs(jerk) + 0.25 * h * fourth))):
             continue
+        # an element that sits on a corner leaves it once it is farther away than the band
         travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
         band[k] = band_of(bands[slot, k], travel)
         if has_left(side[k], below, above, band[k]):
             side[k] = 0
+        # fast modes that are small: minorants (M') of the calm motion, each gap smaller by their bound m
         if room > _SMALL * margin:
             below, above = calm[4 * k] - lower[slot, k] - margin, upper[slot, k] - calm[4 * k] - margin
             rate, curvature, jerk, fourth = calm[4 * k + 1], calm[4 * k + 2], calm[4 * k + 3], bound[k + count]
+        # the longest step for which both minorants (M) or (M') stay positive
         low = _counted(below, rate, band[k] if side[k] == -1 else 0.0)
         high = _counted(above, -rate, band[k] if side[k] == 1 else 0.0)
         while level < fine and not _ends_inside(low, high, rate, curvature, jerk, fourth, steps[level]):
@@ -140,6 +141,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
             fars = high < 1e300 and not stays_inside(high, -rate, -curvature, _third(-jerk, fourth, h), h)
             if not (nears or fars):
                 break
+            # not even the finest step is certified: its Taylor polynomials must be searched
             if level == fine:
                 unsafe[k, 0], unsafe[k, 1], safe = nears, fars, False
                 break
@@ -149,7 +151,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
 
 @inlined
 def _bound_pushes(pushes, fourth, slot, interval, size, bound):
-    """Add what the fourth derivatives of chains make of the bounds."""
+    """Add the part of the bounds that the fourth derivatives of chains make."""
     for j in range(fourth.shape[1]):
         size[j] = fourth[interval, j]
     multiply_add(pushes, slot, bound.size // 4, fourth.shape[1], size, bound)
@@ -218,6 +220,7 @@ def _pass_samples(march, samples, notes, h):
     # If a period's first sample was passed in this step before the run went on, the next ones follow from it.
     i = counts[SAMPLE] - (1 if counts[PASSED] and (counts[SAMPLE] - 1) % per_cycle == 0 else 0)
     while counts[SAMPLE] < last and counts[NOTED] < notes.row.size:
+        # the samples of one period that lie in the step follow from the first of them
         first, ahead = i, max(_ahead(counts, march.clock, i, per_cycle), 0.0)
         while i < last and (i == first or i % per_cycle != 0):
             reached = ahead + (i - first) / per_cycle
@@ -226,6 +229,7 @@ def _pass_samples(march, samples, notes, h):
             i += 1
         if i <= counts[SAMPLE]:
             break
+        # all of them are worked out later from the state here, in one note
         rows = first - samples.first, i - first
         note(notes, counts, rows, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
         counts[SAMPLE], counts[PASSED] = i, 1
@@ -233,17 +237,19 @@ def _pass_samples(march, samples, notes, h):
 
 @inlined
 def _cross(regions, march, log, k, upward, rate, behind):
-    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet.
+    """Log that k leaves its piece, and go to the region beyond; PENDING is set if that is not built yet.
 
     The force integrals of the clearances are the last of the ``behind`` carried quantities.
     """
     counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
+    # log the crossing: its instant, direction, rate, force integral and the memories
     integral = march.carried[behind - regions.clearances + k] if k < regions.clearances else 0.0
     i, piece = counts[EVENTS], regions.piece[slot, k]
     log_crossing(log, i, counts[CYCLE], clock[0] + clock[1], k, upward, piece, rate, integral)
     for s in range(memories):
         log.memory[i, s] = march.y[regions.states - memories + s]
     counts[EVENTS] = i + 1
+    # the new region follows from the direction; the element sits on the corner
     counts[ENTERED] = 0
     march.side[k] = -1 if upward else 1
     beyond = regions.neighbour[slot, k, upward]
@@ -294,11 +300,12 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 @kernel
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
-    """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
+    """March until all samples are noted, ``budget`` steps are taken or the caller must act; an ``Outcome`` code.
 
     The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
     known beforehand.
     """
+    # short names of the arrays
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
     lower, upper, states, widths, finest = regions.lower, regions.upper, regions.states, regions.width, regions.fine
@@ -308,48 +315,58 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
     bound, tried, bands, watched, per_cycle = march.bound, march.tried, regions.band, side.size, samples.per_cycle
     last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
-    # Scratch is made here, where the compiler sees that nothing else is stored in it.
+    # scratch, made here where the compiler sees that nothing else is stored in it
     rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
     scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
     out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     near, ahead = (seen, still, bound, side, band), _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
+        # stop where the caller must act: all samples noted, a region to build, a log that is full
         if counts[SAMPLE] >= last:
             return DONE
         if counts[PENDING] >= 0:
             return NEEDS_REGION
         if counts[EVENTS] >= room:
             return LOG_FULL
+        # every few steps the inputs are computed afresh from their phase
         slot = counts[SLOT]
         fine, width = finest[slot], widths[slot]
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
             _anchor(inputs, regions, march, width - chain)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
+        # a known instant: a knot of a signal, or an auxiliary element that changes by the clock
         if instants is not None:
             until = until_instant(instants, counts, clock)
             if until <= 0.0:
                 _pass_instant(regions, instants, march, log, out, behind)
                 continue
+        # enter a region: split off the inputs' particular solution, x = w + P u
         if not counts[ENTERED]:
             recall(regions, slot, y)
             enter(particular, kept, states, width - chain, slot, u, y, carried, out)
             counts[ENTERED], counts[UNBOUNDED] = 1, _BOUND_EVERY
             counts[ENTRY], clock[2] = counts[CYCLE], clock[0] + clock[1]
+        # the signals' chains are written anew from their table
         if instants is not None:
             write_chains(regions, inputs, march, terms)
+        # bound the fourth derivatives (B), and the fast modes, for as long as the region lasts
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
             counts[UNBOUNDED], clock[3] = 0, 0.0
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             if instants is not None:
                 _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
+        # deflections with their first three derivatives at the start of the step
         _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
+        # the longest dyadic step for which the minorants of all gaps stay positive
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)
+        # the step must not go beyond the next known instant
         while steps[level] > until and level < fine:
             level += 1
         h = steps[level]
         passed, k, upward, rate, x, chained = h, -1, 0, 0.0, NEVER, (chain, inputs.links, inputs.pace * steps[fine])
+        # no certified step: first root of the gaps' Taylor polynomials over the finest step
         if not safe:
             reach = 1.0 if instants is None else reach_of(until, h)
             x, k, upward, rate = first_crossing(
@@ -358,18 +375,22 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if x < 0.0:
                 return NO_PROGRESS if np.isfinite(y.sum()) else NON_FINITE
             passed = x * h if x < NEVER else h
+        # a crossing behind the known instant does not count yet
         if passed > until:
             passed, x = until, NEVER
+        # note the samples that lie in the step
         if ahead < passed + _NEAR:
             _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
             if counts[SAMPLE] >= last:
                 return DONE  # the step is not taken yet: a later run begins with it, and counts it then
             if counts[NOTED] >= notes.row.size:
-                return NOTES_FULL  # nor here
+                return NOTES_FULL  # here, too, the step is not taken yet
+        # the step is taken: count it
         tried[0] += 2.0 * steps[first] - h
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed
+        # a crossing: move to the root by the same Taylor polynomial, leave the region, log and change the piece
         if x < NEVER:
             move_within(powers, slot, width, chained, x, y, carried, scratch)
             turn_little(frequency, passed, u)
@@ -381,11 +402,13 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
+        # a known instant within the window: the same polynomial ends there
         if instants is not None and passed < h:
             move_within(powers, slot, width, chained, passed / h, y, carried, scratch)
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue
+        # a step without crossing: one product with the table E_l, and the inputs turned
         advance(tables, first_table[slot] + level, width, chain, y, carried, out)
         turn_step(cosines, sines, level, u)
         _pass_time(counts, clock, h, True)

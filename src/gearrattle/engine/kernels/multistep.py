@@ -47,7 +47,7 @@ class Library(NamedTuple):
 
 
 class March(NamedTuple):
-    """Everything that changes; S states, K clearances, m elements."""
+    """Arrays of a run that change; S states, K clearances, m elements."""
 
     z: Vector  # (S,) scaled state
     point: Vector  # (S,) scaled state between
@@ -200,6 +200,7 @@ def _count(library, m):
 
     Of several rejected tries of one step CVODE tells the first; the others are taken for as long as the one accepted.
     """
+    # counts and step sizes, read through the addresses of our arrays
     c, f, memory = m.current, m.numbers, library.memory
     failed = c[ERROR_FAILS] + c[SOLVE_FAILS]
     at, width = c.ctypes.data, 8
@@ -224,6 +225,7 @@ def _count(library, m):
     call_code(library.solve_fails, (memory, at + width * SOLVE_FAILS))
     if library.newton:
         call_code(library.jacobians, (memory, at + width * JACOBIANS))
+    # tries since the last reading, and the length tried
     failed = c[ERROR_FAILS] + c[SOLVE_FAILS] - failed
     h = f[LAST]
     f[SMALLEST] = min(f[SMALLEST], h)
@@ -272,10 +274,12 @@ def march_on(field, size, held, library, m, s, after, most_events, budget):
     """Take CVODE's steps until all samples are stored; ``s`` and ``after`` are scratch. Returns an ``Outcome`` code."""
     end = m.times[m.times.size - 1]
     for _ in range(budget):
+        # stop where the caller must act
         if m.counts[SAMPLE] >= m.times.size:
             return DONE
         if m.counts[EVENTS] + most_events > m.event_time.size:
             return LOG_FULL
+        # one step of CVODE
         begin = m.numbers[TIME]
         if end - begin <= 1e-14 * end:  # too short a way for a library that has just been restarted
             _store(library, m, size, end)
@@ -285,11 +289,13 @@ def march_on(field, size, held, library, m, s, after, most_events, budget):
             return NON_FINITE
         if flag < 0:
             return NO_CONVERGENCE
+        # counts, the elements' state behind the step, and the samples in it
         _count(library, m)
         time = m.numbers[TIME]
         m.counts[IDLE] = 0 if time > begin else m.counts[IDLE] + 1
         _look(field, size, time, m.z, after)
         _store(library, m, size, time)
+        # crossings: located behind the step, or at the root that ended it
         if not held.on:
             _pass_corners(field, size, library, m, s, after, begin, time)
         elif _leave(field, held, library, m, after, flag == ROOT_FOUND) > 0 and _restart(library, m, end) < 0:

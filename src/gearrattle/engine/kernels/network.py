@@ -103,23 +103,14 @@ def error_series(error_at, error, waves, errors):
 def expand(network, length, stiffness, damping, offset, waves, errors, table, force, pull, load, reach):
     """Fill a table whose order 0 is given; ``reach`` (m,) is the sum of |c_j| of each deflection's orders from 1 on.
 
-    Parameters
-    ----------
-    network
-        see ``Network``.
-    length
-        of the window [s].
-    stiffness, damping, offset
-        (m,) of every element's present piece.
-    waves, errors
-        see ``wave_series``, ``error_series``.
-    table
-        (ORDER + 1, columns).
-    force, pull, load
-        (m,), (m + n,) and (T,) scratch.
-    reach
-        (m,).
+    length: of the window [s].
+    stiffness, damping, offset: (m,) of every element's present piece.
+    waves, errors: see ``wave_series``, ``error_series``.
+    table: (ORDER + 1, columns).
+    force, pull, load: (m,), (m + n,) and (T,) scratch.
+    reach: (m,).
     """
+    # short names of the arrays
     first, second, first_arm, second_arm = network.first, network.second, network.first_arm, network.second_arm
     drag, mobility, clearances, references = network.drag, network.mobility, network.clearances, network.references
     mean, erring, driven, torque = network.mean, network.erring, network.driven, network.torque
@@ -127,8 +118,10 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
     begin, end = np.uint64(m), np.uint64(mean.size)  # loops over unsigned indices ask nothing and run in vectors
     for k in range(m):
         reach[k] = 0.0
+    # the equation of motion, order by order
     for j in range(ORDER):
         by = length / (j + 1)
+        # torques on the inertias: drag, inputs, mean
         for i in range(mean.size):
             pull[i] = -drag[i] * table[j, i]
         for i in range(driven.size):
@@ -142,6 +135,7 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
         if j == 0:
             for i in range(mean.size):
                 pull[i] += mean[i]
+        # forces of the elements: deflections and rates, less the transmission errors
         for k in range(m):
             force[k] = first_arm[k] * table[j, first[k]] + second_arm[k] * table[j, second[k]]
         for k in range(m):
@@ -155,11 +149,13 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
         if j == 0:
             for k in range(m):
                 force[k] += offset[k]
+        # the balance of torques gives the next order of the velocities
         for k in range(m):
             pull[first[k]] -= first_arm[k] * force[k]
             pull[second[k]] -= second_arm[k] * force[k]
         for i in range(begin, end):
             table[j + 1, i] = by * mobility[i] * pull[i]
+        # integrals of forces, and angles of the reference inertias
         for i in range(clearances.size):
             table[j + 1, mean.size + i] = by * force[clearances[i]]
         for i in range(references.size):

@@ -1,10 +1,10 @@
-"""States at the samples. The march only notes what it passes them with; here the notes are worked out.
+"""States at the samples, worked out from the notes that the march makes of steps with samples in them.
 
-A note is of the samples of one step, but for that at the start of a period, with which another note begins. The first
-sample of a note is reached from the state at the step's start, every other from the one before it. As runs go on at
-starts of periods, where one ends and the next goes on changes no bit of the samples.
+A note stands for the samples of one step; a sample at the start of a period begins another note. The first sample of a
+note is reached from the state at the step's start, every other from the one before it. As runs go on at starts of
+periods, where one ends and the next goes on changes no bit of the samples.
 
-Kept out of the march's loop, for what is written into that loop is compiled once more with every caller.
+It is a kernel of its own: code in the march's loop would be compiled again with every caller.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
 
 @inlined
 def _inputs_of(inputs, samples, row, u):
-    """Write the inputs at a sample: those of any period where all are alike, else worked out."""
+    """Write the inputs at a sample: those of any period where all periods are alike, else computed."""
     whole = (samples.first + row) // samples.per_cycle
     part = samples.first + row - whole * samples.per_cycle
     if samples.waves.shape[0] == 0:
@@ -56,19 +56,23 @@ def _take(rows, n, out):
 @kernel
 def work_out(regions, inputs, notes, samples, counts):
     """Store the samples that were noted, and forget the notes."""
+    # room for the work
     longest, behind, states, spacing = notes.y.shape[1], notes.carried.shape[1], regions.states, 1.0 / samples.per_cycle
     y, carried, u = np.zeros(longest), np.zeros(behind), np.zeros(1 + 2 * inputs.frequency.size)
     x, totals = np.zeros(longest), np.zeros(behind)
     scratch = window_scratch(behind, longest)
     for n in range(counts[NOTED]):
+        # each note: the state before some samples of one region
         slot, fine = notes.slot[n], regions.fine[notes.slot[n]]
         chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
         for i in range(notes.samples[n]):
+            # each sample: from the note, or on from the sample before
             h, done, row = spacing, 0.0, notes.row[n] + i
             if i == 0 or regions.chain > 0:  # a move within a finest step leaves chains behind
                 h = notes.ahead[n] + i * spacing
                 _take(notes.y, n, y)
                 _take(notes.carried, n, carried)
+            # dyadic steps, the longest first
             for level in range(fine + 1):
                 while h - done >= inputs.steps[level]:
                     index = regions.first_table[slot] + level
@@ -76,14 +80,17 @@ def work_out(regions, inputs, notes, samples, counts):
                     moved = inputs.pace * inputs.steps[level]
                     shift_chains(y, regions.width[slot] - regions.chain, regions.chain, inputs.links, moved)
                     done += inputs.steps[level]
+            # what is left, by the Taylor polynomial
             if h > done:
                 part = (h - done) / inputs.steps[fine]
                 move_within(regions.powers, slot, regions.width[slot], chained, part, y, carried, scratch)
+            # back to the motion with the inputs: x = w + P u, and what is carried
             _inputs_of(inputs, samples, row, u)
             copy(y, longest, x)
             copy(carried, behind, totals)
             elapsed = notes.elapsed[n] + i * spacing
             leave(regions.particular, regions.drift, states, slot, u, elapsed, x, totals, scratch[0])
+            # store it
             for j in range(samples.states.shape[1]):
                 samples.states[row, j] = x[j] if j < states else totals[j - states]
             for k in range(samples.pieces.shape[1]):

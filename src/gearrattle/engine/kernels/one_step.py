@@ -28,7 +28,7 @@ _LEAST = np.array([0.02 ** (1.0 / (2 * j + 1)) for j in range(COLUMNS)])
 
 
 class Method(NamedTuple):
-    """What distinguishes one method from another."""
+    """Coefficients of a one-step method."""
 
     kind: int  # RUNGE_KUTTA or EXTRAPOLATION
     a: Matrix  # (s, s) tableau
@@ -39,7 +39,7 @@ class Method(NamedTuple):
 
 
 class Control(NamedTuple):
-    """How steps are chosen."""
+    """Control of the step length."""
 
     fixed: bool  # every step is `step`
     held: bool  # pieces are held over a step, and it ends at a corner
@@ -122,16 +122,15 @@ def _midpoint(field, held, t, h, y, count, buffers, out):
 def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     """Extrapolate until a column passes the error test near the target column; all of them up to it if ``sure``.
 
-    Returns
-    -------
-    value
-        (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left out.
-        buffers.longest[1 ... column] are the steps those columns would allow.
+    Returns (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left
+        out. buffers.longest[1 ... column] are the steps those columns would allow.
     """
     size, table, calls, error, last = y.size, buffers.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
     for j in range(last + 1):
+        # the next row of the table: the modified midpoint rule with more steps
         _midpoint(field, control.held, t, h, y, 2 * (j + 1), buffers, after)
         calls += 2 * (j + 1)
+        # Richardson's extrapolation in h^2 through all columns
         for i in range(size):
             below = table[0, i]
             table[0, i] = after[i]
@@ -142,6 +141,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
                 table[k, i] = table[k - 1, i] + step
         if j == 0:
             continue
+        # the error is the difference of the last two columns; the step this column would allow
         for i in range(size):
             after[i], buffers.error[i] = table[j, i], table[j, i] - table[j - 1, i]
         error = error_of(control, y, after, buffers.error)
@@ -149,6 +149,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
         buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
         if sure or j < target - 1:
             continue
+        # accepted, or too large to be accepted in the next columns
         if error <= 1.0:
             return error, j, calls
         hopeless = (j + 2.0) * (j + 3.0) if j < target else j + 2.0
@@ -159,7 +160,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
 
 @kernel
 def next_of_extrapolation(buffers, column, target, accepted):
-    """(step, target) for what comes next: the column that gets farthest for its work."""
+    """(step, target) of the next step: the column that gets farthest for its work."""
     reached = max(column, 1)
     best = min(reached, COLUMNS - 2)
     if reached > 1:

@@ -1,4 +1,4 @@
-"""The arrays every march kernel sees, and nothing else.
+"""The arrays that every march kernel works on.
 
 Inside a region the states are x = w + P u (``system.forced``): w moves freely, P u is the particular solution of the
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
@@ -37,7 +37,7 @@ class Inputs(NamedTuple):
 
 
 class Instants(NamedTuple):
-    """What happens at times known beforehand, ascending; the last never comes."""
+    """Instants known beforehand, ascending; the last never comes."""
 
     cycle: Vector  # (instants,) whole periods
     fraction: Vector  # (instants,) the rest
@@ -45,7 +45,7 @@ class Instants(NamedTuple):
 
 
 class Regions(NamedTuple):
-    """What is known of every slot."""
+    """The region in every slot."""
 
     states: int  # N
     clearances: int  # K
@@ -78,7 +78,7 @@ class Regions(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Where sampled states go: sample i lies at i / per_cycle periods, in row i - first."""
+    """Sampled states, written: sample i lies at i / per_cycle periods, in row i - first."""
 
     per_cycle: int
     first: int
@@ -88,7 +88,7 @@ class Samples(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What the march notes of the samples it passes in a step, see ``notes``."""
+    """Notes of the samples that the march passes in a step, see ``notes``."""
 
     row: IntVector  # (room,) of the first of them
     samples: IntVector  # (room,) how many there are
@@ -100,7 +100,7 @@ class Notes(NamedTuple):
 
 
 class Log(NamedTuple):
-    """Where crossings go."""
+    """Log of crossings, written."""
 
     cycle: IntVector  # (capacity,) whole periods
     fraction: Vector  # (capacity,) the rest of the time, in periods
@@ -113,7 +113,7 @@ class Log(NamedTuple):
 
 
 class March(NamedTuple):
-    """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
+    """State of a march: all arrays that change, from which a later run goes on with the same bits."""
 
     y: Vector  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
     carried: Vector  # (C, filled up to fours) relative to their own particular solution, as w is

@@ -81,7 +81,7 @@ class Map(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """What drives the states and their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
+    """Rates of the states and of their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
 
     A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
     """
@@ -121,7 +121,7 @@ class Marched(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """What is carried along a motion, and room for products."""
+    """Perturbations and state carried along a motion, and scratch for products."""
 
     columns: Matrix  # (N, N + 1) perturbations of the start, balanced; the last column is s
     z: Vector  # (P,)
@@ -146,6 +146,7 @@ def _double(half, half_moved, states, increment, moved):
     size = half.shape[1]
     pairs = (size - states - 1) // 2
     for i in range(states):
+        # products of the states' rows with those of the states: E E, and E D + D E
         row, moved_row = increment[i], moved[i]
         for j in range(states):
             weight, moved_weight = half[i, j], half_moved[i, j]
@@ -153,6 +154,7 @@ def _double(half, half_moved, states, increment, moved):
             for p in range(size):
                 row[p] += weight * other[p]
                 moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
+        # products with the oscillators' own blocks
         for c in range(states + 1, states + 1 + pairs):
             s = c + pairs
             row[c] += half[i, c] * half[c, c] + half[i, s] * half[s, c]
@@ -167,11 +169,13 @@ def _write_tables(generator, shift, steps, slot):
 
     The inputs are oscillators: their own rows are turned exactly.
     """
+    # room for the terms of the series
     size, states = generator.shape[0], shift.shape[0]
     pairs = (size - states - 1) // 2
     finest = steps.levels[slot] - 1
     h = 0.5**finest
     term, moved_term = np.zeros((2, size, size)), np.zeros((2, states, size))
+    # the inputs' rows: turned exactly
     for level in range(steps.first[slot], finest + 1):
         increment, moved = steps.increment[slot, level], steps.moved[slot, level]
         for i in range(size):
@@ -186,6 +190,7 @@ def _write_tables(generator, shift, steps, slot):
             half = np.sin(0.5 * angle)
             increment[c, c] = increment[c + pairs, c + pairs] = -2.0 * half * half
             increment[c + pairs, c], increment[c, c + pairs] = turned, -turned
+    # Taylor series over the finest step, of the exponential and of its derivative D
     increment, moved = steps.increment[slot, finest], steps.moved[slot, finest]
     for i in range(size):
         for j in range(size):
@@ -201,6 +206,7 @@ def _write_tables(generator, shift, steps, slot):
             for j in range(size):
                 increment[i, j] += term[then, i, j]
                 moved[i, j] += moved_term[then, i, j]
+    # double: E(2 h) = 2 E(h) + E(h) E(h), D(2 h) = exp(A h) D(h) + D(h) exp(Z h)
     for level in range(finest - 1, steps.first[slot] - 1, -1):
         half, half_moved = steps.increment[slot, level + 1], steps.moved[slot, level + 1]
         increment, moved = steps.increment[slot, level], steps.moved[slot, level]
@@ -216,6 +222,7 @@ def _multiply_term(generator, shift, factor, terms, products):
     """Write the next term of both series, of the states' rows alone: factor [A, B] times the last one."""
     (term, moved_term), (product, moved_product) = terms, products
     states, size = shift.shape
+    # rows of the states
     for i in range(states):
         row, moved_row = product[i], moved_product[i]
         for p in range(size):
@@ -231,6 +238,7 @@ def _multiply_term(generator, shift, factor, terms, products):
             for p in range(states, size):
                 row[p] += weight * term[j, p]
                 moved_row[p] += moved_weight * term[j, p]
+    # rows of the inputs
     for i in range(states, size):
         for p in range(states, size):
             total = 0.0
@@ -244,6 +252,7 @@ def multiply(rates, shift, columns, z, carried):
     """Write the products of both kinds of rates with columns and z; those of the inputs are not zero in two places."""
     states, size = shift.shape
     product, z_product = carried.columns_product, carried.z_product
+    # the states and their perturbations; the last column is pushed by the shift of the rates
     for i in range(states):
         row = product[i]
         for p in range(states + 1):
@@ -255,6 +264,7 @@ def multiply(rates, shift, columns, z, carried):
                 row[p] += weight * other[p]
         row[states] += dot(shift, i, z)
         z_product[i] = dot(rates, i, z)
+    # the inputs, oscillators
     pairs = (size - states - 1) // 2
     z_product[states] = 0.0
     for cosine in range(states + 1, states + 1 + pairs):
@@ -355,6 +365,7 @@ def _write_rows(workspace, regions, generator, deflection):
 @strict
 def _write_rates(workspace, cases, scales, regions, v, rates):
     """Write the rates of a variant, and their shifts from both variants beside it; all in its scales."""
+    # rates of both variants beside it, then of this one
     slots, states, size = rates.shift.shape
     generators = np.empty((NEIGHBOURS, slots, states, size))
     deflections = np.empty((NEIGHBOURS, rates.deflection.shape[0], size))
@@ -367,6 +378,7 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
             for j in range(size):
                 rates.generator[slot, i, j] = 0.0
     _write_rows(workspace, regions, rates.generator, rates.deflection)
+    # the inputs' rows, and the shift B by central differences
     frequency = common_at(workspace).frequency
     for slot in range(slots):
         for h in range(frequency.size):
@@ -377,6 +389,7 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
         for i in range(states):
             for j in range(size):
                 rates.shift[slot, i, j] = 0.5 * (generators[1, slot, i, j] - generators[0, slot, i, j])
+    # shifts of the deflections and of the corners
     for i in range(deflections.shape[1]):
         for j in range(size):
             rates.deflection_shift[i, j] = 0.5 * (deflections[1, i, j] - deflections[0, i, j])
@@ -392,14 +405,17 @@ def _write_levels(common, rates, path, steps):
     """Write the range of steps of every slot: from its longest interval to a step of which a Taylor series is exact."""
     slots, states, _ = rates.shift.shape
     widest = 0.0
+    # the fastest input
     for h in range(common.frequency.size):
         widest = max(widest, common.frequency[h])
     for slot in range(slots):
+        # each slot: the norm of its rates, and its longest interval
         norm = max(widest, norm_of_square(rates.generator[slot], states))
         longest = 0.0
         for i in range(path.slot.size):
             if path.slot[i] == slot:
                 longest = max(longest, path.time[i + 1] - path.time[i])
+        # from the longest step within that interval down to one over which a Taylor series is exact
         levels, first = 1, 0
         while norm * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
             levels += 1
@@ -422,12 +438,13 @@ def slot_of(regions, slots, pieces):
 
 @strict
 def _write_path(laid, rates, marched, path):
-    """Write when a motion is in which slot, and what it crosses: corners of laws alone."""
+    """Write the intervals of a motion with their slots, and its crossings: corners of laws alone."""
     (common, laws, regions), log, events = laid, marched.log, marched.events
     pieces = marched.initial.copy()
     slots = rates.shift.shape[0]
     path.time[0] = 0.0
     for i in range(events + 1):
+        # each interval: its region, its end, and the corners around the pieces
         path.slot[i] = slot_of(regions, slots, pieces)
         path.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else marched.end
         for k in range(pieces.size):
@@ -435,6 +452,7 @@ def _write_path(laid, rates, marched, path):
             path.lower[i, k], path.upper[i, k] = laws.lower[piece], laws.upper[piece]
             path.lower_shift[i, k] = rates.lower_shift[piece]
             path.upper_shift[i, k] = rates.upper_shift[piece]
+        # the crossing at its end: what is watched, how the corner moves, and the next pieces
         if i < events:
             crossed = log.clearance[i]
             path.clearance[i] = crossed
@@ -495,7 +513,8 @@ def _write_turns(driven, path, z, columns, scale, trace, out):
 
 @strict
 def _follow(laid, rates, marched, carried, scale, out):
-    """Carry perturbations and s along a motion, and write what is asked for of its turning points."""
+    """Carry perturbations and s along a motion, and write the turning points that are asked for."""
+    # the path of the motion, and the tables of its slots
     (common, laws, regions), events = laid, marched.events
     slots, states, size = rates.shift.shape
     path = _room_path(events, common.clearances.size, size, out.outside)
@@ -519,6 +538,7 @@ def _follow(laid, rates, marched, carried, scale, out):
             element = common.clearances[crossed]
             before = laws.first[element] + regions.piece[slot, crossed]
             beyond = laws.first[element] + regions.piece[path.slot[i + 1], crossed]
+            # a crossing kicks the velocities where the damping jumps
             jump = laws.damping[beyond] - laws.damping[before]
             if jump != 0.0:
                 rows = rates.deflection[crossed], rates.deflection_shift[crossed]
@@ -550,6 +570,7 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
     cases, buffers, cursor: of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
     out: ``Map``.
     """
+    # sizes
     v = cursor[AT]
     frame = cases.frame
     scales = buffers.scales
@@ -560,6 +581,7 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
     inputs = scales.inputs.size
     size = states + 2 * inputs - 1
     clearances = frame.clearances.size
+    # rates of the variant and their shifts
     rates = Rates(
         np.empty((slots, size, size)),
         np.empty((slots, states, size)),
@@ -569,6 +591,7 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         np.empty(cases.numbers.laws.lower.shape[1]),
     )
     _write_rates(workspace, cases, scales, regions, v, rates)
+    # the start: perturbations of every state, none of the parameter, and the state itself
     columns = np.eye(states, states + 1)
     z = np.zeros(size)
     room = np.empty((2, states, states + 1))
@@ -580,9 +603,11 @@ def differentiate(workspace, cases, buffers, regions, march, samples, log, curso
         z[i] = scale[i] * (buffers.deflection[i] if i < r else cases.velocity[v, i - r])
     for h in range(inputs):
         z[states + h] = scales.inputs[h]
+    # carry them along the motion
     marched = Marched(log, march.counts[EVENTS], buffers.initial, float(samples.first) / samples.per_cycle)
     laid = Laid(common_at(workspace), laws_at(workspace), regions)
     _follow(laid, rates, marched, carried, scale, out)
+    # the end and its derivatives in SI units
     last = samples.states[samples.states.shape[0] - 1]
     for i in range(states):
         out.end[i] = last[i] / scale[i]

@@ -25,79 +25,37 @@ class Sparse(NamedTuple):
 
 
 class Driveline(NamedTuple):
-    """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories.
+    """Rows that do not depend on the region, in scaled states: r deflections x, n velocities v, S memories."""
 
-    Attributes
-    ----------
-    turning
-        (r, n) x' of v.
-    deflection
-        (m, r) every element's deflection of x [SI].
-    rate
-        (m, n) its rate of v [SI].
-    push
-        (n, m) v' of the elements' forces [SI].
-    drag
-        (n,) rate at which drag slows every velocity.
-    element
-        (S,) the element beside which a memory stands.
-    norm
-        no less than the norm of the generator of any region, about.
-    """
-
-    turning: Sparse
-    deflection: Sparse
-    rate: Sparse
-    push: Sparse
-    drag: Vector
-    element: IntVector
-    norm: float
+    turning: Sparse  # (r, n) x' of v
+    deflection: Sparse  # (m, r) every element's deflection of x [SI]
+    rate: Sparse  # (m, n) its rate of v [SI]
+    push: Sparse  # (n, m) v' of the elements' forces [SI]
+    drag: Vector  # (n,) rate at which drag slows every velocity
+    element: IntVector  # (S,) the element beside which a memory stands
+    norm: float  # no less than the norm of the generator of any region, about
 
 
 class Regions(NamedTuple):
-    """The regions along the path.
+    """The regions along the path."""
 
-    Attributes
-    ----------
-    stiffness, damping
-        (regions, m) of every element, its auxiliaries' included [SI].
-    memory
-        (regions, S) force by a unit of a memory.
-    moves
-        (regions, S) pace of a memory by a unit of its element's rate.
-    """
-
+    # stiffness, damping: (regions, m) of every element, its auxiliaries' included [SI]
     stiffness: Matrix
     damping: Matrix
-    memory: Matrix
-    moves: Matrix
+    memory: Matrix  # (regions, S) force by a unit of a memory
+    moves: Matrix  # (regions, S) pace of a memory by a unit of its element's rate
 
 
 class Intervals(NamedTuple):
-    """Intervals between crossings and ends of segments.
+    """Intervals between crossings and ends of segments."""
 
-    Attributes
-    ----------
-    region
-        (I,) the region in every interval.
-    duration
-        (I,) its length in periods.
-    crossed
-        (I,) element crossed at its end; -1: none.
-    kick
-        (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump.
-    engaged
-        (I, S) change of the memories likewise.
-    reset
-        (I, S) whether a memory does not depend on what was before the crossing.
-    """
-
-    region: IntVector
-    duration: Vector
-    crossed: IntVector
+    region: IntVector  # (I,) the region in every interval
+    duration: Vector  # (I,) its length in periods
+    crossed: IntVector  # (I,) element crossed at its end; -1: none
+    # (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump
     kick: Matrix
-    engaged: Matrix
-    reset: BoolMatrix
+    engaged: Matrix  # (I, S) change of the memories likewise
+    reset: BoolMatrix  # (I, S) whether a memory does not depend on what was before the crossing
 
 
 @kernel
@@ -114,10 +72,12 @@ def rates(plan, regions, region, y, force, out):
     """out = A y in one region for every column of y (N, P); ``force`` is room for (m, P)."""
     r, n, m = plan.turning.start.size - 1, plan.drag.size, plan.rate.start.size - 1
     for k in range(m):
+        # forces of the elements, by stiffness and damping
         for p in range(y.shape[1]):
             force[k, p] = 0.0
         add_rows(plan.deflection, k, y, 0, regions.stiffness[region, k], force, k)
         add_rows(plan.rate, k, y, r, regions.damping[region, k], force, k)
+    # memories of auxiliaries
     for i in range(y.shape[0]):
         for p in range(y.shape[1]):
             out[i, p] = 0.0
@@ -126,6 +86,7 @@ def rates(plan, regions, region, y, force, out):
         for p in range(y.shape[1]):
             force[k, p] += regions.memory[region, s] * y[r + n + s, p]
         add_rows(plan.rate, k, y, r, regions.moves[region, s], out, r + n + s)
+    # deflections turn with the velocities, velocities with the forces and the drag
     for i in range(r):
         add_rows(plan.turning, i, y, r, 1.0, out, i)
     for i in range(n):
@@ -160,16 +121,9 @@ def flow_on(plan, regions, region, h, y, term, made, force):
 def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
 
-    Parameters
-    ----------
-    plan, regions, path
-        the driveline and its motion.
-    first, last
-        intervals.
-    y
-        (N, P) perturbations, scaled; overwritten.
-    term, made
-        (N, P) room; force (m, P) and deflected (1, P) too.
+    y: (N, P) perturbations, scaled; overwritten.
+    term, made: (N, P) room.
+    force, deflected: (m, P) and (1, P) room.
     """
     r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
     for i in range(first, last):

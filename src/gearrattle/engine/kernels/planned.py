@@ -1,7 +1,4 @@
-"""The kernels that are compiled ahead, each with arguments of the types a run calls it with.
-
-Takes the pipe to a process (``_ahead``); what is compiled is kept for it.
-"""
+"""The kernels that are compiled ahead, each with arguments of the types a run calls it with."""
 
 from __future__ import annotations
 
@@ -41,7 +38,7 @@ class Planned(NamedTuple):
 
 
 def compile_ahead(connection: Connection) -> None:
-    """Compile the kernels of the plan that the process at the other end of the pipe has not taken on itself."""
+    """Compile the kernels of the plan that the process at the other end of the pipe has not reserved."""
     plan = planned()
     for name in PLAN:
         prepare, function, arguments = plan[name]
@@ -52,8 +49,10 @@ def compile_ahead(connection: Connection) -> None:
 
 def planned() -> dict[str, Planned]:
     """Every kernel of ``_ahead.PLAN`` by its name."""
+    # samples of the arguments' types
     addresses = building.Stages(*(0 for _ in building.Stages._fields))
     words, parts, three = IntVector, (extremes.Parts, extremes.Rows), (Vector, Vector, Vector)
+    # kernels with the way each is compiled and the types it is called with
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
         (vectorised, notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
@@ -85,6 +84,7 @@ def planned() -> dict[str, Planned]:
         (compact, building.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in building.Stages()),
     ]
+    # prepared, by their names in the plan
     known = {}
     for compiled_with, entry, kinds in entries:
         function = getattr(entry, "py_func", entry)
@@ -94,12 +94,12 @@ def planned() -> dict[str, Planned]:
 
 
 def _plainly(entry: Any) -> Any:
-    """Compiled with the settings that numba has."""
+    """The entry itself: compiled with numba's default settings."""
     return entry
 
 
 def _arguments_of(stage: Any) -> tuple[Any, ...]:
-    """The types of a stage's arguments, which its parameters' names say (see ``building.stages``)."""
+    """The types of a stage's arguments, by the names of its parameters (see ``building.stages``)."""
     kinds: dict[str, Any] = {"workspace": IntVector, "rows": Matrix, "h": float}
     kinds |= dict.fromkeys(("stack", "tables", "powers", "series"), Array4)
     return tuple(kinds.get(name, int) for name in signature(stage).parameters)

@@ -31,6 +31,7 @@ def stays_inside(gap, rate, curvature, third, h):
 
     A gap of exactly zero counts as inside if it opens.
     """
+    # the end of the interval
     sixth = SIXTH * third
     end = gap + h * (rate + h * (0.5 * curvature - h * sixth))
     if end <= 0.0:
@@ -41,6 +42,7 @@ def stays_inside(gap, rate, curvature, third, h):
         return False
     if curvature <= 0.0:
         return True  # falls all the way, and the end is inside
+    # else the one minimum of the cubic before its end
     spread = curvature * curvature + 2.0 * third * rate
     if spread <= 0.0:
         return True
@@ -61,10 +63,12 @@ def evaluate(c, s):
     if n % 2:
         n -= 1
         even = c[n]
+    # Horner in s^2, value and two derivatives of both halves at once
     for j in range(n - 2, -1, -2):
         even2, odd2 = even2 * q + even1, odd2 * q + odd1
         even1, odd1 = even1 * q + even, odd1 * q + odd
         even, odd = even * q + c[j], odd * q + c[j + 1]
+    # derivatives of E(q) + s O(q) by s
     first = 2.0 * s * even1 + odd + 2.0 * q * odd1
     second = 2.0 * even1 + 8.0 * q * even2 + s * (6.0 * odd1 + 8.0 * q * odd2)
     return even + s * odd, first, second
@@ -102,7 +106,7 @@ def _halley(value, first, second):
 
 @inlined
 def _guess(c, low, width, gap, rate, curvature):
-    """Where the parabola from the left end meets zero, bettered on the cubic if low is 0; the middle if outside."""
+    """Zero of the parabola from the left end, improved on the cubic if low is 0; the middle if it lies outside."""
     spread = rate * rate - 2.0 * curvature * gap
     x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
     if low == 0.0 and c.size > 3:
@@ -116,15 +120,18 @@ def _bracketed_root(c, low, high, guess):
     """Root in [low, high] with c(low) > 0 >= c(high): Halley's steps, bisection where they leave the bracket."""
     s = low + guess
     for _ in range(80):
+        # the bracket shrinks from the side that the value lies on
         value, first, second = evaluate(c, s)
         if value > 0.0:
             low = s
         else:
             high = s
+        # Halley's step, settled where the next change is below rounding
         step = s + _halley(value, first, second) if first != 0.0 else low
         change = abs(step - s)
         if low <= step <= high and change <= _SETTLED * step and change * abs(second) <= 10.0 * _SETTLED * abs(first):
             return step  # what is left shrinks with the cube of this change: below rounding
+        # outside the bracket: bisection
         if not (low < step < high):
             step = 0.5 * (low + high)
             if step <= low or step >= high:
@@ -144,7 +151,7 @@ def first_exit(c):
 
 @kernel
 def exit_from(c, low, gap, rate, curvature):
-    """The same in [low, 1], given the value and two derivatives at low.
+    """The first exit in [low, 1], given the value and two derivatives at low.
 
     The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
     it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where
@@ -152,36 +159,44 @@ def exit_from(c, low, gap, rate, curvature):
     left undecided is the rounding of the gap itself. After ``_MOST_TRIALS`` it is ``UNDECIDED``: comparisons with no
     number are false, and the narrowest width would be tried all through the window.
     """
+    # bound on the third derivative in the whole window
     third = 0.0
     for j in range(3, c.size):
         third += abs(c[j]) * _THIRD[j]
     width, narrowest, trials = 1.0, _NARROWEST, 0
     while True:
+        # at or below the corner: an exit if it closes, else counted as zero
         if gap <= 0.0:
             if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
                 return low
             gap = 0.0
         width = min(width, 1.0 - low)
+        # halve the width until the interval is decided, left half first
         while True:
             trials += 1
+            # after many widths: the third derivative bounded only as far as they reach
             if trials > _MANY_TRIALS:
                 if trials > _MOST_TRIALS:
                     return UNDECIDED
                 third = third_within(c, low + width)
+            # open: the cubic minorant stays positive
             if stays_inside(gap, rate, curvature, third, width):
                 narrowest = max(_NARROWEST, min(narrowest, 0.25 * width))
                 break
+            # the gap falls all the way: one root if it ends below zero, none if it ends above
             closing = max(rate, rate + curvature * width) + 0.5 * third * width * width < 0.0
             if closing:
                 beyond, _first, _second = evaluate(c, low + width)
                 if beyond <= 0.0:
                     return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
                 break
+            # neither, and too narrow to go on: a touch at a tangent within rounding
             if width < narrowest:
                 if _is_rounding(c, third, 2.0 * narrowest):
                     narrowest *= 2.0
                 break
             width *= 0.5
+        # nothing up to here: go on from the end of the interval
         low += width
         if low >= 1.0:
             return NEVER

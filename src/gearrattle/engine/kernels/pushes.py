@@ -1,4 +1,4 @@
-"""What chains of signals push in a region's blocks (the derivation is in ``system.majorant``).
+"""The drive of a region's blocks by chains of signals (the derivation is in ``system.majorant``).
 
 A block's coordinates c obey c' = T c + P q, where q are chains, q' = N q: N takes every link's next, times the pace. A
 block *follows* a signal, c = c_free + X q with T X - X N = -P, where that makes the smaller bound; else it is *pushed*.
@@ -27,7 +27,7 @@ def shape(free, modes, k, i):
 
 @strict
 def begin_pushes(free, bounds):
-    """So far nothing is pushed, and deflections follow chains by what they feel of them directly."""
+    """Begin the sums: nothing is pushed, and deflections follow chains by what they feel of them directly."""
     for k in range(bounds.followed.shape[0]):
         for j in range(bounds.followed.shape[1]):
             bounds.pushed[k, j], bounds.followed[k, j] = 0.0, free.watched[k, free.chained[0] + j]
@@ -53,6 +53,7 @@ def push(common, free, modes, bounds, scratch, a, b):
     """One block, [a, b), whose exp(G horizon) stands in ``scratch.one``: let it follow, or be pushed."""
     n, width = modes.basis.shape[0], free.width[0]
     chained, horizon = free.chained[0], common.limits[HORIZON]
+    # what the chains push of each mode, and how large the bound by pushes becomes
     follows, pushed, followed = True, 0.0, 0.0
     for i in range(a, b):
         follows = follows and modulus(modes.triangle[i, i]) * horizon > _APART
@@ -63,12 +64,14 @@ def push(common, free, modes, bounds, scratch, a, b):
             modes.triangle[i, j], modes.left[i, j] = total, 0.0
             for p in range(a, i + 1):
                 pushed += horizon * scratch.one[p - a, i - a] * modulus(total)
+    # the same by following, where the modes are far from the signal's pace; the smaller one is taken
     if follows:
         _follow(common, free, modes, a, b)
         for i in range(a, b):
             for j in range(chained, width):
                 followed += modulus(modes.left[i, j])
         follows = followed < pushed
+    # what is not used is zero
     for i in range(a, b):
         for j in range(chained, width):
             if follows:
@@ -80,7 +83,7 @@ def push(common, free, modes, bounds, scratch, a, b):
 
 @strict
 def _weigh_pushes(common, free, modes, bounds, scratch, a, b):
-    """Add what one block makes of the chains' fourth derivatives."""
+    """Add the response of one block to the chains' fourth derivatives."""
     chained, width, horizon = free.chained[0], free.width[0], common.limits[HORIZON]
     for k in range(common.corner_scale.size):
         for i in range(a, b):
@@ -106,7 +109,7 @@ def add_push(common, free, modes, bounds, i, passed):
 
 @strict
 def finish_pushes(bounds):
-    """Sum up what bounds take of the chains' fourth derivatives: all of them alike, but those on fast modes."""
+    """Sum the weights of the chains' fourth derivatives: the same for all bounds but those on fast modes."""
     clearances, chain = bounds.followed.shape
     for k in range(clearances):
         for j in range(chain):

@@ -1,9 +1,9 @@
 """Second moments of the state along a known motion: the integral of z z' over the time in every region.
 
-A power is a sum of products of two linear forms of z, so its integral is one of moments. Whole steps only add z z' to
-what their length has so far, and move z: what that stands for, over the step, is worked out once, in the end
-(``system.moments``); so are whole intervals between two samples. The remainder of an interval, shorter than every step,
-is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
+A power is a sum of products of two linear forms of z, so its integral is one of moments. Of whole steps only z z' at
+their beginnings is summed, by length: the integral over them follows from that sum once, in the end
+(``system.moments``); so does that over whole intervals between two samples. The remainder of an interval, shorter than
+every step, is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FEW_TERMS, ALL_TERMS = 8, ORDER + 1
 
 
 class Moves(NamedTuple):
-    """How the state moves in every region; strips as in ``packed``.
+    """Motion of the state in every region; strips as in ``packed``.
 
     Steps are each twice as long as the one before. In a region the state is counted from a shift, from which the forces
     of its clearances grow: products of moments then cancel little.
@@ -40,7 +40,7 @@ class Moves(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Where the quadrature works; M is Z filled up to fours."""
+    """Scratch of the quadrature; M is Z rounded up to a multiple of four."""
 
     z: Vector  # (M,)
     made: Vector  # (M,)
@@ -88,43 +88,40 @@ def _remainder(moves, region, h, width, room, moments):
 def integrate_moments(moves, path, durations, samples, room, moments):
     """Add the moments of some intervals.
 
-    Parameters
-    ----------
-    moves
-        see ``Moves``.
-    path
-        (I, 4) region of each interval, the sample its first state is taken from (-1: goes on), the signals' interval
+    path: (I, 4) region of each interval, the sample its first state is taken from (-1: goes on), the signals' interval
         that begins with it (-1: none), and whether it is whole: from a sample to the next one that is a beginning.
-    durations
-        (I,) lengths in periods.
-    samples
-        (t, Z) sampled states z.
-    room
-        see there; what fills z up is zero.
-    moments
-        ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region; then
-        integrals over remainders, one a region; then sums at the beginnings of whole intervals.
+    durations: (I,) lengths in periods.
+    samples: (t, Z) sampled states z.
+    room: see ``Room``; entries of z beyond Z are zero.
+    moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
+        then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
     """
     width, levels, strips, z = samples.shape[1], moves.step.shape[1], moves.generator.shape[1], room.z
     for i in range(durations.size):
+        # the state at the beginning: a sample, or where the interval before ended
         region, sample, left = path[i, 0], path[i, 1], durations[i]
         if sample >= 0:
             for j in range(width):
                 z[j] = samples[sample, j]
+        # a knot: the chains are written anew, and what follows them moves
         if path[i, 2] >= 0:
             for j in range(moves.chains.shape[1]):
                 at = width - moves.chains.shape[1] + j
                 for k in range(moves.followed.shape[0]):
                     z[k] += moves.followed[k, j] * (moves.chains[path[i, 2], j] - z[at])
                 z[at] = moves.chains[path[i, 2], j]
+        # memories that are known in this region
         for j in range(moves.known.shape[1]):
             if moves.known[region, j] == moves.known[region, j]:  # not NaN
                 z[moves.first_memory + j] = moves.known[region, j]
+        # counted from the region's shift, so that products of moments cancel little
         for j in range(width):
             z[j] -= moves.shift[region, j]
+        # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.moments``)
         if path[i, 3]:
             _weigh(moments, moves.advance.shape[0] + moves.step.shape[0] + region, 1.0, z, width, room)
             continue
+        # dyadic steps, the longest first: z z' at the beginning of each
         for level in range(levels - 1, -1, -1):
             while left >= moves.step[region, level]:
                 index = region * levels + level
@@ -132,6 +129,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
                 multiply(moves.advance, index, strips, width, z, room.made, 0)
                 add(strips, room.made, 0, z)
                 left -= moves.step[region, level]
+        # what is left, by Gauss-Legendre nodes
         if left > 0.0:
             _remainder(moves, region, left, width, room, moments)
         for j in range(width):

@@ -1,4 +1,4 @@
-"""The rates of a region over z and over y, and what the inputs split off do; stages of ``building``.
+"""Stages of ``building``: the rates of a region over z and over y, and the effect of the inputs split off.
 
 The arrays are those of ``workspace``.
 """
@@ -35,9 +35,11 @@ def accelerate(workspace):
     auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
     m, n, states = common.rows.shape[0], common.inertia.size, region.matrix.shape[0]
     width, r, finite = region.matrix.shape[1], common.motion.shape[0], True
+    # forces of the elements in their pieces, those of auxiliary elements added
     for k in range(m):
         piece = laws.first[k] + region.pieces[k]
         stiffness, damping = laws.stiffness[piece], laws.damping[piece]
+        # balance of torques: accelerations, and the rates of deflections and velocities
         for j in range(width):
             region.force[k, j] = stiffness * common.deflection[k, j] + damping * common.rate[k, j]
         region.force[k, states] += laws.offset[piece]
@@ -58,30 +60,33 @@ def accelerate(workspace):
 
 @strict
 def look(workspace):
-    """Rates of the carried quantities, and what is watched: rows over z."""
+    """Rates of the carried quantities, and the quantities watched: rows over z."""
     common, laws = common_at(workspace), laws_at(workspace)
     auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
     n, clearances, watched = common.inertia.size, common.clearances.size, common.corner_scale.size
     references, period = common.references.shape[0], common.limits[PERIOD]
     width = region.matrix.shape[1]
+    # carried along: angles of the reference inertias and time integrals of the clearances' forces
     copy_rows(common.references, TOP, references, width, region.carried)
     for k in range(clearances):
         element, unit = common.clearances[k], period * period / common.corner_scale[k]
         for j in range(width):
             region.carried[references + k, j] = period * region.force[element, j]
+            # watched of a clearance: deflection, rate and second derivative over its corner's scale
             region.watched[k, j] = common.seen[k, j]
             region.watched[watched + k, j] = common.seen[clearances + k, j]
             second = -common.curvature[k, j]
             for i in range(n):
                 second += common.rows[element, i] * region.acceleration[i, j]
             region.watched[2 * watched + k, j] = second * unit
+    # watched of auxiliary elements
     for c in range(auxiliaries.element.size):
         _watch(common, laws, auxiliaries, region, c, clearances + c)
 
 
 @strict
 def _watch(common, laws, auxiliaries, region, c, row):
-    """What an auxiliary element watches; its derivatives follow from the rates of y."""
+    """Write the quantity that an auxiliary element watches; its derivatives follow from the rates of y."""
     at, k, memory = common.rows.shape[0] + c, auxiliaries.element[c], auxiliaries.state[c]
     piece, unit = laws.first[at] + region.pieces[at], 1.0 / common.corner_scale[row]
     of_deflection, of_rate = auxiliaries.by_deflection[piece] * unit, auxiliaries.by_rate[piece] * unit
@@ -93,17 +98,20 @@ def _watch(common, laws, auxiliaries, region, c, row):
 
 @strict
 def _keep(common, region, free):
-    """Which of z stand in y, chains last, and the amplitudes of the oscillators among them; answers Y."""
+    """Write which entries of z stand in y, chains last, and the amplitudes of the oscillators among them; returns Y."""
     states, count = region.matrix.shape[0], common.frequency.size
     width = states
+    # the states
     for i in range(states):
         free.column[i] = i
+    # inputs kept: where the particular solution would be larger than the motion
     for j in range(1 + 2 * count):
         if region.kept[j]:
             if j <= count:
                 free.amplitude[width - states] = common.amplitude[j]
             free.column[width] = states + j
             width += 1
+    # the signals' chains
     free.chained[0] = width
     for j in range(states + 1 + 2 * count, region.matrix.shape[1]):
         free.column[width] = j
@@ -114,7 +122,7 @@ def _keep(common, region, free):
 
 @strict
 def _take(rows, count, free, out, first):
-    """Of some rows over z the columns that stand in y."""
+    """Copy from rows over z the columns that stand in y."""
     for i in range(count):
         for j in range(free.width[0]):
             out[first + i, j] = rows[i, free.column[j]]
@@ -122,7 +130,7 @@ def _take(rows, count, free, out, first):
 
 @strict
 def _force(region, rows, count, out):
-    """What rows over z make of the inputs split off: (count, U)."""
+    """Write the response of rows over z to the inputs split off: (count, U)."""
     states = region.matrix.shape[0]
     for i in range(count):
         for j in range(region.kept.size):
@@ -134,13 +142,15 @@ def _force(region, rows, count, out):
 
 @strict
 def generate(workspace):
-    """Rates over y: carried quantities, states, kept inputs; and what is watched over y."""
+    """Rates over y: carried quantities, states, kept inputs; and the quantities watched."""
     common, region, free = common_at(workspace), region_at(workspace), free_at(workspace)
     states, count, watched = region.matrix.shape[0], common.frequency.size, common.corner_scale.size
     clearances, one = common.clearances.size, TOP + 1
     carried, width = region.carried.shape[0], _keep(common, region, free)
+    # rows of the carried quantities and of the states, over y
     _take(region.carried, carried, free, free.rates, TOP)
     _take(region.matrix, states, free, free.rates, carried)
+    # rows of what is kept: chains dq_j/ds = w q_(j+1), oscillators du/ds = S u
     for i in range(states, width):
         mine = free.column[i] - states
         for j in range(width):
@@ -153,6 +163,7 @@ def generate(workspace):
             elif mine > count and other == mine - count:
                 rate = common.frequency[other - 1]
             free.rates[carried + i, j] = rate
+    # what is watched; each derivative is the row before times the generator
     copy_rows(free.rates, carried, width, width, free.generator)
     _take(region.watched, 3 * watched, free, free.watched, TOP)
     for i in range(clearances, watched):
@@ -163,13 +174,15 @@ def generate(workspace):
 
 @strict
 def split_off(workspace):
-    """What the inputs split off make of the deflections and of the carried quantities."""
+    """Write the part of the deflections and of the carried quantities that the inputs split off make."""
     common, region = common_at(workspace), region_at(workspace)
     count, watched = common.frequency.size, common.corner_scale.size
     carried = region.carried.shape[0]
+    # the inputs split off at a deflection, and its derivatives
     _force(region, region.watched, watched, region.forced)
     for i in range(3 * watched):
         differentiate(region.forced, i, common.frequency, 1.0, i + watched)
+    # their integrals in the carried quantities, sines and cosines divided by the frequency
     _force(region, region.carried, carried, region.flowing)
     for i in range(carried):
         region.integral[i, 0] = 0.0

@@ -109,11 +109,13 @@ def stiffest(workspace):
 def typical(workspace):
     """Size of the scaled states in an ordinary motion, of the rates in ``region.matrix``.
 
-    What fills a clearance, and what the inputs make of the stiffest combination of pieces, in a period at most.
+    The largest of a motion that fills a clearance and of those that inputs make with all pieces at their stiffest, in
+    a period at most.
     """
     common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
     size, largest, width = region.matrix.shape[0], 0.0, region.matrix.shape[0] + 1 + 2 * common.frequency.size
     for j in range(1 + common.frequency.size):
+        # each input: the rates that it makes over a period, or its particular solution if that is smaller
         w, reached = 0.0, 0.0
         if j > 0:
             w = common.frequency[j - 1]
@@ -128,6 +130,7 @@ def typical(workspace):
             reached = min(reached, made)
         largest = max(largest, reached * common.amplitude[j])
     for k in range(common.clearances.size):
+        # each clearance: a motion that fills it
         moved = 0.0
         for j in range(width):
             moved = max(moved, abs(common.deflection[common.clearances[k], j]))
@@ -143,10 +146,12 @@ def split_inputs(workspace):
     size, count = region.matrix.shape[0], common.frequency.size
     largest_state = common.limits[LARGEST_STATE]
     for j in range(1 + count):
+        # particular solution of each input, if there is one
         w, amplitude = 0.0, common.amplitude[j]
         if j > 0:
             w = common.frequency[j - 1]
         keep = push(common, region, solver, j) and not respond(region, solver, w)
+        # kept if states or deflections would be larger than an ordinary motion by far
         for i in range(size):
             keep = keep or not modulus(solver.solution[i]) * amplitude <= largest_state
         for k in range(common.corner_scale.size):
@@ -154,6 +159,7 @@ def split_inputs(workspace):
             for i in range(size):
                 seen += region.watched[k, i] * solver.solution[i]
             keep = keep or not modulus(seen) * amplitude <= LARGEST
+        # its columns of P: a constant, or cosine and sine
         region.kept[j] = keep
         for i in range(size):
             region.particular[i, j] = 0.0 if keep else solver.solution[i].real

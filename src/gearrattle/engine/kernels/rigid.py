@@ -90,18 +90,9 @@ def _solve(matrix, right):
 def respond_rigidly(system, frame, statics, rest, angle, velocity):
     """Write angles and velocities (n,) of the periodic rigid response at t = 0, zero where the means accelerate.
 
-    Parameters
-    ----------
-    system
-        ``variants.Coefficients`` of one driveline.
-    frame
-        ``variants.Frame``.
-    statics
-        ``variants.Statics``.
-    rest
-        (n,) angles of the equilibrium.
-    angle, velocity
-        (n,) written.
+    system: ``variants.Coefficients`` of one driveline.
+    rest: (n,) angles of the equilibrium.
+    angle, velocity: (n,) written.
     """
     motion = statics.motion
     n, trains = motion.shape

@@ -1,4 +1,4 @@
-"""What is asked of sampled states: accelerations and element states of the vector field, rows over states."""
+"""Quantities at sampled states: accelerations and element states of the vector field, rows over states."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def rows_at(stack, table, states, out):
 
 
 class Lines(NamedTuple):
-    """What samples of a piecewise system are made of."""
+    """Rows, laws and structure from which the samples of a piecewise system are computed."""
 
     rows: (
         Array4  # (1, strips, Z, 4) over z: angles without references, velocities, torques (n,), deflections, rates (m,)
@@ -58,7 +58,7 @@ class Lines(NamedTuple):
 
 
 class Quantities(NamedTuple):
-    """Where samples go [SI]."""
+    """Sampled quantities, written [SI]."""
 
     angle: Matrix  # (t, n)
     velocity: Matrix  # (t, n)
@@ -77,34 +77,25 @@ def _force(stiffness, deflection, damping, rate, offset):
 def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     """Write the quantities of some samples, each by itself: how many there are changes no bit.
 
-    Parameters
-    ----------
-    lines
-        see ``Lines``.
-    states
-        (t, N + C) states, and what is carried, the references first.
-    pieces
-        (t, W).
-    inputs
-        (P, U) inputs; sample i has those of row (phase + i) mod P.
-    phase
-        see ``inputs``.
-    out
-        see ``Quantities``; forces are added to.
-    begin
-        the row of the first sample in what is written.
+    states: (t, N + C) states, and what is carried, the references first.
+    pieces: (t, W).
+    inputs: (P, U) inputs; sample i has those of row (phase + i) mod P.
+    out: see ``Quantities``; forces are added to.
+    begin: the row of the first sample in what is written.
     """
     elements, inertias = lines.elements.shape
     width, references = lines.rows.shape[2], lines.turned.shape[1]
     held = width - inputs.shape[1]
     z, values, rest = np.empty(width), np.empty(4 * lines.rows.shape[1]), 3 * inertias
     for i in range(states.shape[0]):
+        # states and inputs of the sample, and all rows over both
         row, at = (phase + i) % inputs.shape[0], begin + i
         for j in range(held):
             z[j] = states[i, j]
         for j in range(inputs.shape[1]):
             z[held + j] = inputs[row, j]
         multiply(lines.rows, 0, lines.rows.shape[1], width, z, values, 0)
+        # angles, velocities and what the inputs accelerate
         for j in range(inertias):
             angle = values[j]
             for r in range(references):
@@ -112,6 +103,7 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
             out.angle[at, j] = angle
             out.velocity[at, j] = values[inertias + j]
             out.acceleration[at, j] = values[2 * inertias + j] - lines.drag[j] * values[inertias + j]
+        # forces, and the accelerations that they make
         for k in range(elements):
             piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
             deflection, rate = values[rest + k], values[rest + elements + k]

@@ -28,27 +28,24 @@ def most_of(values, begin, end):
 def scale(system, frame, scales):
     """Write the scales of the deflections that are states, of the velocities and of the inputs.
 
-    Parameters
-    ----------
-    system
-        ``variants.Coefficients`` of one driveline.
-    frame
-        ``variants.Frame``.
-    scales
-        ``variants.Scales``; the corners' stay as they are.
+    system: ``variants.Coefficients`` of one driveline.
+    scales: ``variants.Scales``; the corners' stay as they are.
     """
     deflection, velocity, inputs = scales.deflection, scales.velocity, scales.inputs
     rows, elements, cycles, laws, first = frame.rows, frame.elements, frame.cycles, system.laws, system.laws.first
     n, period = velocity.size, system.period[0]
+    # velocities: the square root of the inertia
     for i in range(n):
         velocity[i] = power_below(sqrt(system.inertia[i]))
     for i in range(deflection.size):
+        # deflections: the square root of the largest stiffness, of an element without one a radian a period
         k, mobility = elements[i], 0.0
         for j in range(n):
             mobility += rows[k, j] * rows[k, j] * (1.0 / system.inertia[j])
         floor = (1.0 / period) * (1.0 / period) / mobility  # an element without stiffness: one radian a period
         deflection[i] = power_below(sqrt(max(most_of(laws.stiffness, first[k], first[k + 1]), floor)))
     for j in range(inputs.size):
+        # inputs: the torques of every inertia, with those that transmission errors make
         squares = 0.0
         for i in range(n):
             if j == 0:
@@ -63,6 +60,7 @@ def scale(system, frame, scales):
                     pushed += abs(rows[k, i]) * (most_of(laws.stiffness, first[k], first[k + 1]) * error)
             pushed /= sqrt(system.inertia[i])
             squares += pushed * pushed
+        # the motion they make in a period
         turns = 1.0 if j == 0 else max(1.0, cycles[j - 1])
         size = sqrt(squares) * period / (2.0 * pi * turns)
         inputs[j] = power_below(size) if size > 0.0 else 1.0

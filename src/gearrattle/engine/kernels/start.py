@@ -1,4 +1,4 @@
-"""Where a motion starts: the states of angles and velocities, and the pieces they lie in."""
+"""The start of a motion: the states that angles and velocities make, and the pieces they lie in."""
 
 from __future__ import annotations
 
@@ -49,6 +49,7 @@ def choose(workspace, frame, angle, march):
     for k in range(common.rows.shape[0]):
         region.pieces[k] = 0
     for i in range(frame.clearances.size):
+        # the deflection, and the size of its terms, by which it is rounded
         k, delta, size = common.clearances[i], 0.0, 0.0
         for j in range(n):
             size += abs(frame.rows[k, j]) * abs(angle[j])
@@ -57,6 +58,7 @@ def choose(workspace, frame, angle, march):
             delta += term
             size += abs(term)
         for p in range(laws.first[k] + 1, laws.first[k + 1]):
+            # the piece it lies in
             corner = laws.lower[p]
             if abs(delta - corner) <= 2.0 * ON_CORNER * max(abs(corner), size):
                 return False

@@ -11,7 +11,7 @@ from gearrattle.engine.kernels.eigen import diagonalise
 from gearrattle.engine.kernels.scaling import most_of
 
 FOUND, RUNAWAY, LOST = range(3)
-"""What became of the search: an equilibrium; a direction in which the potential falls for ever; none found."""
+"""Results of the search: an equilibrium; a direction in which the potential falls without end; none found."""
 NEGLIGIBLE = 1e-12
 """A load this small against the sum of all means, on the same shaft, counts as zero."""
 
@@ -49,15 +49,18 @@ def accelerate_rigidly(system, motion, acceleration):
     n, trains = motion.shape
     a, net = np.empty((trains, trains)), np.empty(trains)
     for p in range(trains):
+        # the mean torque on every train; what rounding leaves of a balance is nothing
         total, size = 0.0, 0.0
         for i in range(n):
             total += motion[i, p] * system.mean[i]
             size += abs(motion[i, p]) * abs(system.mean[i])
         net[p] = 0.0 if abs(total) <= NEGLIGIBLE * size else total
+        # masses of the trains
         for q in range(trains):
             a[p, q] = 0.0
             for i in range(n):
                 a[p, q] += motion[i, p] * (system.inertia[i] * motion[i, q])
+    # elimination and back substitution
     for p in range(trains):  # positive definite: no pivots
         for q in range(p + 1, trains):
             weight = a[q, p] / a[p, p]
@@ -68,6 +71,7 @@ def accelerate_rigidly(system, motion, acceleration):
         for j in range(p + 1, trains):
             net[p] -= a[p, j] * net[j]
         net[p] /= a[p, p]
+    # accelerations of the inertias
     for i in range(n):
         acceleration[i] = 0.0
         for p in range(trains):
@@ -78,11 +82,13 @@ def accelerate_rigidly(system, motion, acceleration):
 def _direct(stiffness, residual, nothing, vectors, direction):
     """Flat direction if the residual loads one, else the Newton direction (minimum norm); True if it is flat."""
     size, is_loaded = residual.size, False
+    # directions without stiffness first; the Newton direction only where none of them is loaded
     diagonalise(stiffness, vectors, size)
     for want_flat in (True, False):
         for i in range(size):
             direction[i] = 0.0
         for j in range(size):
+            # the part of the residual along each eigenvector
             value, part = stiffness[j, j], 0.0
             if (value <= _NO_STIFFNESS) != want_flat:
                 continue
@@ -92,6 +98,7 @@ def _direct(stiffness, residual, nothing, vectors, direction):
                 part /= value
             for i in range(size):
                 direction[i] += vectors[i, j] * part
+        # whether a flat direction is loaded beyond rounding
         for i in range(size):
             is_loaded = is_loaded or (want_flat and abs(direction[i]) > nothing[i])
         if is_loaded:
@@ -104,6 +111,7 @@ def _slide(laws, elastic, delta, travel, power):
     """Step s > 0 along the line at which U stops falling, U' being piecewise linear and never falling; -1: never."""
     begin = 0.0
     while True:
+        # the next corner on the line
         end = inf
         for e in range(elastic.size):
             k = elastic[e]
@@ -112,6 +120,7 @@ def _slide(laws, elastic, delta, travel, power):
                     s = (laws.upper[p] - delta[e]) / travel[e]
                     if begin < s < end:
                         end = s
+        # slope of U' up to there
         inside = begin + 0.5 * (end - begin) if end < inf else begin + 1.0 + abs(begin)
         slope, force = 0.0, 0.0
         for e in range(elastic.size):
@@ -120,10 +129,12 @@ def _slide(laws, elastic, delta, travel, power):
             p = laws.first[k] + piece_at(laws.upper, laws.first[k], laws.first[k + 1] - 1, at)
             slope += laws.stiffness[p] * v * v
             force += (laws.stiffness[p] * d + laws.offset[p]) * v
+        # U' reaches zero before that corner: the minimum
         if slope > 0.0:
             zero = (power - force) / slope
             if zero <= end:
                 return max(begin, zero)
+        # flat and no power left: it stops here
         elif power - force <= 1e-14 * abs(power):
             return begin if begin > 0.0 else min(end, 1.0)
         if end == inf:
@@ -133,7 +144,7 @@ def _slide(laws, elastic, delta, travel, power):
 
 @strict
 def _load(system, statics, acceleration, load, negligible):
-    """The load g on every deflection sought, and what of it counts as nothing."""
+    """The load g on every deflection sought, and the part of it that counts as rounding."""
     for j in range(load.size):
         load[j] = negligible[j] = 0.0
         for i in range(acceleration.size):
@@ -151,11 +162,13 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
     first counts, for a stiff element's force acts across it.
     """
     size, elastic, combination = x.size, statics.elastic, statics.combination
+    # sums over the elements begin at zero
     for i in range(size):
         for j in range(size):
             stiffness[i, j] = 0.0
         nothing[i] = allowed[i] = 0.0
     for e in range(elastic.size):
+        # each element: its deflection and the piece that it lies in or heads for
         delta[e], terms = 0.0, 0.0
         for j in range(size):
             delta[e] += combination[e, j] * x[j]
@@ -163,8 +176,10 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
         pieces[e] = _headed_for(laws, label, elastic[e], delta[e], travel[e])
         p = laws.first[elastic[e]] + pieces[e]
         slope, offset = laws.stiffness[p], laws.offset[p]
+        # its force, with what rounding makes of it
         force, rough = slope * delta[e] + offset, abs(slope * delta[e]) + abs(offset)
         rougher = slope * terms + abs(offset)
+        # balance and stiffness over the deflections sought
         for i in range(size):
             residual[i] -= combination[e, i] * force
             nothing[i] += _ROUNDING * (abs(combination[e, i]) * rough)
@@ -177,31 +192,20 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
 def rest(system, label, statics, acceleration, x, travel):
     """Write the deflections x (r,) of an equilibrium under the mean loads.
 
-    Parameters
-    ----------
-    system
-        ``variants.Coefficients`` of one driveline.
-    label
-        (m,) label of every element's lowest piece.
-    statics
-        ``variants.Statics``.
-    acceleration
-        (n,) from ``accelerate_rigidly``.
-    x
-        (r,) written.
-    travel
-        (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
-
-    Returns
-    -------
-    value
-        FOUND, RUNAWAY or LOST.
+    system: ``variants.Coefficients`` of one driveline.
+    label: (m,) label of every element's lowest piece.
+    acceleration: (n,) from ``accelerate_rigidly``.
+    x: (r,) written.
+    travel: (E,) written; after RUNAWAY the elements with an entry that is not zero ran away.
+    Returns FOUND, RUNAWAY or LOST.
     """
+    # room for the work
     laws, size, elastic, combination = system.laws, x.size, statics.elastic, statics.combination
     load, negligible, residual, nothing = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     scale, direction, allowed, delta = np.empty(size), np.empty(size), np.empty(size), np.empty(elastic.size)
     stiffness, vectors = np.empty((size, size)), np.empty((size, size))
     pieces = np.empty(elastic.size, np.int64)
+    # loads, and a scale of every deflection from the largest stiffness that acts on it
     _load(system, statics, acceleration, load, negligible)
     for j in range(size):
         x[j], scale[j] = 0.0, 0.0
@@ -215,15 +219,18 @@ def rest(system, label, statics, acceleration, x, travel):
     for e in range(elastic.size):
         travel[e] = 0.0
     for _ in range(_MOST_SEARCHES if size else 0):
+        # residual of the balance and stiffness of the present pieces
         for j in range(size):
             residual[j] = load[j]
         _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
+        # whether it is balanced to rounding
         is_balanced = True
         for j in range(size):
             nothing[j] = max(nothing[j], negligible[j])
             is_balanced = is_balanced and abs(residual[j]) <= max(allowed[j], nothing[j])
             residual[j] *= scale[j]
             nothing[j] *= scale[j]
+        # a flat direction that is loaded, or Newton's direction
         is_flat = _direct(stiffness, residual, nothing, vectors, direction)
         power, stays, shift, distance = 0.0, True, 0.0, 0.0
         for j in range(size):
@@ -231,6 +238,7 @@ def rest(system, label, statics, acceleration, x, travel):
             direction[j] *= scale[j]
             power += load[j] * direction[j]
         for e in range(elastic.size):
+            # whether the full step stays in the present pieces
             k, polished, travel[e], terms = elastic[e], 0.0, 0.0, 0.0
             for j in range(size):
                 travel[e] += combination[e, j] * direction[j]
@@ -240,10 +248,12 @@ def rest(system, label, statics, acceleration, x, travel):
                 travel[e] = 0.0
             begin, end = laws.first[k], laws.first[k + 1] - 1
             stays = stays and piece_at(laws.upper, begin, end, polished) == pieces[e]
+        # found: polished by the last Newton step where that stays in the pieces
         if is_balanced and not is_flat:
             for j in range(size):
                 x[j] += direction[j] if stays else 0.0
             return FOUND
+        # a step that only refines is taken in full, any other up to where the energy stops falling
         is_refined = stays and not is_flat and shift <= _REFINEMENT * distance
         step = 1.0 if is_refined else _slide(laws, elastic, delta, travel, power)
         if step < 0.0:

@@ -44,7 +44,7 @@ _LOCATING = 40
 
 
 class Stepper(NamedTuple):
-    """Everything that changes."""
+    """Arrays of a run that change."""
 
     y: Vector  # (S,) state
     clock: Vector  # (4,)
@@ -60,7 +60,7 @@ class Stepper(NamedTuple):
 
 @inlined
 def _four(elements):
-    """Buffers for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
+    """Buffers for deflections, rates, pieces and forces; separate, because taking rows of a matrix costs more."""
     return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
 
 
@@ -82,7 +82,7 @@ def _differ(one, other):
 
 @inlined
 def _is_finite(y):
-    """Whether every entry is."""
+    """Whether every entry is finite."""
     total = 0.0
     for i in range(y.size):
         total += 0.0 * y[i]
@@ -116,14 +116,11 @@ def _log(stepper, begin, time, k, piece, up, rate, integral):
 
 @inlined
 def _exit(h, gap, closing, end, end_rate, bracket):
-    """Bracket the first exit of a gap over a step as far as its cubic tells; gap, rate at both ends.
+    """Bracket the first exit of a gap over a step by its cubic, from gap and rate at both ends.
 
     A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
 
-    Returns
-    -------
-    value
-        whether there is one; the bracket of fractions.
+    Returns whether there is one; the bracket of fractions.
     """
     inside, last = gap > 0.0, 0.0
     for i in range(1, _EIGHTHS + 1):
@@ -180,7 +177,7 @@ def _met(field, h, piece, old, new, roots):
 
 @inlined
 def _next_guess(root, tries):
-    """Where to look next for a root: the ends of its bracket, then regula falsi (Illinois)."""
+    """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
     if tries == 0:
         return root[4]
     if tries == 1:
@@ -193,10 +190,7 @@ def _next_guess(root, tries):
 def _widen(root, tries, x, value):
     """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
 
-    Returns
-    -------
-    value
-        how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    Returns how many ends are settled now (2: both), or -1 if the motion does not cross after all.
     """
     inside = value * root[2] < 0.0
     if tries == 0:
@@ -232,17 +226,16 @@ def _narrow(root, x, value):
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
-    Returns
-    -------
-    value
-        (x, k, up): where the step must end, element and way; x = 2: at its end.
+    Returns (x, k, up): where the step must end, element and way; x = 2: at its end.
     """
     buffers, probe, here = scratch
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
+    # what is known of the roots, and where the step ends so far
     begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
     known = 0 if control.held else 2  # values at the ends of a blind step are known
     first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
     while True:
+        # what comes next: a guess of a root, the move to the first root, or a sample
         locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
         if locating:
             x = _next_guess(roots[done], tries)
@@ -260,11 +253,13 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
                 _take(after, stepper.states[i])
                 continue
             x = max(ahead, 0.0) / h
+        # the state there, by a step of its own length from the beginning
         if method.kind == EXTRAPOLATION:
             calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, buffers, probe)[2]
         else:
             runge_kutta(field, method, control.held, t, x * h, y, buffers, probe)
             calls = method.b.size - 1
+        # the end at the first root, or a sample, is stored
         if moving:
             _take(probe, after)
             done += 1
@@ -275,6 +270,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             counts[CALLS] += calls
         if moving:
             continue
+        # the element's distance from its corner there narrows the bracket
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
@@ -288,6 +284,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             tries += 1
             if not _narrow(root, x, value) and tries < _LOCATING:
                 continue
+        # the root is settled: log the crossing, or end the step at the first of them
         x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
         if not control.held:
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
@@ -323,6 +320,7 @@ def _try(field, method, control, stepper, h, buffers, after):
 @kernel
 def step_on(field, method, control, stepper, samples_per_period, most_events, budget):
     """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
+    # room for the work
     size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
     counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
     buffers = StepBuffers(
@@ -337,27 +335,32 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     )
     old, new, here = _four(elements), _four(elements), _four(elements)
     after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
+    # the first step, and the elements' states at its beginning
     if not counts[BEGUN]:
         counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
     _take(stepper.piece, old[2])
     look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
     end = (rows - 1) * field.period / samples_per_period
     for _ in range(budget):
+        # stop where the caller must act
         if counts[SAMPLE] >= rows:
             return DONE
         if counts[EVENTS] + most_events > stepper.event_time.size:
             return LOG_FULL
+        # try a step: up to the last sample at most
         t, left = clock[NOW], end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
         h, wanted = left if last else clock[NEXT], clock[NEXT]
         _take(slope, buffers.stages[0])
         _take(stepper.piece, buffers.at[2])
         error = _try(field, method, control, stepper, h, buffers, after)
+        # rejected: a shorter one is tried next
         if error > 1.0:
             counts[REJECTED] += 1
             if clock[NEXT] < control.shortest or t + clock[NEXT] == t:
                 return NO_CONVERGENCE
             continue
+        # accepted: the elements' states at its end
         if control.fixed and not _is_finite(after):
             return NON_FINITE
         counts[CALLS] += 1
@@ -366,6 +369,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         _take(stepper.piece, new[2])
         then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
         look(field, then, after, control.held, new, buffers.wave, slope)
+        # crossings and samples within the step
         x, k, up, count = 2.0, -1, 0, 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
@@ -385,12 +389,14 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
                 roots,
                 after,
             )
+        # take it: up to the first crossing where pieces are held
         met = x <= 1.0
         taken = x * h if met else h
         _take(after, y)
         counts[STEP] += 1
         clock[NOW] = t + taken if met else then
         clock[SMALLEST] = min(clock[SMALLEST], taken) if taken > 0.0 else clock[SMALLEST]
+        # over the crossing into the next piece
         if met:
             counts[STALLED] = counts[STALLED] + 1 if taken == 0.0 else 0
             if counts[STALLED] > _MOST_STALLED:

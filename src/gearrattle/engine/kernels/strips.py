@@ -1,7 +1,4 @@
-"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds.
-
-Takes arrays of ``workspace``; writes one slot's part of an array.
-"""
+"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds."""
 
 from __future__ import annotations
 
@@ -106,6 +103,7 @@ def fill_tables(workspace, tables, first, carried):
 
     Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
     """
+    # sizes, and the step at which a dozen terms of the Taylor series suffice
     common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
     fine = free.fine[0]
     shape, rows = _shape_of(common, free)
@@ -115,6 +113,7 @@ def fill_tables(workspace, tables, first, carried):
     norm = norm_of_chained_columns(free.generator, shape)
     below = max(1, int(ceil(log2(max(norm * h, 1e-300) / 0.25))))
     h /= 2.0**below
+    # Taylor series of E at that step
     for i in range(every):
         for j in range(width):
             one[i, j] = h * free.rates[i, j]
@@ -125,10 +124,12 @@ def fill_tables(workspace, tables, first, carried):
             for j in range(width):
                 one[i, j] += scratch.three[i, j]
         copy_rows(scratch.three, carried, rows, width, scratch.two)
+    # double it: E(a + b) = E(a) + E(b) + E(b) E(a)
     for octave in range(below + octaves - 1, -1, -1):
         copy_rows(one, TOP, every, width, four)
         _append(four, one, scratch, carried, rows, shape)
         level = 2 * octave
+        # the steps of 1/8, 1/16 ... of a period
         if level <= fine:
             _fill_table(tables, first + level, one, carried, shape)
         if 0 < level <= fine + 1:  # half as long again
@@ -179,7 +180,7 @@ def differentiate(rows, i, frequency, factor, o):
 
 @strict
 def fill_forced(workspace, series, slot, h):
-    """The same of the inputs split off; how many strips of it hold more than nothing."""
+    """The same of the inputs split off; returns the number of strips with entries that are not zero."""
     common, region, scratch = common_at(workspace), region_at(workspace), scratch_at(workspace)
     watched, inputs = common.corner_scale.size, common.input_size.size
     one, row, largest, last = scratch.one, TOP + 1, 0.0, 0

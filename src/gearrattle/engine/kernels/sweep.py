@@ -43,7 +43,7 @@ WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
 
 
 class Sweep(NamedTuple):
-    """The sweeper itself: all that changes, and all a later slice needs to go on with the same bits."""
+    """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
 
     windows: int  # a period
     most: int  # crossings in a window before all is made afresh
@@ -85,21 +85,14 @@ class SweepBuffers(NamedTuple):
 def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, end, whole, gap):
     """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
 
-    Parameters
-    ----------
-    table, errors
-        coefficients; row: of the element's transmission error, or -1.
-    reach
-        sum of |c_j| of its deflection's orders from 1 on.
-    lower, upper
-        corners around its piece.
-    fixed
-        its rounding band, 0 if relative to its motion.
-    side
-        (K,) changed where the clearance has left the corner it sat on.
-    whole, gap
-        scratch.
+    table, errors: coefficients.
+    row: of the element's transmission error, or -1.
+    reach: sum of |c_j| of its deflection's orders from 1 on.
+    lower, upper: corners around its piece.
+    fixed: its rounding band, 0 if relative to its motion.
+    side: (K,) changed where the clearance has left the corner it sat on.
     """
+    # the coefficients alone prove that the gap stays open: |g(0)| > sum of |c_j|
     start = table[0, k]
     if row >= 0:
         start -= errors[0, row]
@@ -107,15 +100,18 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
             reach += abs(errors[j, row])
     if start - lower > reach and upper - start > reach:
         return NEVER, 0, 0.0
+    # the deflection as a polynomial over the window, and its value where the search begins
     for j in range(gap.size):
         whole[j] = table[j, k]
     if row >= 0:
         for j in range(gap.size):
             whole[j] -= errors[j, row]
     here, rate, curvature = evaluate(whole, low)
+    # an element that sits on a corner leaves it once it is farther away than the band
     band = band_of(fixed, abs(rate) + 0.5 * abs(curvature))
     if has_left(side[c], here - lower, upper - here, band):
         side[c] = 0
+    # the first root of either gap from there on; the earlier one is the crossing
     best, upward, speed = NEVER, 0, 0.0
     for up in range(2):
         sign = 2 * up - 1
@@ -125,6 +121,7 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
         distance = sign * (corner - here)
         for j in range(gap.size):
             gap[j] = -sign * whole[j]
+        # on the corner that it sits on the gap counts as at least the band
         gap[0] += sign * corner
         if side[c] == sign:
             if low == 0.0:
@@ -167,7 +164,7 @@ def _search_all(network, laws, band, sweep, buffers, low):
 
 @kernel
 def _search_near(network, laws, near, band, sweep, buffers, c, low):
-    """The same for the clearances near one that has crossed."""
+    """Find the next crossing of the clearances near one that has crossed."""
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
     whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
@@ -176,10 +173,12 @@ def _search_near(network, laws, near, band, sweep, buffers, c, low):
         other = clearance[k]
         if other < 0:
             continue
+        # the sum of |c_j|, which the correction has changed
         total = 0.0
         for j in range(1, gap.size):
             total += abs(table[j, k])
         reach[k] = total
+        # its next crossing, searched from the crossing on
         p = first[k] + piece[other]
         sweep.exit[other], sweep.upward[other], sweep.rate[other] = next_exit(
             table,
@@ -203,11 +202,13 @@ def _search_near(network, laws, near, band, sweep, buffers, c, low):
 def _refresh(network, laws, band, inputs, sweep, buffers):
     """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
     counts, clock = sweep.counts, sweep.clock
+    # the states and the inputs where the window begins
     for i in range(buffers.y.size):
         sweep.table[0, i] = buffers.y[i]
     tie_up(network, sweep.table)
     inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, buffers.u)
     wave_series(network.turn, buffers.u, buffers.waves)
+    # Taylor series of all motions from the equation of motion, order by order
     error_series(network.error_at, network.error, buffers.waves, sweep.errors)
     expand(
         network,
@@ -223,6 +224,7 @@ def _refresh(network, laws, band, inputs, sweep, buffers):
         buffers.load,
         sweep.reach,
     )
+    # every gap is searched from the beginning of the window
     counts[CORRECTED] = 0
     counts[EXPANSIONS] += 1
     clock[1] = 0.0
@@ -252,20 +254,24 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
     """Take clearance c over its corner, and the motion on from there."""
     counts, clock, k = sweep.counts, sweep.clock, network.clearances[c]
     s, upward, before = sweep.exit[c], sweep.upward[c], clock[0] + clock[1]
+    # the force integral at the crossing, and its line in the log
     column, integral = network.mean.size + c, 0.0
     for j in range(sweep.table.shape[0] - 1, -1, -1):
         integral = integral * s + sweep.table[j, column]
     clock[1] = s
+    # log it
     time = (counts[WINDOW] + (clock[0] + s)) / sweep.windows
     rate = sweep.rate[c] * sweep.windows
     log_crossing(log, counts[EVENTS], counts[CYCLE], time, c, upward, sweep.piece[c], rate, integral)
     counts[EVENTS] += 1
     counts[STALLED] = counts[STALLED] + 1 if clock[0] + s == before else 0
+    # one element changes its piece, and sits on the corner
     p = laws.first[k] + sweep.piece[c]
     corner, q = laws.upper[p] if upward else laws.lower[p], p + 2 * upward - 1
     sweep.piece[c] += 2 * upward - 1
     sweep.side[c] = -1 if upward else 1
     sweep.stiffness[k], sweep.damping[k], sweep.offset[k] = laws.stiffness[q], laws.damping[q], laws.offset[q]
+    # the force changes by a known polynomial: add what that makes of the motion near the element
     if counts[CORRECTED] < sweep.most:
         change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
         jump_series(
@@ -297,7 +303,9 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
             buffers.row,
         )
         counts[CORRECTED] += 1
+        # only the gaps near it are searched again, from the crossing on
         _search_near(network, laws, near, band, sweep, buffers, c, s)
+    # too many crossings in the window: all motions are made afresh from the states here
     else:
         move(sweep.table, s, buffers.y)
         clock[0] += s
@@ -306,43 +314,36 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
 
 @kernel
 def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
-    """March until all samples are stored, or until something above is needed.
+    """March until all samples are stored or the caller must act.
 
-    Parameters
-    ----------
-    network, laws, near
-        see ``network``.
-    band
-        (K,) rounding band of each clearance [SI]; 0: relative to its motion.
-    inputs
-        see ``packed``; all amplitudes one.
-    sweep, samples, log, buffers
-        see above and ``packed``; sweep, samples and log change. Samples are columns of
-        a table.
-    budget
-        most windows and crossings in this slice.
-
-    Returns
-    -------
-    value
-        an ``Outcome`` code.
+    network, laws, near: see ``network``.
+    band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
+    inputs: see ``packed``; all amplitudes one.
+    sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
+        table.
+    budget: most windows and crossings in this slice.
+    Returns an ``Outcome`` code.
     """
     counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
+    # the first window
     if not counts[EXPANDED]:
         copy(sweep.table[0], buffers.y.size, buffers.y)
         _refresh(network, laws, band, inputs, sweep, buffers)
         counts[EXPANDED] = 1
     for _ in range(budget):
+        # stop where the caller must act
         if counts[SAMPLE] >= samples.pieces.shape[0]:
             return DONE
         if counts[EVENTS] >= log.cycle.size:
             return LOG_FULL
+        # the earliest crossing of all clearances in the window
         k, end = -1, NEVER
         for c in range(exits.size):
             if exits[c] < end:
                 k, end = c, exits[c]
         if end < 0.0:  # undecided
             return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
+        # up to that crossing, and over it
         if k >= 0:
             _emit(sweep, samples, end, buffers)
             if counts[SAMPLE] >= samples.pieces.shape[0]:
@@ -351,6 +352,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
+        # no crossing is left: the states at the end of the window begin the next one
         end = 1.0 - clock[0]
         _emit(sweep, samples, end, buffers)
         move(sweep.table, end, buffers.y)
@@ -360,6 +362,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
         if counts[WINDOW] == sweep.windows:
             counts[WINDOW] = 0
             counts[CYCLE] += 1
+        # all motions as Taylor series over the next window
         if not np.isfinite(buffers.y.sum()):
             return NON_FINITE
         _refresh(network, laws, band, inputs, sweep, buffers)

@@ -1,4 +1,4 @@
-"""What is kept of the crossings of a motion: counts, sums and largest values, added up in the order of the log.
+"""Sums over the crossings of a motion: counts, sums and largest values, added up in the order of the log.
 
 One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``many``).
 ``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
@@ -46,7 +46,7 @@ def _in_order(log, events, period, time):
 
 @strict
 def _broken(judged, crossings, pieces):
-    """The first crossing that does not lead from where its clearance is to a piece beside it; -1 without any."""
+    """The first crossing that does not lead from its clearance's present piece to a neighbouring one; -1: none."""
     for i in range(crossings.time.size):
         k, origin, to = crossings.clearance[i], crossings.from_piece[i], crossings.to_piece[i]
         if not 0 <= k < pieces.size:
@@ -84,10 +84,12 @@ def _stay(judged, crossings, window, pieces, v, out):
         since[k] = window[0]
     for i in range(crossings.time.size):
         k, time = crossings.clearance[i], crossings.time[i]
+        # the time in the piece that is left
         begin = judged.pieces[k]
         if window[0] <= time <= window[1]:
             dwell[begin + pieces[k]] += time - since[k]
             since[k] = time
+            # a corner between inner and outer pieces: the side on which it is crossed
             lower, last = begin + min(crossings.from_piece[i], crossings.to_piece[i]), begin
             inside = judged.inner[lower] + judged.inner[lower + 1]
             if inside == 1 or (inside == 0 and not judged.gap[k]):
@@ -97,6 +99,7 @@ def _stay(judged, crossings, window, pieces, v, out):
                 out.sides[v, k, 0 if lower >= last else 1] = 1.0
         if time <= window[1]:
             pieces[k] = crossings.to_piece[i]
+    # the time in the last pieces
     for k in range(clearances):
         dwell[judged.pieces[k] + pieces[k]] += window[1] - since[k]
     for p in range(dwell.size):
@@ -126,6 +129,7 @@ def _end(out, v, k, met, left, push, held):
 @strict
 def _strike(judged, crossings, window, v, out):
     """Add the impacts that begin in the window, and contacts that were open and end here."""
+    # the next crossing of the same corner, backwards: it ends the contact
     events = crossings.time.size
     following, returns = np.empty(events, np.int64), np.full(out.open.shape[1], -1, np.int64)
     time, rate, integral = crossings.time, crossings.velocity, crossings.force_integral
@@ -133,6 +137,7 @@ def _strike(judged, crossings, window, v, out):
         k = crossings.clearance[i]
         corner = judged.pieces[k] - k + min(crossings.from_piece[i], crossings.to_piece[i])
         following[i], returns[corner] = returns[corner], i
+    # contacts that were open when the chunk began
     for corner in range(returns.size):
         i = returns[corner]
         if out.open[v, corner] > 0.0 and i >= 0:
@@ -140,15 +145,18 @@ def _strike(judged, crossings, window, v, out):
             _end(out, v, crossings.clearance[i], out.met[v, corner], abs(rate[i]), push, held)
             out.open[v, corner] = 0.0
     for i in range(events):
+        # an impact: out of the free gap, or outwards into a stiffer piece
         k = crossings.clearance[i]
         begin, origin, to = judged.pieces[k], crossings.from_piece[i], crossings.to_piece[i]
         outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
         if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
             continue
+        # the flank it is on, and the one before
         flank, before = (1.0 if to + judged.label[k] >= 0 else -1.0), out.flank[v, k]
         out.flank[v, k] = flank
         if not window[0] <= time[i] <= window[1]:
             continue
+        # impacts in the window: counts and speeds
         speed = abs(rate[i])
         out.count[v, k] += 1.0
         out.drive[v, k] += 1.0 if flank > 0.0 else 0.0
@@ -157,6 +165,7 @@ def _strike(judged, crossings, window, v, out):
         out.speed[v, k] += speed
         out.top_speed[v, k] = max(out.top_speed[v, k], speed)
         out.square[v, k] += speed * speed
+        # its contact: open at the end of the chunk, or ended by a later crossing
         j = following[i]
         if j < 0:
             corner = begin - k + min(origin, to)
@@ -170,29 +179,14 @@ def _strike(judged, crossings, window, v, out):
 def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     """Add the next chunk of a motion.
 
-    Parameters
-    ----------
-    judged
-        ``variants.Judged``.
-    crossings
-        ``variants.Crossings``, all of the chunk.
-    window
-        begin and end of the part of the chunk that counts [s], both included.
-    initial
-        (K,) pieces at the start of the chunk.
-    final
-        (K,) force integrals at its end.
-    fresh
-        whether it is the first: the sums begin at zero.
-    v
-        which of the motions.
-    out
-        ``variants.Tallies``; its counts of function calls stay as they are.
-
-    Returns
-    -------
-    value
-        -1; else which crossing does not go on where the one before leads, and nothing is written.
+    crossings: ``variants.Crossings``, all of the chunk.
+    window: begin and end of the part of the chunk that counts [s], both included.
+    initial: (K,) pieces at the start of the chunk.
+    final: (K,) force integrals at its end.
+    fresh: whether it is the first: the sums begin at zero.
+    v: which of the motions.
+    out: ``variants.Tallies``; its counts of function calls stay as they are.
+    Returns -1; else the index of a crossing that does not begin where the one before ended, and nothing is written.
     """
     broken = _broken(judged, crossings, initial.copy())
     if broken >= 0:
@@ -212,26 +206,13 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
 def tally(judged, log, events, window, initial, final, scales, v, out):
     """Write the sums of one motion that was marched to its end.
 
-    Parameters
-    ----------
-    judged
-        ``variants.Judged``.
-    log
-        ``packed.Log``; simultaneous crossings are put into element order.
-    events
-        how many there are.
-    window
-        begin and end of the steady part [s], both included, and the period.
-    initial
-        (K,) pieces at t = 0.
-    final
-        (K,) force integrals at the end.
-    scales
-        ``variants.Scales``.
-    v
-        which of the variants.
-    out
-        ``variants.Tallies``; its counts of function calls stay as they are.
+    log: ``packed.Log``; simultaneous crossings are put into element order.
+    events: how many there are.
+    window: begin and end of the steady part [s], both included, and the period.
+    initial: (K,) pieces at t = 0.
+    final: (K,) force integrals at the end.
+    v: which of the variants.
+    out: ``variants.Tallies``; its counts of function calls stay as they are.
     """
     time, rate = np.empty(events), np.empty(events)
     origin, to = np.empty(events, np.int64), np.empty(events, np.int64)

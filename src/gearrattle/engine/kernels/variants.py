@@ -1,7 +1,7 @@
-"""The arrays in which many variants of one driveline lie, and what they have in common.
+"""The arrays of many variants of one driveline, and of what the variants have in common.
 
 Variants of one *structure* differ in numbers alone: the same elements in the same places, as many pieces to each law,
-the same orders. What their structure says is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
+the same orders. Their structure is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
 variants.
 
 n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with
@@ -35,7 +35,7 @@ class Coefficients(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """What variants of one structure share."""
+    """The structure that variants share."""
 
     rows: Matrix  # (m, n) W
     label: IntVector  # (m,) label of its lowest piece
@@ -57,7 +57,7 @@ class Scales(NamedTuple):
 
 
 class Statics(NamedTuple):
-    """What the search for the equilibrium needs to know: coordinates of the elements with stiffness alone."""
+    """Input of the search for the equilibrium: coordinates of the elements with stiffness alone."""
 
     elastic: IntVector  # (E,) these elements
     at: IntVector  # (r,) which of them each deflection that is sought belongs to
@@ -67,7 +67,7 @@ class Statics(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What the judging of variants needs to know of their structure; corners and pieces of clearances end to end."""
+    """Structure of the clearances for the sums over crossings; their corners and pieces end to end."""
 
     pieces: IntVector  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
     label: IntVector  # (K,) label of its lowest piece
@@ -87,7 +87,7 @@ class Crossings(NamedTuple):
 
 
 class Tallies(NamedTuple):
-    """What is kept of the crossings of V motions, each array with a leading axis (V, ...)."""
+    """Sums over the crossings of V motions, each array with a leading axis (V, ...)."""
 
     sides: Array3  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
     dwell: Matrix  # (pieces,) time in each region [s]

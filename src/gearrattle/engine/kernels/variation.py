@@ -30,24 +30,16 @@ def propagate(tables, generator, steps, fine, h, order, columns, term):
 def gradient_segments(tables, generators, steps, fine, order, path, durations, kicks, reset, rows, out):
     """Gradient of the flow over consecutive segments.
 
-    Parameters
-    ----------
-    tables
-        (regions, levels, N, N) exp(A h) - 1; generators (regions, N, N) A; steps (levels,) h; fine (regions,).
-    order
-        terms of the Taylor rest.
-    path
-        (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
-    durations
-        (I,) lengths of the intervals.
-    kicks
-        (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
-    reset
-        (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
-    rows
-        (K, N) deflections by state.
-    out
-        (segments, N, N) results; segment i maps perturbations at its start to its end.
+    tables: (regions, levels, N, N) exp(A h) - 1.
+    generators: (regions, N, N) A.
+    steps, fine: (levels,) h, and (regions,) the finest level.
+    order: terms of the Taylor rest.
+    path: (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
+    durations: (I,) lengths of the intervals.
+    kicks: (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
+    reset: (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
+    rows: (K, N) deflections by state.
+    out: (segments, N, N) results; segment i maps perturbations at its start to its end.
     """
     size = rows.shape[1]
     segment = 0
@@ -56,9 +48,11 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     for i in range(size):
         columns[i, i] = 1.0
     for i in range(durations.size):
+        # within the interval: exp(A h)
         region, clearance = path[i, 0], path[i, 1]
         propagate(tables[region], generators[region], steps, fine[region], durations[i], order, columns, term)
         for p in range(size):
+            # the crossing: memories that are known, and the kick by the saltation matrix
             moved = 0.0
             for j in range(size if clearance >= 0 else 0):
                 moved += rows[clearance, j] * columns[j, p]
@@ -67,6 +61,7 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
                     columns[size - reset.shape[1] + j, p] = 0.0
             for j in range(size if clearance >= 0 else 0):
                 columns[j, p] += kicks[i, j] * moved
+        # the next segment begins with the identity
         if path[i, 2] and segment + 1 < out.shape[0]:
             segment += 1
             columns = out[segment]

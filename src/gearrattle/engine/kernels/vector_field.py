@@ -69,10 +69,12 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
     count, laws = field.cycles.size, field.laws
     elements, size = field.rows.shape
     r = field.basis.shape[0]
+    # sines and cosines of the harmonics
     turns, unit = time / field.period, 2.0 * pi / field.period
     for j in range(count):
         wave[j], wave[count + j] = sine_cosine(field.cycles[j] * turns)
     for k in range(elements):
+        # deflection and rate, transmission error taken off
         d, v = 0.0, 0.0
         for i in range(r):
             d += field.combination[k, i] * y[i]
@@ -82,6 +84,7 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
             omega = unit * field.cycles[j]
             d -= field.error_sine[k, j] * wave[j] + field.error_cosine[k, j] * wave[count + j]
             v -= omega * (field.error_sine[k, j] * wave[count + j] - field.error_cosine[k, j] * wave[j])
+        # the piece, and the force in it
         p = laws.first[k]
         if held:
             p += int(piece[k])
@@ -98,11 +101,13 @@ def derivative(field, time, y, wave, deflection, rate, piece, force, out, held=F
     element_states(field, time, y, wave, deflection, rate, piece, force, held)
     elements, size = field.rows.shape
     r, count = field.basis.shape[0], field.cycles.size
+    # x' = X v
     for i in range(r):
         total = 0.0
         for j in range(size):
             total += field.basis[i, j] * y[r + j]
         out[i] = total
+    # v' from the balance of torques
     for i in range(size):
         total = field.mean[i] - field.drag[i] * y[r + i]
         for j in range(count):
@@ -110,6 +115,7 @@ def derivative(field, time, y, wave, deflection, rate, piece, force, out, held=F
         for k in range(elements):
             total -= field.rows[k, i] * force[k]
         out[r + i] = total / field.inertia[i]
+    # reference angles and force integrals
     at = r + size
     for i in range(field.references.size):
         out[at + i] = y[r + field.references[i]]

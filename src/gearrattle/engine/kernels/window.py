@@ -17,7 +17,7 @@ _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
 _FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
 _REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
-"""How far into the window n rounds of four terms reach."""
+"""Part of the window in which n rounds of four terms are exact to rounding."""
 _BEYOND = 0.25  # part of a finest step: with an instant this near the rest of the step is not searched
 
 
@@ -36,7 +36,7 @@ def strips_of(count):
 
 @inlined
 def advance(tables, index, width, chain, y, carried, out):
-    """Add a table's increments to what is carried and to y, but for the strips that hold nothing but chains."""
+    """Add a table's increments to the carried quantities and to y, without the strips that hold only chains."""
     behind = strips_of(carried.size)
     strips = strips_of(width - chain)
     multiply(tables, index, behind + strips, width, y, out, 0)
@@ -66,31 +66,22 @@ def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
 
 @kernel
 def move_within(powers, slot, width, chained, x, y, carried, scratch):
-    """Move y and what is carried by x finest steps, 0 <= x <= 1; the chains at the end of y are left as they are.
+    """Move y and the carried quantities by x finest steps, 0 <= x <= 1; the chains at the end of y stay as they are.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
     then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
     of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
 
-    Parameters
-    ----------
-    powers
-        see ``packed``.
-    slot, width
-        of the region.
-    chained
-        how many entries of y are chains, how many links each has, and what B takes of the next link.
-    x
-        part of the finest step.
-    y, carried
-        moved.
-    scratch
-        see ``window_scratch``.
+    powers: see ``packed``.
+    chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
+    x: part of the finest step.
     """
+    # sizes: strips of what is carried and of y without its chains
     out, terms, total, weight = scratch
     behind, moved = strips_of(carried.size), width - chained[0]
     first, strips = 4 * behind, behind + strips_of(moved)
     rows = 4 * strips
+    # y, B y, B^2 y, B^3 y
     for i in range(4 * strips_of(moved)):
         terms[first + i] = y[i]
     for r in range(3):
@@ -99,9 +90,11 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         out[i] = 0.0
     for i in range(moved, width):
         total[i] = 0.0
+    # as many rounds as x needs for rounding
     rounds = _STRIPS if chained[0] > 0 else 1
     while rounds < _STRIPS and x > _REACH[rounds]:
         rounds += 1
+    # Horner in B^4
     x2 = x * x
     x3, x4 = x2 * x, x2 * x2
     for q in range(rounds - 1, 0, -1):
@@ -114,6 +107,7 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         add(strips - behind, out, first, total)
         _combine_chains(p, c1, c2, c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
+    # the first three orders of what is carried, then add all
     weight[0], weight[1], weight[2] = x, x2 / 2.0, x3 / 6.0
     strip_product_added(terms, (rows, 4, rows, strips, 3), weight, out, 0)
     add(behind, out, 0, carried)
@@ -148,27 +142,12 @@ def first_crossing(
 ):
     """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
 
-    Parameters
-    ----------
-    series, forced_series, forced_strips, lower, upper
-        see ``packed.Regions``.
-    slot, width
-        of the region.
-    y, u, side
-        see ``packed.March``.
-    band, unsafe
-        rounding bands (W,) and corners (W, 2).
-    gap
-        scratch (ORDER + 1,).
-    h
-        the finest step.
-    reach
-        the part of it that is searched, a power of two.
-
-    Returns
-    -------
-    value
-        (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
+    series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
+    y, u, side: see ``packed.March``.
+    band, unsafe: rounding bands (W,) and corners (W, 2).
+    gap: scratch (ORDER + 1,).
+    reach: the part of it that is searched, a power of two.
+    Returns (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
         Simultaneous crossings go to the first element.
     """
     best, element, upward, rate = NEVER, -1, 0, 0.0
@@ -178,8 +157,10 @@ def first_crossing(
                 continue
             sign = 2 * up - 1
             index = slot * side.size + k
+            # the deflection's Taylor polynomial, of the state and of the inputs split off
             multiply(series, index, _STRIPS, width, y, gap, 0)
             multiply_add(forced_series, index, forced_strips[slot], u.size, u, gap)
+            # its gap to the corner, lifted to the band where it sits on it
             for j in range(gap.size):
                 gap[j] *= -sign
             if reach < 1.0:
@@ -187,6 +168,7 @@ def first_crossing(
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
                 gap[0] = lifted(gap[0], band[k])
+            # the earliest root of all
             x = first_exit(gap)
             if x < best:
                 best, element, upward = x, k, up
@@ -198,7 +180,7 @@ def first_crossing(
 
 @kernel
 def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
-    """Add the particular solution: y becomes states, and what is carried counts from the start of the run."""
+    """Add the particular solution: y becomes states, and carried quantities count from the start of the run."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
     add(strips_of(states), out, 4 * behind, y)

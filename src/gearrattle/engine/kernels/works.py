@@ -24,7 +24,7 @@ class Intervals(NamedTuple):
 
 
 class Works(NamedTuple):
-    """What is summed [J]."""
+    """Sums of works [J]."""
 
     torque: Vector  # (n,) work of the torques
     drag: Vector  # (n,) loss
@@ -33,7 +33,7 @@ class Works(NamedTuple):
 
 
 class WorkBuffers(NamedTuple):
-    """What changes on the way, and buffers; see ``sweep``."""
+    """Present pieces, series and scratch; see ``sweep``."""
 
     now: Vector  # (2,) whole periods and the rest, in periods
     table: Matrix
@@ -57,17 +57,20 @@ class WorkBuffers(NamedTuple):
 @kernel
 def _add_powers(network, buffers, works, length, s, weight):
     """Add weight times every power at s of the window in the table."""
+    # the motion and the inputs at s
     y, wave, slip, load, m = buffers.y, buffers.wave, buffers.slip, buffers.torque, buffers.force.size
     n = network.mean.size - m
     stiffness, damping, offset = buffers.stiffness, buffers.damping, buffers.offset
     move(buffers.table, s, y)
     move(buffers.waves, s, wave)
+    # transmission errors and their rates
     for i in range(slip.shape[1]):
         value, rate = 0.0, 0.0
         for j in range(buffers.errors.shape[0] - 1, -1, -1):
             rate = rate * s + value
             value = value * s + buffers.errors[j, i]
         slip[0, i], slip[1, i] = value, rate / length
+    # torques, and the powers of torques and drags
     for i in range(load.size):
         load[i] = network.mean[i]
     for i in range(network.driven.size):
@@ -77,6 +80,7 @@ def _add_powers(network, buffers, works, length, s, weight):
         works.torque[i] += weight * load[m + i] * y[m + i]
         works.drag[i] += weight * network.drag[m + i] * y[m + i] * y[m + i]
     for k in range(m):
+        # forces: the powers of transmission errors and of losses
         rate = network.first_arm[k] * y[network.first[k]] + network.second_arm[k] * y[network.second[k]]
         row = network.error_of[k]
         if row >= 0:
@@ -89,6 +93,7 @@ def _add_powers(network, buffers, works, length, s, weight):
 @kernel
 def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
     """Add the powers over a share of a window from the state in the table, and move that to the end."""
+    # the inputs and the Taylor series over that share of the window
     length = share * network.length
     for j in range(buffers.turn.size):
         buffers.turn[j] = share * network.turn[j]
@@ -110,8 +115,10 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
         buffers.load,
         buffers.reach,
     )
+    # powers at the Gauss-Legendre nodes
     for q in range(weights.size):
         _add_powers(network, buffers, works, length, abscissas[q], length * weights[q])
+    # the state at the end, and the clock
     move(buffers.table, 1.0, buffers.y)
     buffers.table[0] = buffers.y
     buffers.now[1] += share / windows
@@ -124,20 +131,12 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
 def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
-    Parameters
-    ----------
-    network, laws
-        see ``network``. inputs: see ``packed``, amplitudes one.
-    path, buffers, works
-        see above; buffers and works change.
-    first, last
-        intervals.
-    samples
-        (t, columns) of the table; per_cycle: how many a period.
-    windows
-        a period.
-    nodes
-        (2, Q) abscissas in 0 ... 1 and weights.
+    network, laws: see ``network``.
+    inputs: see ``packed``; all amplitudes one.
+    path, buffers, works: see ``Intervals``, ``WorkBuffers``, ``Works``; buffers and works change.
+    samples: (t, columns) of the table.
+    per_cycle, windows: how many a period.
+    nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
     for i in range(first, last):
         if path.sample[i] >= 0:

@@ -36,7 +36,7 @@ from gearrattle.engine.kernels.packed import ORDER
 
 
 class Common(NamedTuple):
-    """What the regions of a driveline have in common; rows over z."""
+    """Arrays that the regions of a driveline share; rows over z."""
 
     motion: Matrix  # (r, Z) rates of the deflections that are states
     balance: Matrix  # (n, Z) torques less drag
@@ -54,7 +54,7 @@ class Common(NamedTuple):
     input_size: Vector  # (U,) the amplitude of every input
     clearances: IntVector  # (K,) elements
     cornered: IntVector  # (K,) 1: the clearance has a corner other than zero
-    limits: Vector  # (LIMITS,) see below
+    limits: Vector  # (LIMITS,) by the indices PERIOD ...
     coarsest: IntVector  # (1,) lower limit for the level of the finest step
     links: IntVector  # (1,) D + 1, entries per chain
 
@@ -222,10 +222,7 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
 def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
     """Return the position of every array in one block of memory.
 
-    Returns
-    -------
-    tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]
-        Shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
+    Returns shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
         address, else 0; the size of the block in numbers of 8 bytes.
     """
     count = 0
@@ -245,11 +242,13 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 
 def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
     """Call ``allocate`` with the shape and type of every array; return its answers in the groups of a workspace."""
+    # sizes
     m, n, r, states, harmonics, chain, references, clearances, auxiliaries, pieces = sizes
     inputs, watched, carried = 1 + 2 * harmonics, clearances + auxiliaries, references + clearances
     members, z = m + auxiliaries, states + inputs + chain
     rows = max(carried + z, ORDER + 1)
 
+    # arrays of one type
     def floats(*shape: int) -> Any:
         return allocate(shape, np.float64)
 
@@ -259,6 +258,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
     def complexes(*shape: int) -> Any:
         return allocate(shape, np.complex128)
 
+    # what all regions share
     common = Common(
         motion=floats(r, z),
         balance=floats(n, z),
@@ -291,6 +291,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         by_rate=floats(pieces),
         by_itself=floats(pieces),
     )
+    # one region over z, then over y
     region = Region(
         pieces=integers(members),
         force=floats(m, z),
@@ -316,6 +317,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         fast=floats(watched, z),
         fine=integers(1),
     )
+    # its Schur form and its bounds
     modes = Modes(
         schur=complexes(states, states),
         basis=complexes(states, states),
@@ -333,6 +335,7 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         pushed=floats(3 * watched, chain),
         followed=floats(watched, chain),
     )
+    # all groups, with scratch and with room for the solver and for LAPACK
     return Workspace(
         common,
         laws,
@@ -351,9 +354,11 @@ def _prepare_lapack(workspace: Workspace) -> None:
     """Store the addresses of the fifteen arguments of zgees; the sorting function (SELECT) is null."""
     modes, lapack = workspace.modes, workspace.lapack
     states = len(modes.schur)
+    # addresses of its integers, letters and work arrays
     n, job, work = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
     leading, sorted_count, work_size, info = (n + 4 * i for i in range(1, 5))
     eigenvalues, real_work = work + 16 * _LAPACK * states, work + 16 * (_LAPACK + 1) * states
+    # zgees(JOBVS, SORT, SELECT, N, A, LDA, SDIM, W, VS, LDVS, WORK, LWORK, RWORK, BWORK, INFO)
     arguments = (
         job,
         job + 1,
@@ -371,6 +376,7 @@ def _prepare_lapack(workspace: Workspace) -> None:
         0,
         info,
     )
+    # N, leading dimension, SDIM, LWORK, INFO
     integers = states, states, 0, _LAPACK * states, 0
     for array, numbers in ((lapack.letters, b"VN"), (lapack.integers, integers), (lapack.arguments, arguments)):
         for i, number in enumerate(numbers):

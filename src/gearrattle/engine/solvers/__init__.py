@@ -1,4 +1,4 @@
-"""The shelf of algorithms, by their names in files, calls and on the command line."""
+"""The table of algorithms, by their names in files, calls and on the command line."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""What a solver is: it starts on a task, works in slices, and hands over a motion.
+"""The interface of solvers: a solver starts on a task, works in slices, and hands over a motion.
 
 A solver never meets a model, a file or a unit: it gets a piecewise system, initial angles and velocities and an output
 grid. The loop that drives it, shows progress and listens to Ctrl-C is ``simulate.simulate``, the same for all.
 To add a solver: write its file with a function ``Task -> Marching``, add one line to the table in ``__init__``, and its
-test page; the laws over the table test it by its existing.
+test page; the tests over the table then cover it.
 """
 
 from __future__ import annotations
@@ -27,45 +27,25 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Task:
-    """What to integrate and where to sample.
+    """A system to integrate, its initial state and its output grid."""
 
-    Attributes
-    ----------
-    system
-        the piecewise-linear system [SI].
-    angle, velocity
-        (n,) state at t = 0 [rad, rad/s].
-    cycles
-        length of the run in periods.
-    samples_per_cycle
-        output grid.
-    tolerance
-        None for the solver's default.
-    step
-        fixed step [s]; None for the solver's default.
-    audit
-        whether to audit the energy, where the solver can.
-    memory
-        (S,) memories of auxiliaries at t = 0 [SI]; None for none of them loaded.
-    auxiliary_pieces
-        (C,) pieces of auxiliaries at t = 0; None for those that deflections and rates decide.
-    """
-
-    system: PiecewiseSystem
+    system: PiecewiseSystem  # [SI]
+    # angle, velocity: (n,) state at t = 0 [rad, rad/s]
     angle: Array
     velocity: Array
-    cycles: int
-    samples_per_cycle: int
-    tolerance: float | None
-    step: float | None
-    audit: bool = True
-    memory: Array | None = None
+    cycles: int  # length of the run in periods
+    samples_per_cycle: int  # output grid
+    tolerance: float | None  # None for the solver's default
+    step: float | None  # fixed step [s]; None for the solver's default
+    audit: bool = True  # whether to audit the energy, where the solver can
+    memory: Array | None = None  # (S,) memories of auxiliaries at t = 0 [SI]; None for none of them loaded
+    # (C,) pieces of auxiliaries at t = 0; None for those that deflections and rates decide
     auxiliary_pieces: IntArray | None = None
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
+    """Result of a solver [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
     ``function_calls`` are those of the algorithm; what only output needs is not counted. ``aside`` is the time [s] that
     notes took, which is not the algorithm's either.
@@ -95,24 +75,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class Position:
-    """Where a run stands.
+    """Present time and deflections of a run."""
 
-    Attributes
-    ----------
-    time
-        [s].
-    deflection
-        (K,) of the clearances.
-    last_crossed
-        the clearance that crossed last, if any.
-    fastest
-        the element whose own motion needs the shortest steps; None where that is not known.
-    """
-
-    time: float
-    deflection: Array
-    last_crossed: int | None
-    fastest: int | None = None
+    time: float  # [s]
+    deflection: Array  # (K,) of the clearances
+    last_crossed: int | None  # the clearance that crossed last, if any
+    fastest: int | None = None  # the element whose own motion needs the shortest steps; None where that is not known
 
 
 class Marching(Protocol):
@@ -122,10 +90,10 @@ class Marching(Protocol):
         """Do a slice of work (a few milliseconds); SLICE_SPENT means there is more."""
 
     def fraction(self) -> float:
-        """How much of the run is done, 0 ... 1."""
+        """Part of the run that is done, 0 ... 1."""
 
     def position(self) -> Position:
-        """Where the run stands, for a message about a failure."""
+        """Present position of the run, for a message about a failure."""
 
     def motion(self) -> Motion:
         """The motion, once ``advance`` has answered DONE."""
@@ -140,13 +108,13 @@ class Extensible(Marching, Protocol):
     """
 
     def extend(self, cycles: int) -> None:
-        """After DONE: let go of what is stored, and make ready for some cycles more."""
+        """After DONE: drop the stored samples, and make room for some cycles more."""
 
     def snapshot(self) -> dict[str, Array | IntArray]:
         """After DONE: all that another process needs to go on; owns its arrays."""
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
-        """Begin with a snapshot of a run on the same task, and make ready for some cycles more."""
+        """Begin with a snapshot of a run on the same task, and make room for some cycles more."""
 
 
 Solver = Callable[[Task], Marching]

@@ -3,11 +3,9 @@
 A thread takes a task, marches it to its end and hands the motion to a function that keeps what is wanted of it; the
 motion itself is let go. So a few motions are held at a time, however many variants there are. The march and the
 building of regions let go of the interpreter (``kernels``); the little Python between them is what threads share.
-Nothing is looked for on the shelf of earlier systems (``slots.slots_of``), which thousands of variants would only wash
-out.
+Regions of earlier systems (``slots.slots_of``) are not looked up: thousands of variants would displace them.
 
 A variant that fails - crossings that pile up, a state or a region that is not finite - is an outcome among the others.
-Takes an iterable of tasks; gives an iterator of ``Ended``.
 """
 
 from __future__ import annotations
@@ -37,27 +35,13 @@ _WAITING = 4  # tasks a thread may have ahead of the one whose result is asked f
 
 @dataclass(frozen=True)
 class Ended(Generic[T]):
-    """How one variant ended.
+    """Outcome of one variant."""
 
-    Attributes
-    ----------
-    index
-        which, counted from 0 in the order given.
-    outcome
-        DONE, or what stopped it: CHATTER, NON_FINITE.
-    kept
-        what was kept of its motion; None if it failed.
-    position
-        where it stopped; None if it is done, or could not begin.
-    reason
-        words for what could not be computed at all; empty otherwise.
-    """
-
-    index: int
-    outcome: Outcome
-    kept: T | None
-    position: Position | None = None
-    reason: str = ""
+    index: int  # which, counted from 0 in the order given
+    outcome: Outcome  # DONE, or what stopped it: CHATTER, NON_FINITE
+    kept: T | None  # what was kept of its motion; None if it failed
+    position: Position | None = None  # where it stopped; None if it is done, or could not begin
+    reason: str = ""  # words for what could not be computed at all; empty otherwise
 
 
 def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int | None = None) -> Iterator[Ended[T]]:
@@ -66,14 +50,9 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
     The tasks are drawn as threads become free: a generator may assemble them on the way. A result is the same for any
     number of threads.
 
-    Parameters
-    ----------
-    tasks
-        what to integrate, each on its own.
-    keep
-        called in the thread that made the motion; what it raises is raised here, when its turn comes.
-    threads
-        how many; as many as the machine has cores by default.
+    tasks: what to integrate, each on its own.
+    keep: called in the thread that made the motion; what it raises is raised here, when its turn comes.
+    threads: how many; as many as the machine has cores by default.
     """
     count = threads or os.cpu_count() or 1
     numbered, capacities = enumerate(tasks), deque[Capacity](maxlen=1)
@@ -97,6 +76,7 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
 
 def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: deque[Capacity]) -> Ended[T]:
     """March one task to its end, alone with its regions; ``capacities`` tells how much capacity the last one took."""
+    # the sweep or tables, alone with its regions
     march: Marching
     try:
         with np.errstate(all="ignore"):  # what is not finite is told by the outcome
@@ -107,6 +87,7 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: d
     except (ConvergenceError, FloatingPointError, ArithmeticError, ValueError) as error:
         return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
     try:
+        # march to the end
         outcome = march.advance()
         while outcome is Outcome.SLICE_SPENT:
             outcome = march.advance()
@@ -114,6 +95,7 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: d
         return Ended(index, Outcome.NON_FINITE, None, march.position(), str(error))
     if outcome is not Outcome.DONE:
         return Ended(index, outcome, None, march.position())
+    # the next variant of this thread begins with as much capacity
     if isinstance(march, ExactMarch):
         capacities.append(march.slots.store.capacity())
     return Ended(index, outcome, keep(march.motion()))

@@ -32,24 +32,12 @@ def contiguous(field: Field) -> Field:
 
 @dataclass(frozen=True)
 class Block:
-    """A problem in scaled variables z = y / size with every array its callbacks use; it must outlive them.
-
-    Attributes
-    ----------
-    problem
-        what to integrate.
-    field
-        the arrays the callbacks look pieces up in; each C-contiguous.
-    clearances
-        (K,) elements with corners.
-    bounds
-        (K, 2) corners of the pieces held, where pieces are held.
-    """
+    """A problem in scaled variables z = y / size with every array its callbacks use; it must outlive them."""
 
     problem: FieldProblem
-    field: Field
-    clearances: IntArray
-    bounds: Array
+    field: Field  # the arrays the callbacks look pieces up in; each C-contiguous
+    clearances: IntArray  # (K,) elements with corners
+    bounds: Array  # (K, 2) corners of the pieces held, where pieces are held
 
     @classmethod
     def of(cls, problem: FieldProblem, field: Field | None = None) -> Block:

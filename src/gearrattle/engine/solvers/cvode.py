@@ -40,16 +40,10 @@ _FIRST_BUDGET, _LARGEST_BUDGET = 256, 2**20
 class MultistepMarch:
     """A CVODE run under way (see ``base.Marching``).
 
-    Parameters
-    ----------
-    task
-        what to integrate; ``step`` is the first step tried.
-    method
-        ``sundials.ADAMS`` or ``sundials.BDF``.
-    newton
-        whether to solve the implicit formula by Newton's method.
-    events
-        whether to hold pieces and restart at their corners.
+    task: what to integrate; ``step`` is the first step tried.
+    method: ``sundials.ADAMS`` or ``sundials.BDF``.
+    newton: whether to solve the implicit formula by Newton's method.
+    events: whether to hold pieces and restart at their corners.
     """
 
     def __init__(self, task: Task, *, method: int, newton: bool, events: bool) -> None:
@@ -74,12 +68,14 @@ class MultistepMarch:
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
+        # addresses of CVODE's functions
         memory, problem = self.memory, self.problem
         elements, samples = len(self.block.field.rows), len(problem.sample_times)
         names = ["CVode", "CVodeGetDky", "CVodeGetIntegratorStats", "CVodeGetNumStepSolveFails"]
         names += ["CVodeGetNumJacEvals", "CVodeGetRootInfo", "CVodeReInit", "CVodeSetStopTime", "CVodeSetInitStep"]
         functions: list[int] = [sundials.address("cvode", name) for name in names]
         self.library = kernel.Library._make([memory.memory, memory.vector, memory.between, *functions, memory.newton])
+        # the state at t = 0 is the first sample; room for samples and crossings
         counts, numbers = np.zeros(8, np.int64), np.zeros(6)
         counts[kernel.SAMPLE], numbers[kernel.SMALLEST] = 1, np.inf
         states = np.zeros((samples, self.block.states))
@@ -101,6 +97,7 @@ class MultistepMarch:
             np.zeros(_FIRST_LOG),
             np.zeros(_FIRST_LOG),
         )
+        # scratch, and the elements' states at the beginning
         waves = 2 * self.block.field.cycles.size
         self.scratch = [
             kernel.Scratch(np.zeros(self.block.states), np.zeros(waves), *(np.zeros(elements) for _ in range(4)))
@@ -170,12 +167,8 @@ class MultistepMarch:
 def multistep(algorithm: str, method: int, *, newton: bool, events: bool = False) -> Callable[[Task], Marching]:
     """A solver from one of CVODE's methods.
 
-    Parameters
-    ----------
-    algorithm
-        its name, for the error where SUNDIALS is not installed.
-    method, newton, events
-        see ``MultistepMarch``.
+    algorithm: its name, for the error where SUNDIALS is not installed.
+    method, newton, events: see ``MultistepMarch``.
     """
 
     def start(task: Task) -> Marching:

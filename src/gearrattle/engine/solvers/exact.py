@@ -2,7 +2,7 @@
 
 Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
 rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
-own sensitivity. Takes a task, gives a motion; the regions come from ``system.region``, one at a time as they are met.
+own sensitivity. Regions come from ``system.region``, built one at a time when they are first met.
 """
 
 from __future__ import annotations
@@ -61,6 +61,7 @@ class ExactMarch:
     """A run of the exact algorithm under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task, slots: Slots | None = None) -> None:
+        # the driveline and its regions
         self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots
@@ -68,19 +69,23 @@ class ExactMarch:
         flow = self.flow
         scaling = self.flow.scaling
         size = self.slots.size
+        # the state in the scales of the flow, and the pieces it starts in
         deflection = np.empty(len(flow.coordinates.elements))
         memory = np.zeros(size.memories) if task.memory is None else task.memory * flow.memory
         deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, memory])
         u = inputs_at_start(flow)
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
+        # memories that are known in the first region
         known, memory = flow.known(pieces), states[size.states - size.memories : size.states]
         memory[:] = np.where(np.isnan(known), memory, known)
+        # the march stands in the first region, with no bound and no fresh inputs yet
         counts = np.zeros(packed.COUNTS, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
         counts[packed.UNANCHORED] = 1 << 20
         counts[packed.LEVEL] = self.slots.store.fine(counts[packed.SLOT])
+        # arrays padded to strips of four
         y = aligned(4 * strips_for(size.longest))
         y[: size.states] = states
         references = task.angle[list(flow.coordinates.references)]
@@ -88,9 +93,11 @@ class ExactMarch:
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
         self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
+        # notes, inputs and log
         self.notes = notes_for(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
+        # limits: steps a slice, steps without progress, regions built
         rows = size.longest + size.carried + 12 * size.watched
         self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
         self._limit = StepLimit(task.system)
@@ -100,6 +107,7 @@ class ExactMarch:
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
         """Make room for the samples of some cycles, the first of them taken already, and count anew."""
+        # samples of these cycles, the first one taken already
         counts, per_cycle = self.march.counts, self.task.samples_per_cycle
         rows, pieces_now = cycles * per_cycle + 1, self.slots.pieces[counts[packed.SLOT]]
         self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
@@ -107,6 +115,7 @@ class ExactMarch:
         states[0], pieces[0] = sample, self.initial
         self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle))
         self.first_cycle, self.cycles = first_cycle, cycles
+        # counts anew, and the instants known beforehand
         counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
         self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
         counts[packed.INSTANT] = 0
@@ -145,12 +154,14 @@ class ExactMarch:
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts, regions = self.march.counts, self.slots.packed
+        # one slice of the compiled march, and the samples that it noted
         budget = min(_BUDGET, self._most_steps)
         outcome = Outcome(
             self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
         )
         if counts[packed.NOTED]:
             self._work_out(regions, self.inputs, self.notes, self.samples, counts)
+        # what it asks for: room for notes, the next region, a larger log
         if outcome is Outcome.NOTES_FULL:
             return Outcome.SLICE_SPENT
         if outcome is Outcome.NEEDS_REGION:
@@ -159,6 +170,7 @@ class ExactMarch:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
         if outcome is Outcome.SLICE_SPENT:
+            # a run that goes on without end
             now = self._now()
             if chatters(self.log, int(counts[packed.EVENTS]), now):
                 return Outcome.CHATTER
@@ -202,7 +214,7 @@ class ExactMarch:
         return Position(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
-        """The clearance that was crossed last, by itself or by what stands beside it."""
+        """The clearance that was crossed last, by its own corner or by that of its auxiliary element."""
         count, system = int(self.march.counts[packed.EVENTS]), self.flow.system
         if not count:
             return None

@@ -1,4 +1,4 @@
-"""From what the kernels of ``exact`` store to a motion: samples and crossings [SI], the same for both its marches."""
+"""Samples and crossings in SI units from what the kernels of ``exact`` store, for both its marches."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def empty_log(memories: int = 0) -> packed.Log:
 
 
 def doubled(log: packed.Log) -> packed.Log:
-    """The same log with as much room again."""
+    """The log with twice the room."""
     return packed.Log(*(np.concatenate([a, np.empty_like(a)]) for a in log))
 
 
@@ -55,19 +55,9 @@ class StepLimit:
     hours, if it ends at all. The measure is the period of the fastest input and not T, which is long where orders have
     no small common multiple.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    most
-        steps after which a march is judged; fewer where steps are made in Python.
-    a_period
-        most steps in a period of the fastest input.
-
-    Attributes
-    ----------
-    average
-        mean step of those that were too many, in periods; None: there were none yet.
+    most: steps after which a march is judged; fewer where steps are made in Python.
+    a_period: most steps in a period of the fastest input.
+    average: mean step of those that were too many, in periods; None: there were none yet.
     """
 
     def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
@@ -95,12 +85,7 @@ def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
 def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
     """(m,) how fast elements move by themselves [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    pieces
-        (m,) piece of every element.
+    pieces: (m,) piece of every element.
     """
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
     pairs = list(zip(system.laws, pieces, strict=False))
@@ -131,10 +116,7 @@ def _inputs_at(flow: Flow, samples: packed.Samples, rows: IntArray) -> Array:
 def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of auxiliaries [SI].
 
-    Returns
-    -------
-    tuple[dict[str, Any], tuple[Array, Array]]
-        fields of ``Motion`` by name; forces and memories of auxiliaries.
+    Returns the fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
     system, count, clearances = flow.system, len(samples.states), len(flow.system.clearances)
     of_body, of_element = (count, system.size), (count, len(system.laws))
@@ -162,7 +144,7 @@ def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, A
 
 @kept
 def _lines(flow: Flow) -> Lines:
-    """What samples of a driveline are made of."""
+    """Rows and laws from which the samples of a driveline are computed."""
     system, coordinates = flow.system, flow.coordinates
     shape = np.zeros((system.size, flow.width))
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection

@@ -4,8 +4,8 @@ The loop (``kernels.many``) runs the machine code of a single run, so every vari
 alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop cannot
 do - no equilibrium, a start on a corner, a state that is not finite, chatter - it leaves out, and says so.
 
-Takes a system as the pattern and ``Coefficients`` with a leading axis; gives ``Tallies`` with one, and motions over the
-last cycles of each variant where these are asked for: one variant's samples are in memory at a time.
+Motions over the last cycles of each variant are available where these are asked for: the samples of one variant are in
+memory at a time.
 """
 
 from __future__ import annotations
@@ -62,35 +62,23 @@ END = Kept(1, 0)
 
 @dataclass(frozen=True)
 class Pattern:
-    """What variants share, and how long they run.
+    """The structure that variants share, and the length of the run."""
 
-    Attributes
-    ----------
-    system
-        one of them.
-    start
-        ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``.
-    cycles
-        length of the run in periods.
-    judged
-        which pieces of the clearances are their centres.
-    """
-
-    system: PiecewiseSystem
-    start: int
-    cycles: int
-    judged: Judged
+    system: PiecewiseSystem  # one of them
+    start: int  # ``kernels.many.AS_GIVEN``, ``STATIC`` or ``STEADY``
+    cycles: int  # length of the run in periods
+    judged: Judged  # which pieces of the clearances are their centres
 
     def can_march(self) -> bool:
         """Whether the loop marches them: there is one, and clearances whose crossings it counts."""
         return has_loop(self.system) and bool(self.system.clearances)
 
     def frame(self) -> Frame:
-        """What the compiled code needs to know of the structure."""
+        """The structure for compiled code."""
         return frame_of(self.system, relative_coordinates(self.system))
 
     def statics(self) -> Statics:
-        """The same for the equilibrium."""
+        """The structure for the equilibrium, for compiled code."""
         elastic = elastic_elements(self.system)
         return statics_of(elastic, relative_coordinates(self.system, elastic))
 
@@ -117,23 +105,11 @@ def march_variants(
 ) -> tuple[Tallies, NDArray[np.bool_]]:
     """March all variants and judge them.
 
-    Parameters
-    ----------
-    pattern
-        what they share.
-    numbers
-        V variants.
-    start
-        (V, n) angles [rad], for a start as given, and (V, n) velocities [rad/s].
-    window
-        (V, 3) begin and end of the steady part [s], and the period.
-    progress
-        called now and then with the finished share; what it raises ends the work.
-
-    Returns
-    -------
-    tuple[Tallies, NDArray[np.bool_]]
-        Tallies with a leading axis, and (V,) which variants are judged.
+    numbers: V variants.
+    start: (V, n) angles [rad], for a start as given, and (V, n) velocities [rad/s].
+    window: (V, 3) begin and end of the steady part [s], and the period.
+    progress: called now and then with the finished share; what it raises ends the work.
+    Returns Tallies with a leading axis, and (V,) which variants are judged.
     """
     cursor = Batch(pattern, numbers, start, window)
     while cursor.go_on():
@@ -147,12 +123,8 @@ def follow_variants(
 ) -> Iterator[tuple[int, Batch]]:
     """March all variants and judge them; yield each that was followed to its end, before the next one begins.
 
-    Parameters
-    ----------
-    pattern, numbers, start, window
-        as of ``march_variants``.
-    kept
-        what ``Batch.motion`` of the variant yielded is made of.
+    pattern, numbers, start, window: as of ``march_variants``.
+    kept: what ``Batch.motion`` of the variant yielded is made of.
     """
     cursor, is_more = Batch(pattern, numbers, start, window, kept=kept), True
     while is_more:
@@ -163,16 +135,11 @@ def follow_variants(
 
 
 class Batch:
-    """Everything the loop works on; one thread's.
+    """All arrays that the loop of one thread works on.
 
-    Parameters
-    ----------
-    pattern, numbers, start, window
-        as of ``march_variants``.
-    finish
-        entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
-    kept
-        samples of every variant; they are there until the next one begins.
+    pattern, numbers, start, window: as of ``march_variants``.
+    finish: entry kernel for a motion at its end, and what it writes; None: ``kernels.many.judge`` and ``Tallies``.
+    kept: samples of every variant; they are there until the next one begins.
     """
 
     def __init__(
@@ -185,6 +152,7 @@ class Batch:
         *,
         kept: Kept = END,
     ) -> None:
+        # regions and log, which grow on demand
         count = len(window)
         flow = flow_of(pattern.system)
         size = Size.of(flow)
@@ -192,15 +160,18 @@ class Batch:
         self.store = Store(flow, Capacity(4, 64, longest, longest))
         self.log = empty_log()
         self.outcome, self.cursor = np.zeros(count, np.int64), np.zeros(many.CURSOR, np.int64)
+        # the variants
         angle, velocity = (np.array(part, dtype=float) for part in start)
         shared = pattern.frame(), pattern.statics(), pattern.judged
         how = np.array([pattern.start])
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, how, self.outcome)
+        # a march, its samples and notes, and the inputs in the scales of each variant
         self.buffers = _buffers(flow, self.cases)
         self.march, self.samples = _march(size), _room(flow, size, pattern.cycles, kept)
         self.inputs, self.notes = packed_inputs(flow), notes_for(size, kept.per_cycle)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
+        # what is written of a finished motion, and the addresses of the kernels called
         self.out: Any
         entry, self.out = finish or (compact(many.judge), room_for(count, self.cases.judged))
         self.at, self.limit = self._entries(entry), StepLimit(pattern.system)
@@ -216,7 +187,8 @@ class Batch:
         return np.asarray(self.outcome == many.FOLLOWED)
 
     def go_on(self, slices: int = _SLICES) -> bool:
-        """Do some slices of work, make what room they asked for; whether there is more to do."""
+        """Do some slices of work, enlarge arrays where they are full; returns whether there is more to do."""
+        # some slices of the compiled loop
         counts = self.march.counts
         answer = many.march_many(
             self.at,
@@ -233,10 +205,12 @@ class Batch:
             self.cursor,
             slices,
         )
+        # room for regions or crossings
         if answer == many.MORE_ROOM:
             self.store.grow()
         elif answer == many.MORE_LOG:
             self.log = doubled(self.log)
+        # a variant that goes on without end is left to the general way
         now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
         is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
         is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
@@ -249,12 +223,8 @@ class Batch:
         """The motion of the variant that was finished last, over the cycles whose samples are kept.
 
         None where a crossing coincides with the first sample, so that it is unknown which side the motion begins on.
-
-        Parameters
-        ----------
-        flow
-            of this variant.
         """
+        # crossings behind the first sample, and the pieces there
         samples, counts = self.samples, self.march.counts
         log = first_of(self.log, int(counts[packed.EVENTS]))
         ahead = (log.cycle - samples.first // samples.per_cycle) + log.fraction > 0.0
@@ -262,6 +232,7 @@ class Batch:
         initial[log.clearance[passed]] = log.piece[passed] + 2 * log.upward[passed] - 1
         if not np.array_equal(initial, samples.pieces[0]):
             return None
+        # samples in SI units
         sampled, _ = sampled_quantities(flow, samples)
         steps, period = int(counts[packed.STEPS]), flow.system.inputs.period
         cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
@@ -277,8 +248,9 @@ class Batch:
         )
 
     def _entries(self, finish: Callable[..., Any]) -> Any:
-        """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
+        """Addresses of the kernels that the loop calls, compiled for arguments of these types, as for a single run."""
 
+        # arguments of the types that the kernels are called with
         cases = self.cases
         buffers = self.buffers
         regions = self.store.packed
@@ -292,6 +264,7 @@ class Batch:
         response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
+        # kernels by the names in ``many.Entries``
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (laid_out.lay_out, (workspace, system, frame, buffers.scales)),
@@ -306,6 +279,7 @@ class Batch:
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
         }
+        # compiled, as for a single run
         addresses = {
             name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
             for name, (entry, arguments) in calls.items()
@@ -335,7 +309,7 @@ def _buffers(flow: Flow, cases: Any) -> Any:
 
 
 def _march(size: Size) -> packed.March:
-    """A march before it stands anywhere."""
+    """An empty march."""
     y, carried = aligned(4 * strips_for(size.states + size.inputs)), aligned(4 * strips_for(size.carried))
     bound = aligned(4 * strips_for(3 * size.clearances))
     counts, side = np.zeros(packed.COUNTS, np.int64), np.zeros(size.clearances, np.int64)

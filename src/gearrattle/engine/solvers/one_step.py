@@ -38,7 +38,7 @@ from gearrattle.outcome import Outcome
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""Of a step, where the caller gives none."""
+"""Tolerance of a step where the caller gives none."""
 MOST_STEPS = 1e9
 """Fixed steps in a run; a run of more is refused: it takes hours."""
 _BUDGET = 5_000
@@ -52,30 +52,27 @@ _SHORTEST = 1e-14  # of a period
 class StepMarch:
     """A run under way (see ``base.Marching``).
 
-    Parameters
-    ----------
-    task
-        what to integrate; its ``step`` is the step, or the first one tried.
-    tableau
-        the Runge-Kutta method; None: extrapolation.
-    fixed
-        whether every step is the same.
-    held
-        whether to restart at every corner.
+    task: what to integrate; its ``step`` is the step, or the first one tried.
+    tableau: the Runge-Kutta method; None: extrapolation.
+    fixed: whether every step is the same.
+    held: whether to restart at every corner.
     """
 
     def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
+        # the method and the problem
         self._step_on = vectorised(step_on)
         self.task = task
         self.tableau = tableau
         self.fixed = fixed
         self.problem = FieldProblem.of(task)
+        # the step, and limits on their number
         self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
         if fixed:
             _check_count(task, self.step)
         slice_steps = min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1))
         self._steps = max(10, slice_steps if tableau is not None else slice_steps // _CALLS_OF_EXTRAPOLATION)
         self.method, self.control = _method(tableau), self._control(held)
+        # the stepper at the start, with room for samples and crossings
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
             y.copy(),
@@ -111,7 +108,7 @@ class StepMarch:
         return outcome
 
     def _is_stuck(self) -> bool:
-        """Whether chosen steps hardly get on; one of extrapolation counts as several, by its evaluations."""
+        """Whether chosen steps make hardly any progress; one of extrapolation counts as several, by its evaluations."""
         now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
         return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
 
@@ -127,6 +124,7 @@ class StepMarch:
 
     def motion(self) -> Motion:
         """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""
+        # counts and the log of crossings
         s = self.stepper
         steps = int(s.counts[STEP])
         rejected = int(s.counts[REJECTED])
@@ -138,12 +136,14 @@ class StepMarch:
             s.event_rate[:count],
             s.event_integral[:count],
         )
+        # with a fixed step: the modes for which it is not stable, in the regions visited
         notes: tuple[str, ...] = ()
         begin = time.perf_counter()
         if self.fixed and self.tableau is not None:
             visited = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
             notes = stability_notes(self.tableau, self.step, self.problem.flow, *visited)
         aside = time.perf_counter() - begin
+        # samples, counts and notes
         return self.problem.motion(
             s.states,
             crossings,
@@ -191,7 +191,7 @@ def _method(tableau: Tableau | None) -> object:
 
 @dataclass(frozen=True)
 class FixedStep:
-    """A solver of fixed step from a tableau; what it makes of a mode in a step can be told beforehand."""
+    """A solver of fixed step from a tableau; its growth factor of a mode in a step is known beforehand."""
 
     tableau: Tableau
 
@@ -206,17 +206,10 @@ class FixedStep:
 
 @dataclass(frozen=True)
 class ChosenStep:
-    """A solver that chooses its steps by the tableau's embedded solution.
-
-    Attributes
-    ----------
-    tableau
-        of the method.
-    at_corners
-        whether it is restarted at every corner, so that no step contains one; else it is blind to them.
-    """
+    """A solver that chooses its steps by the tableau's embedded solution."""
 
     tableau: Tableau
+    # whether it is restarted at every corner, so that no step contains one; else it is blind to them
     at_corners: bool = False
 
     def __call__(self, task: Task) -> Marching:

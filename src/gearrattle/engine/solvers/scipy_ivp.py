@@ -30,14 +30,8 @@ FINEST = 100 * float(np.finfo(float).eps)
 class ScipyStepper:
     """One of SciPy's solvers as a ``stepwise.Stepper``.
 
-    Parameters
-    ----------
-    block
-        the problem.
-    task
-        for tolerance and first step.
-    method
-        name in ``scipy.integrate``.
+    task: for tolerance and first step.
+    method: name in ``scipy.integrate``.
     """
 
     stages = 12
@@ -48,21 +42,25 @@ class ScipyStepper:
 
         from gearrattle.engine.kernels.callbacks import plain_jacobian, plain_slopes
 
+        # compiled derivatives, called by their addresses
         kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, *[ctypes.c_void_p] * 3)
         self._slopes, self._matrix = kind(plain_slopes.address), kind(plain_jacobian.address)
         self._given, self._answer = np.zeros(block.states), np.zeros(block.states)
         self._addresses = tuple(a.ctypes.data for a in (self._given, self._answer, block.words))
+        # counts
         self.block, self.implicit = block, method == "Radau"
         self.rejected_steps = 0
         self.refreshed = 0
         self._between = 0
         self.tried = 0.0
+        # tolerances, none finer than SciPy takes
         asked = TOLERANCE if task.tolerance is None else task.tolerance
         relative, absolute = block.tolerances(asked)
         self.notes: tuple[str, ...] = ()
         if relative < FINEST:
             self.notes = (f"{method.lower()}: SciPy takes no relative tolerance below {FINEST:.2g}; that one is used.",)
             relative = FINEST
+        # the solver at the start
         end, start = float(block.problem.sample_times[-1]), block.initial
         self._lost = not np.isfinite(start).all()  # SciPy raises on such a start
         options: dict[str, Any] = {"jac": self._jacobian} if self.implicit else {}
@@ -114,11 +112,13 @@ class ScipyStepper:
 
     def step(self) -> Outcome:
         """Take one step; SciPy's failures, and what it raises on numbers that are not finite, are outcomes."""
+        # a step that is not finite is not tried
         solver, begin = self.solver, self.time
         if self._lost or not (
             np.isfinite(solver.h_abs) and np.isfinite(solver.f).all()
         ):  # SciPy would try such a step for ever
             return Outcome.NON_FINITE
+        # one step, with the counts before it
         first = min(float(solver.h_abs), solver.t_bound - begin)
         calls = solver.nfev
         factors = solver.nlu
@@ -130,10 +130,12 @@ class ScipyStepper:
                 solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):  # factors of a matrix that is not finite
             solver.status = "failed"
+        # failures
         if not np.isfinite(solver.y).all() or not np.isfinite(solver.f).all():
             return Outcome.NON_FINITE
         if solver.status == "failed":
             return Outcome.NON_FINITE if np.abs(solver.y).max() > LARGEST else Outcome.NO_CONVERGENCE
+        # tries that were rejected, and the sum of the steps tried
         if self.implicit:  # every rejection, and every new Jacobian on the way, makes a new pair of factors
             rejected = (solver.nlu - factors) // 2 - int(fresh) - (self.refreshed - refreshed)
         else:

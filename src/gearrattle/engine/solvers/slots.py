@@ -41,9 +41,11 @@ MOST_BYTES = 1 << 30  # of arrays, which double when they are full: slots that w
 @kept
 def packed_inputs(flow: Flow) -> Inputs:
     """Oscillators of the flow, with their rotation over every level's step."""
+    # rotation of the oscillators over every level's step
     high, low = split_cycles(flow.system.inputs.cycles)
     steps = np.array([step_of(level) for level in range(DEEPEST + 1)])
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
+    # knots of the signals, and their chains padded for vectors
     whole = np.floor(flow.knots[:-1])
     knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals
@@ -68,7 +70,7 @@ def packed_inputs(flow: Flow) -> Inputs:
 
 
 def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants | None:
-    """What is still to come, up to the end of so many periods, for a march with such counts.
+    """The instants ahead, up to the end of so many periods, for a march with such counts.
 
     None for a driveline without signals and clocks: the march is then compiled without them.
     """
@@ -89,7 +91,7 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
 
 
 class Slots:
-    """The regions a run has visited; ``packed`` is what the kernel sees."""
+    """The regions a run has visited; ``packed`` holds the arrays of the kernels."""
 
     def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
         self.flow, self._shelf = flow, shelf
@@ -156,7 +158,7 @@ class Shelf:
 
 
 class Alone:
-    """Stands in for a shelf where a run keeps its slots to itself: they are gone with it."""
+    """A shelf for one run alone: its slots are dropped when it ends."""
 
     def renewed(self, full: Slots) -> Slots:
         """Empty slots."""
@@ -206,7 +208,7 @@ def _bytes_kept() -> int:
 
 
 def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
-    """Slots of a system for one run alone: on no shelf, kept by no one; with capacity for what is likely to come."""
+    """Slots of a system for one run alone, kept by no one else; with capacity for what is likely to come."""
     return Slots(flow_of(system), Alone(), capacity)
 
 

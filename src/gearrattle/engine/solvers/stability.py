@@ -1,4 +1,4 @@
-"""Whether a step lies inside a method's stability region: |R(h lambda)| <= 1 for every eigenvalue of every region met.
+"""Stability of a fixed step: |R(h lambda)| <= 1 for every eigenvalue of every region met.
 
 A step outside makes a mode grow that really decays, and the run invents motion (the 1995 paper's RK4 step does).
 """
@@ -59,12 +59,7 @@ def default_step(flow: Flow, start: tuple[int, ...]) -> float:
 def largest_stable_step(tableau: Tableau, values: NDArray[np.complex128]) -> float:
     """Largest step up to which no mode grows: |R(h lambda)| <= 1 for all smaller steps too; infinite without modes.
 
-    Parameters
-    ----------
-    tableau
-        the Runge-Kutta method.
-    values
-        eigenvalues of every region of interest [1/s].
+    values: eigenvalues of every region of interest [1/s].
     """
     fastest = float(np.abs(values).max(initial=0.0))
     if fastest == 0.0:
@@ -92,11 +87,8 @@ def regions_visited(
 ) -> tuple[set[tuple[int, ...]], int]:
     """The pieces of all elements, region by region, that a log of crossings (E,) leads through most often.
 
-    Returns
-    -------
-    tuple[set[tuple[int, ...]], int]
-        As many regions as have their eigenvalues found in about a second, all of most drivelines; and how many there
-        are.
+    Returns as many regions as can be decomposed in about a second, all of most drivelines; and how many
+        there are.
     """
     pieces, clearances = list(start), flow.system.clearances
     visits = Counter([tuple(pieces)])

@@ -31,11 +31,8 @@ def starting_pieces(
     auxiliaries (C,), where they are known, are taken as far as the region allows them; -1: deflection, rate and clock
     decide.
 
-    Returns
-    -------
-    tuple[tuple[int, ...], IntArray]
-        pieces: (m + auxiliaries,) indices.
-        side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
+    Returns the pieces (m + auxiliaries,), and the side (W,): -1 on the lower corner of its piece, +1 on the upper one,
+        0 on neither.
     """
     known = () if auxiliary_pieces is None else tuple(auxiliary_pieces.tolist())
     key = z.tobytes(), angle.tobytes(), known
@@ -51,13 +48,14 @@ def starting_pieces(
 
 @kept
 def _last_start(_: Flow) -> dict[tuple[bytes, bytes, tuple[int, ...]], tuple[tuple[int, ...], IntArray]]:
-    """Where a motion of the flow started last, by its state."""
+    """Pieces of the last start of the flow, by its state."""
     return {}
 
 
 def _new_start(
     flow: Flow, z: Array, angle: Array, auxiliary_pieces: IntArray | None
 ) -> tuple[tuple[int, ...], IntArray]:
+    # pieces by the deflection alone; on a corner within rounding the inner one
     pieces = [0] * len(flow.system.laws)
     on_corner: dict[int, int] = {}
     for i, k in enumerate(flow.system.clearances):
@@ -69,6 +67,7 @@ def _new_start(
             if abs(delta - corner) <= ON_CORNER * max(abs(corner), size):
                 pieces[k] = law.inner(c, c + 1)
                 on_corner[i] = c
+    # on a corner: by the first derivative that is not rounding
     undecided = dict(on_corner)
     for order in range(1, _DERIVATIVES + 1 if undecided else 1):
         signs = _signs(flow, _accompanied(flow, pieces, z, auxiliary_pieces), z, order)
@@ -76,6 +75,7 @@ def _new_start(
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
                 pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
                 del undecided[i]
+    # which corner each clearance sits on
     side = np.zeros(flow.system.watched, dtype=np.int64)
     for i, c in on_corner.items():
         side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1

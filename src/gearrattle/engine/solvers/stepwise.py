@@ -1,6 +1,6 @@
 """The march over any library's stepper: samples and crossings from its interpolant, in slices.
 
-For libraries whose steps are made in Python; what a step costs there hides what this page costs. A step is taken by
+For libraries whose steps are made in Python, which costs far more than the work of this module. A step is taken by
 ``Stepper.step``; if a sample lies in it, or a clearance ends it in another piece than it began it in, the step's own
 interpolant is asked for.
 """
@@ -67,12 +67,7 @@ class Stepper(Protocol):
 class StepwiseMarch:
     """A run of a stepper under way (see ``base.Marching``), blind to corners.
 
-    Parameters
-    ----------
-    task
-        what to integrate.
-    start
-        makes the stepper of a packed problem.
+    start: makes the stepper of a packed problem.
     """
 
     def __init__(self, task: Task, start: Callable[[Block], Stepper]) -> None:
@@ -103,7 +98,8 @@ class StepwiseMarch:
         return Outcome.DONE
 
     def _step(self) -> Outcome:
-        """Take one step, log what it passes, store the samples in it."""
+        """Take one step, log its crossings, store the samples in it."""
+        # one step, and the elements at its end
         begin = self.stepper.time
         outcome = self.stepper.step()
         if outcome is not Outcome.SLICE_SPENT:
@@ -112,6 +108,7 @@ class StepwiseMarch:
         self.steps, self.smallest = self.steps + 1, min(self.smallest, end - begin)
         deflection, _, piece = self._elements(end, z)
         times = self.problem.sample_times
+        # crossings and samples within the step, by its interpolant
         changed = np.flatnonzero(piece != self.piece)
         if changed.size or times[self.stored] < end:
             between = self.stepper.interpolant()
@@ -120,6 +117,7 @@ class StepwiseMarch:
             while self.stored < len(times) and times[self.stored] < end:
                 self.states[self.stored] = between(float(times[self.stored])) * self.block.size
                 self.stored += 1
+        # a sample at its end
         while self.stored < len(times) and times[self.stored] <= end:
             self.states[self.stored] = z * self.block.size
             self.stored += 1

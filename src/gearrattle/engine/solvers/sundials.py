@@ -1,7 +1,7 @@
 """SUNDIALS CVODE by its C interface: the shared libraries in scikit-sundae's wheel, an optional extra.
 
 The wheel's own binding passes Python functions only; here callbacks are compiled (``kernels.callbacks``) and the loop
-over steps is too (``kernels.multistep``), so this page only finds functions, builds CVODE's memory and frees it.
+over steps is too (``kernels.multistep``), so this module only finds functions, builds CVODE's memory and frees it.
 
 CVODE: Hindmarsh, Brown, Grant, Lee, Serban, Shumaker, Woodward, ACM Trans. Math. Softw. 31 (2005) 363. Its Adams and
 BDF formulas go back to Gear and Hindmarsh, as do the IMSL routines of the 1995 paper.
@@ -61,7 +61,7 @@ def available(algorithm: str) -> None:
 
 
 def address(part: str, name: str) -> int:
-    """Where a function is."""
+    """Address of a function."""
     return int(ctypes.cast(getattr(_libraries()[part], name), c_void_p).value or 0)
 
 
@@ -75,20 +75,12 @@ def _call(part: str, name: str, result: Any, *arguments: tuple[Any, Any]) -> Any
 class Memory:
     """CVODE's memory for one run, with its vectors, matrix and solvers; freed with the object.
 
-    Parameters
-    ----------
-    block
-        the problem; its two accessor words are filled in here.
-    method
-        ADAMS or BDF.
-    newton
-        Newton's method with the dense Jacobian; otherwise fixed-point iteration, for problems not stiff.
-    roots
-        whether to look for the corners of the pieces held.
-    tolerance
-        relative, and absolute in the block's units.
-    step
-        first step tried [s]; None lets CVODE choose.
+    block: the problem; its two accessor words are filled in here.
+    method: ADAMS or BDF.
+    newton: Newton's method with the dense Jacobian; otherwise fixed-point iteration, for problems not stiff.
+    roots: whether to look for the corners of the pieces held.
+    tolerance: relative, and absolute in the block's units.
+    step: first step tried [s]; None lets CVODE choose.
     """
 
     def __init__(
@@ -96,18 +88,22 @@ class Memory:
     ) -> None:
         from gearrattle.engine.kernels import callbacks
 
+        # addresses of the accessors in the block
         block.words[callbacks.VECTOR] = address("core", "N_VGetArrayPointer")
         block.words[callbacks.ENTRIES] = address("sunmatrixdense", "SUNDenseMatrix_Data")
         self.block, self.newton = block, newton
         self.z, self.point = block.initial.copy(), np.zeros(block.states)
+        # a context whose failures are return codes
         context = c_void_p()
         _call("core", "SUNContext_Create", c_int, (c_int, 0), (c_void_p, ctypes.addressof(context)))
         self._owned: list[tuple[str, str, int]] = [("core", "SUNContext_Free", context.value or 0)]
         self._free = weakref.finalize(self, _free, self._owned)
         _call("core", "SUNContext_ClearErrHandlers", c_int, (c_void_p, context.value))  # failures are codes
         self._context = (c_void_p, context.value)
+        # vectors over our arrays, and the integrator
         self.vector, self.between = self._vector(self.z), self._vector(self.point)
         self.memory = self._own("cvode", "CVodeCreate", "CVodeFree", (c_int, method), self._context)
+        # equations, tolerances, stop time and first step
         relative, absolute = block.tolerances(tolerance)
         words = block.words
         self._set("CVodeInit", (c_void_p, callbacks.slopes.address), (c_double, 0.0), (c_void_p, self.vector))
@@ -118,6 +114,7 @@ class Memory:
         self._set("CVodeSetInitStep", (c_double, step or 0.0))
         self._set("CVodeSetMaxHnilWarns", (c_int, -1))
         self._iterate()
+        # corners of the pieces held, as roots that fall through zero
         if roots and block.bounds.size:
             self._set("CVodeRootInit", (c_int, block.bounds.size), (c_void_p, callbacks.corners.address))
             ways = np.full(block.bounds.size, -1, dtype=np.int32)

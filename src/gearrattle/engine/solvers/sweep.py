@@ -50,7 +50,7 @@ MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afr
 
 @dataclass(frozen=True)
 class Plan:
-    """What does not depend on a run."""
+    """Data of a driveline that do not depend on a run."""
 
     flow: Flow
     windows: int
@@ -81,12 +81,14 @@ class SweepMarch:
     """A run of the sweep under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task) -> None:
+        # the plan: windows, network and neighbourhoods
         self._sweep_on = vectorised(sweep_on)
         self.task, self.plan = task, plan_of(task.system)
         self.flow = self.plan.flow
         flow = self.flow
         system = task.system
         inputs = task.system.inputs
+        # the state in the scales of the flow, and the pieces it starts in
         scaling, clearances = flow.scaling, list(system.clearances)
         basis = flow.coordinates.basis @ task.angle
         z = np.concatenate(
@@ -94,6 +96,7 @@ class SweepMarch:
         )
         pieces, side = starting_pieces(flow, z, task.angle)
         self.initial = np.array([pieces[k] for k in clearances], dtype=np.int64)
+        # columns of the table: deflections, velocities, force integrals, angles of the references
         deflection = np.zeros(len(system.laws))
         deflection[list(flow.coordinates.elements)] = basis
         columns = np.concatenate(
@@ -101,6 +104,7 @@ class SweepMarch:
         )
         self.sweep = _sweep(self.plan, pieces, side, columns)
         self.buffers = _buffers(self.plan, columns.size)
+        # samples, the first one taken already
         count = task.cycles * task.samples_per_cycle + 1
         self.samples = packed.Samples(
             task.samples_per_cycle,
@@ -111,6 +115,7 @@ class SweepMarch:
         )
         self.samples.states[0], self.samples.pieces[0] = columns, self.initial
         self.sweep.counts[packed.SAMPLE] = 1
+        # inputs without knots and without tables
         high, low = split_cycles(inputs.cycles)
         none, rows = np.zeros(0), np.zeros((0, 0))
         self.inputs = packed.Inputs(
@@ -135,6 +140,7 @@ class SweepMarch:
 
     def _march(self) -> Outcome:
         """March one slice; grow the log where the kernel asks for it."""
+        # one slice of the compiled loop
         plan = self.plan
         outcome = Outcome(
             self._sweep_on(
@@ -150,6 +156,7 @@ class SweepMarch:
                 min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
             )
         )
+        # a larger log, or a run that goes on without end
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT

@@ -18,31 +18,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tableau:
-    """An explicit Runge-Kutta method.
-
-    Attributes
-    ----------
-    name
-        its name on the shelf.
-    order
-        of the solution carried on.
-    a, b
-        stages and weights.
-    source
-        where the numbers are printed.
-    estimator
-        weights of the embedded solution whose distance estimates the error; empty: none.
-    estimator_order
-        of that solution.
-    """
+    """An explicit Runge-Kutta method."""
 
     name: str
-    order: int
+    order: int  # of the solution carried on
+    # a, b: stages and weights
     a: tuple[tuple[Fraction, ...], ...]
     b: tuple[Fraction, ...]
-    source: str
+    source: str  # where the numbers are printed
+    # weights of the embedded solution whose distance estimates the error; empty: none
     estimator: tuple[Fraction, ...] = ()
-    estimator_order: int = 0
+    estimator_order: int = 0  # of that solution
 
     @property
     def c(self) -> tuple[Fraction, ...]:

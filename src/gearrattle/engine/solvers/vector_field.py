@@ -1,4 +1,4 @@
-"""What the solvers of the plain equation of motion share: their state vector, its scales, the way to a motion.
+"""The common part of the solvers of the plain equation of motion: state vector, scales, the way to a motion.
 
 They integrate y = (x, v, r, I): basis deflections, velocities, reference angles, force integrals
 (``kernels.vector_field``), stepping through corners or restarting at them; ``exact`` shares none of this.
@@ -35,24 +35,12 @@ _HELD_BY_STABILITY = 0.02
 
 @dataclass(frozen=True)
 class FieldProblem:
-    """A task as an initial-value problem y' = f(t, y).
-
-    Attributes
-    ----------
-    task
-        what to integrate and where to sample.
-    flow
-        coordinates and scales.
-    field
-        the right-hand side's arrays.
-    start
-        (m,) the piece of every element at t = 0.
-    """
+    """A task as an initial-value problem y' = f(t, y)."""
 
     task: Task
     flow: Flow
     field: Field
-    start: tuple[int, ...]
+    start: tuple[int, ...]  # (m,) the piece of every element at t = 0
 
     @classmethod
     def of(cls, task: Task) -> FieldProblem:
@@ -96,19 +84,12 @@ class FieldProblem:
         return np.asarray(self.field.combination[clearances] @ y[: len(self.flow.coordinates.elements)])
 
     def position(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Position:
-        """Where a run stands.
+        """Present position of a run.
 
-        Parameters
-        ----------
-        time
-            [s].
-        y
-            the state.
-        last_element
-            the element that crossed last.
-        step
-            mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest
-            element, and not the error, may have held it so short, the place names that element.
+        time: [s].
+        last_element: the element that crossed last.
+        step: mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest element,
+            and not the error, may have held it so short, the place names that element.
         """
         last = None if last_element is None else list(self.task.system.clearances).index(last_element)
         return Position(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
@@ -128,15 +109,10 @@ class FieldProblem:
     def motion(self, states: Array, crossings: Crossings, **counted: Any) -> Motion:
         """The motion of (t, S) sampled states; accelerations and forces from the equation of motion at them.
 
-        Parameters
-        ----------
-        states
-            y at ``sample_times``.
-        crossings
-            the log.
-        counted
-            the fields of ``Motion`` on cost, and its notes.
+        states: y at ``sample_times``.
+        counted: the fields of ``Motion`` on cost, and its notes.
         """
+        # room for all samples
         system, coordinates = self.task.system, self.flow.coordinates
         r = len(coordinates.elements)
         n = system.size
@@ -144,14 +120,17 @@ class FieldProblem:
         angle, velocity, acceleration = np.empty((3, len(states), n))
         force, deflection = np.empty((len(states), len(system.laws))), np.empty((len(clearances), len(states))).T
         pieces = np.empty((len(clearances), len(states)), np.int64).T
+        # accelerations, deflections and forces from the equation of motion, part by part
         for part in slices(*states.shape):
             some, time = states[part], self.sample_times[part]
             acceleration[part], deflections, piece, force[part] = element_samples(self.field, time, some)
             deflection[part], pieces[part] = deflections[:, clearances], piece[:, clearances]
+            # angles from deflections and from the angles of the references
             references = some[:, r + n : r + n + len(coordinates.references)]
             turned = references @ coordinates.angle_from_reference.T
             angle[part] = some[:, :r] @ coordinates.angle_from_basis.T + turned
             velocity[part] = some[:, r : r + n]
+        # with the pieces at the start and the force integrals at the end
         return Motion(
             angle=angle,
             velocity=velocity,

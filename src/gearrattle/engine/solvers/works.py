@@ -32,18 +32,8 @@ class SweepAuditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Parameters
-        ----------
-        flow
-            the system.
-        arrays
-            its network, laws and inputs.
-        windows
-            a period.
-        samples
-            columns of the sweep's table, and the pieces.
-        crossings
-            the log.
+        windows: a period.
+        samples: columns of the sweep's table, and the pieces.
         """
         self.flow = flow
         self.arrays = arrays
@@ -68,7 +58,7 @@ class SweepAuditor:
         self._work = np.cumsum(np.ceil(self.path.duration) * samples.states.shape[1])
 
     def advance(self, columns: float = _COLUMNS) -> bool:
-        """Work through the next intervals, of about so many columns of windows; whether that was the last of them."""
+        """Integrate over the next intervals, of about so many columns of windows; whether they were the last."""
         network, laws, inputs = self.arrays
         spent = self._work[self.done - 1] if self.done else 0.0
         last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
@@ -91,7 +81,7 @@ class SweepAuditor:
         return self.done == len(self.path.duration)
 
     def fraction(self) -> float:
-        """How much of the audit is done, 0 ... 1."""
+        """Part of the audit that is done, 0 ... 1."""
         return self.done / max(1, len(self.path.duration))
 
     def result(self) -> EnergyAudit:
@@ -110,7 +100,8 @@ class SweepAuditor:
 
 
 def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
-    """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
+    """Buffers of the quadrature in the region the motion starts in; and the sums."""
+    # pieces at the start, and the laws there
     network = arrays[0]
     system = flow.system
     orders = packed.ORDER + 1
@@ -119,10 +110,12 @@ def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) 
     pieces[network.clearances] = samples.pieces[0]
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
     present = np.array(laws, dtype=float).reshape(-1, 3).T
+    # sizes
     m = len(system.laws)
     n = system.size
     count = system.inputs.count
     errors = network.erring.size
+    # room for the Taylor series and for the powers
     buffers = WorkBuffers(
         np.zeros(2),
         np.zeros((orders, columns)),

@@ -18,8 +18,6 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
   force without the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
-
-Takes numbers; gives auxiliaries.
 """
 
 from __future__ import annotations
@@ -42,47 +40,26 @@ STICK, FORWARD, BACKWARD, OFF = range(4)
 
 @dataclass(frozen=True)
 class Auxiliary:
-    """One auxiliary element; arrays are over its P pieces.
+    """One auxiliary element; arrays are over its P pieces."""
 
-    Attributes
-    ----------
-    element
-        whose deflection it acts on.
-    kind
-        "slider", "limiter" or "alternation".
-    stiffness, damping, memory, offset
-        (P,) k, c, s, f.
-    moves
-        (P,) m.
-    known
-        (P,) the value of e in a piece where it is constant; NaN where e goes on.
-    watched
-        (P, 3) a, b [s], d.
-    lower, upper
-        (P,) bounds of g, infinite where there is none.
-    below, above
-        (P,) the piece entered beyond them.
-    follow
-        (pieces of the element, P) the piece it is in once the element has entered one of its own.
-    scale
-        size of g.
-    """
-
-    element: int
-    kind: str
+    element: int  # whose deflection it acts on
+    kind: str  # "slider", "limiter" or "alternation"
+    # stiffness, damping, memory, offset: (P,) k, c, s, f
     stiffness: Array
     damping: Array
     memory: Array
     offset: Array
-    moves: Array
-    known: Array
-    watched: Array
+    moves: Array  # (P,) m
+    known: Array  # (P,) the value of e in a piece where it is constant; NaN where e goes on
+    watched: Array  # (P, 3) a, b [s], d
+    # lower, upper: (P,) bounds of g, infinite where there is none
     lower: Array
     upper: Array
+    # below, above: (P,) the piece entered beyond them
     below: IntArray
     above: IntArray
-    follow: IntArray
-    scale: float
+    follow: IntArray  # (pieces of the element, P) the piece it is in once the element has entered one of its own
+    scale: float  # size of g
 
     @property
     def pieces(self) -> int:
@@ -115,25 +92,20 @@ def slider(
 ) -> Auxiliary:
     """A spring in series with a slider that slips at a torque.
 
-    Parameters
-    ----------
-    element
-        whose deflection it acts on.
-    law
-        the element's.
-    spring
-        its stiffness, and H > 0, the torque at which it slips.
-    labels
-        of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
-    period
-        a time [s] by which rates are made deflections.
+    element: whose deflection it acts on.
+    spring: its stiffness, and H > 0, the torque at which it slips.
+    labels: of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
+    period: a time [s] by which rates are made deflections.
     """
+    # pieces: sticking, slipping forwards, slipping backwards, let go
     (stiffness, limit), none = spring, np.inf
     reach = limit / stiffness
+    # the piece that it is in while its element is in each of its own
     follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
     for piece in range(law.pieces):
         if piece + law.first_label in labels:
             follow[piece] = STICK, FORWARD, BACKWARD, STICK
+    # while it sticks the force follows the memory; it slips where that reaches the limit, until the rate turns
     return Auxiliary(
         element,
         "slider",
@@ -154,14 +126,10 @@ def slider(
 
 
 def limiters(element: int, law: PiecewiseLaw) -> tuple[Auxiliary, Auxiliary]:
-    """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
+    """The limits of the damping in contact: what it would push, then what it would pull beyond the spring's force.
 
-    Parameters
-    ----------
-    element
-        whose deflection they act on.
-    law
-        its law, a free gap with one contact piece on either side, E = |k delta + f| there.
+    element: whose deflection they act on.
+    law: its law, a free gap with one contact piece on either side, E = |k delta + f| there.
     """
     return _limiter(element, law, 1.0), _limiter(element, law, -1.0)
 
@@ -172,19 +140,24 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
     On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles
     while s delta - sign (c / k) delta' >= -s f / k.
     """
+    # pieces: off, then idle and limiting for each of the law's
     count = 1 + 2 * law.pieces
     stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
     lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
     below, above, follow = np.arange(count), np.arange(count), np.zeros((law.pieces, count), dtype=np.int64)
     for piece in range(law.pieces):
+        # only pieces with stiffness and damping can be limited
         k, c, f = float(law.stiffness[piece]), float(law.damping[piece]), float(law.offset[piece])
         if k == 0.0 or c == 0.0:
             continue
+        # limiting: the damping force c delta' is replaced by way (k delta + f)
         side, idle, limiting = np.sign(piece + law.first_label), 1 + 2 * piece, 2 + 2 * piece
         stiffness[limiting], damping[limiting], offset[limiting] = way * k, -c, way * f
+        # watched: s delta - sign (c / k) delta', with the bound -s f / k
         watched[idle] = watched[limiting] = side, -way * side * c / k, 0.0
         lower[idle] = upper[limiting] = -side * f / k
         below[idle], above[limiting] = limiting, idle
+        # the piece in which contact begins
         follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
     return Auxiliary(
@@ -209,16 +182,8 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
 def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Auxiliary:
     """A part of the elastic force that is lacking now, and not lacking then.
 
-    Parameters
-    ----------
-    element
-        whose force it is.
-    law
-        its law.
-    lacking
-        the part, 0 ... 1.
-    begins_lacking
-        whether it is lacking at the start.
+    lacking: the part, 0 ... 1.
+    begins_lacking: whether it is lacking at the start.
     """
     p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
     part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])

@@ -1,6 +1,6 @@
 """The arrays in which a driveline's regions are built, with what all its regions share.
 
-Takes a ``Flow`` and pieces; writes slots of ``kernels.packed.Regions``. The work is done in ``kernels.building``.
+The work is done in ``kernels.building``.
 """
 
 from __future__ import annotations
@@ -41,15 +41,8 @@ _WIDEST_TURN = 0.5  # of an input over the finest step, radians
 class RegionBuilder:
     """Builds a driveline's regions, one at a time.
 
-    Attributes
-    ----------
-    workspace
-        the arrays.
-    words
-        what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
-    typical
-        size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
-        most.
+    words: what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
+    typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most.
     """
 
     def __init__(self, flow: Flow) -> None:
@@ -77,7 +70,7 @@ class RegionBuilder:
 
     @property
     def bounds(self) -> int:
-        """J, how many rows bound its fourth derivatives."""
+        """J, the number of rows that bound its fourth derivatives."""
         return int(self.workspace.bounds.used[0])
 
     @property
@@ -103,7 +96,7 @@ class RegionBuilder:
         self._pack(self._stages, self.words, regions, slot, first)
 
     def _settle_chains(self, flow: Flow) -> None:
-        """Let what signals push count as an ordinary motion, too."""
+        """Enlarge the size of an ordinary motion by the motion that signals make."""
         chains = self.workspace.region.matrix[:, flow.states + flow.inputs :]
         pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
         self.typical = max(self.typical, float(pushed))
@@ -111,7 +104,7 @@ class RegionBuilder:
 
 
 def _sizes(flow: Flow) -> Sizes:
-    """How large the arrays of a flow are."""
+    """Sizes of the arrays of a flow."""
     system, coordinates = flow.system, flow.coordinates
     return Sizes(
         elements=len(system.laws),
@@ -140,7 +133,7 @@ def _write_limits(flow: Flow, common: Common) -> None:
 
 
 def _lay_out(flow: Flow, workspace: Workspace) -> None:
-    """Write what all regions share, of a driveline that is more than laws and harmonics."""
+    """Write the arrays that all regions share, of a driveline with more than laws and harmonics."""
     system, scaling, period, common = flow.system, flow.scaling, flow.system.inputs.period, workspace.common
     clearances = list(system.clearances)
     unit = 1.0 / flow.corner_scale[: len(clearances), None]
@@ -161,7 +154,7 @@ def _lay_out(flow: Flow, workspace: Workspace) -> None:
 
 
 def _write_auxiliaries(flow: Flow, workspace: Workspace) -> None:
-    """Write what the laws do not say of auxiliaries."""
+    """Write the data of auxiliaries that are not in the laws."""
     system, auxiliaries, first = flow.system, workspace.auxiliaries, workspace.laws.first
     for c, auxiliary in enumerate(system.auxiliaries):
         own = slice(first[len(system.laws) + c], first[len(system.laws) + c + 1])

@@ -4,8 +4,6 @@ A channel keeps its own knots until all are known; where another one has a knot 
 written anew about it,
 
     sum_j a_j (t - t_g)^j = sum_i b_i (t - t_g - d)^i,    b_i = sum_(j >= i) C(j, i) a_j d^(j - i).
-
-Takes arrays; gives channels and their union.
 """
 
 from __future__ import annotations
@@ -27,18 +25,10 @@ SAME = 1e-13
 
 @dataclass(frozen=True)
 class Channel:
-    """One piecewise polynomial of time.
+    """One piecewise polynomial of time."""
 
-    Attributes
-    ----------
-    knots
-        (G + 1,) ascending [s].
-    coefficients
-        (G, D + 1) of ascending powers of the time since the interval's start [SI].
-    """
-
-    knots: Array
-    coefficients: Array
+    knots: Array  # (G + 1,) ascending [s]
+    coefficients: Array  # (G, D + 1) of ascending powers of the time since the interval's start [SI]
 
     def at(self, time: Array, derivative: int = 0) -> Array:
         """(t,) values, or a derivative, at times (t,) [s]."""
@@ -90,7 +80,7 @@ def shifted(coefficients: Array, by: Array) -> Array:
 
 
 def distinct(times: Array) -> Array:
-    """Ascending times, the first and the last of them kept, without those that are one with their neighbour.
+    """Ascending times, the first and the last of them kept, without those that equal their neighbour to rounding.
 
     Two are one if they differ by less than 1e-13 of the last. Of several that are, every one that is kept stands
     farther than that from the one kept before, so that no chain of near times disappears as a whole.
@@ -108,14 +98,9 @@ def distinct(times: Array) -> Array:
 def joined(channels: Sequence[Channel], torque: Array, error: Array) -> Signals:
     """Put channels on common intervals.
 
-    Parameters
-    ----------
-    channels
-        C of them, all beginning at 0; the shortest ends the whole.
-    torque
-        (n, C) torque on every inertia for a unit of every channel.
-    error
-        (m, C) transmission error of every element for a unit of every channel.
+    channels: C of them, all beginning at 0; the shortest ends the whole.
+    torque: (n, C) torque on every inertia for a unit of every channel.
+    error: (m, C) transmission error of every element for a unit of every channel.
     """
     end = min(float(channel.knots[-1]) for channel in channels)
     knots = np.unique(np.concatenate([channel.knots for channel in channels]))

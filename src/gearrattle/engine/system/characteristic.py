@@ -13,8 +13,6 @@ Body i and element k are numbered from 1 in their order; l_k = R_c for a mesh, 1
 
 and, for a symmetric two-stage law, alpha_k, beta_k and b_k in psi_c or x_c, eqs. (9), (10). The paper prints the drag
 terms of eqs. (11)-(14) as -xi theta'; eqs. (1)-(4) make it +xi theta', and so it is here.
-
-Takes a system; gives Scales and coefficients by name.
 """
 
 from __future__ import annotations
@@ -32,24 +30,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scales:
-    """What counts as one.
+    """The characteristic quantities."""
 
-    Attributes
-    ----------
-    frequency
-        w [rad/s].
-    angle
-        psi_c [rad].
-    radius
-        R_c [m].
-    inertia
-        J_c [kg m^2].
-    """
-
-    frequency: float
-    angle: float
-    radius: float
-    inertia: float
+    frequency: float  # w [rad/s]
+    angle: float  # psi_c [rad]
+    radius: float  # R_c [m]
+    inertia: float  # J_c [kg m^2]
 
     @property
     def length(self) -> float:
@@ -91,18 +77,10 @@ def characteristic(
     R_c is the first gear's radius, x_c the half-backlash of the first mesh that has one; without such a mesh psi_c is
     the smallest corner of a coupling, or 1 rad. J_c is the first body's inertia.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    is_mesh
-        (m,) which elements are meshes.
-    frequency
-        w [rad/s].
-    length
-        x_c [m].
-    radius
-        R_c [m].
+    is_mesh: (m,) which elements are meshes.
+    frequency: w [rad/s].
+    length: x_c [m].
+    radius: R_c [m].
     """
     meshes = [k for k in range(len(system.laws)) if is_mesh[k]]
     if radius is None:
@@ -127,18 +105,10 @@ def coefficients(
 
     Indices above 9 are set apart by an underscore: xi_10_10.
 
-    Parameters
-    ----------
-    system
-        the driveline.
-    is_mesh
-        (m,) which elements are meshes.
-    orders
-        (H,) orders of the inputs.
-    omega
-        reference speed [rad/s].
-    scales
-        what counts as one.
+    is_mesh: (m,) which elements are meshes.
+    orders: (H,) orders of the inputs.
+    omega: reference speed [rad/s].
+    scales: what counts as one.
     """
     w, named_values, inertia = scales.frequency, dict[str, float](), system.inertia
     for i, drag in enumerate(system.drag.tolist()):

@@ -1,8 +1,6 @@
 """Changes by the clock: auxiliaries that enter the piece above their own at times known beforehand.
 
 So a mesh whose stiffness alternates with the number of tooth pairs in contact: its regions change by time.
-
-Takes numbers; gives instants.
 """
 
 from __future__ import annotations
@@ -18,21 +16,11 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Clock:
-    """When auxiliaries change.
+    """When auxiliaries change."""
 
-    Attributes
-    ----------
-    time
-        (n,) ascending, later than 0, up to the period included if they repeat [s].
-    auxiliary
-        (n,) which.
-    repeats
-        whether all comes again every period.
-    """
-
-    time: Array
-    auxiliary: IntArray
-    repeats: bool
+    time: Array  # (n,) ascending, later than 0, up to the period included if they repeat [s]
+    auxiliary: IntArray  # (n,) which
+    repeats: bool  # whether all comes again every period
 
     def ticks(self, first: int, end: int, period: float) -> tuple[Array, Array, IntArray]:
         """Ticks from number ``first`` on, up to the end of so many periods: whole periods, the rest, auxiliaries."""

@@ -28,26 +28,13 @@ _INDEPENDENT = 1e-9  # a row counts as new if this fraction of its length lies o
 
 @dataclass(frozen=True)
 class RelativeCoordinates:
-    """The chosen basis.
+    """The chosen basis."""
 
-    Attributes
-    ----------
-    basis
-        (r, n) X, a selection of the rows of W.
-    elements
-        (r,) the element each basis row belongs to.
-    combination
-        (m, r) B, every element's deflection from x.
-    references
-        indices of the inertias whose absolute angle is carried separately.
-    angle_from_basis, angle_from_reference
-        (n, r) Qx and (n, len(references)) Qr.
-    """
-
-    basis: Array
-    elements: tuple[int, ...]
-    combination: Array
-    references: tuple[int, ...]
+    basis: Array  # (r, n) X, a selection of the rows of W
+    elements: tuple[int, ...]  # (r,) the element each basis row belongs to
+    combination: Array  # (m, r) B, every element's deflection from x
+    references: tuple[int, ...]  # indices of the inertias whose absolute angle is carried separately
+    # angle_from_basis, angle_from_reference: (n, r) Qx and (n, len(references)) Qr
     angle_from_basis: Array
     angle_from_reference: Array
 
@@ -74,12 +61,7 @@ def relative_coordinates(system: PiecewiseSystem, among: Sequence[int] | None = 
 
     Variants of a driveline with the same W and the same elements with corners have the same coordinates.
 
-    Parameters
-    ----------
-    system
-        the piecewise system.
-    among
-        the elements to choose from; all by default. B then has one row for each of them.
+    among: the elements to choose from; all by default. B then has one row for each of them.
     """
     candidates = tuple(range(len(system.laws)) if among is None else among)
     rows = np.ascontiguousarray(system.rows, dtype=float)

@@ -1,4 +1,4 @@
-"""The energy audit: does what goes in equal what is lost and stored?
+"""The energy audit: the balance of works, losses and stored energy along a motion.
 
     d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k L_k delta_k' - sum_k F_k e_k'
 
@@ -45,35 +45,22 @@ TOGETHER = 2048
 
 @dataclass(frozen=True)
 class EnergyAudit:
-    """Where the energy went [J].
+    """Works and losses of a motion [J]."""
 
-    Attributes
-    ----------
-    torque_work
-        (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
-    error_work
-        (m,) work of every transmission error, and of prescribed motions through every element.
-    drag_loss
-        (n,) viscous drag.
-    element_loss
-        (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
-        where that gives more.
-    stored
-        energy at the start and at the end.
-    friction_loss
-        (m,) the share of the element_loss that dry friction took; empty in files of before.
-    """
-
+    # (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included
     torque_work: Array
-    error_work: Array
-    drag_loss: Array
+    error_work: Array  # (m,) work of every transmission error, and of prescribed motions through every element
+    drag_loss: Array  # (n,) viscous drag
+    # (m,) damping and friction of every element, and what a stiffness that alternates takes; negative where that gives
+    # more
     element_loss: Array
-    stored: tuple[float, float]
+    stored: tuple[float, float]  # energy at the start and at the end
+    # (m,) the share of the element_loss that dry friction took; empty in files of before
     friction_loss: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def residual(self) -> float:
-        """Energy that appeared from nowhere (negative: vanished)."""
+        """Energy that the balance does not explain: gained, or lost if negative."""
         gained = self.torque_work.sum() + self.error_work.sum()
         lost = self.drag_loss.sum() + self.element_loss.sum()
         return float(self.stored[1] - self.stored[0] - gained + lost)
@@ -129,47 +116,43 @@ class Auditor:
     ) -> None:
         """Prepare the audit of a motion.
 
-        Parameters
-        ----------
-        flow
-            the system.
-        initial
-            piece of every element and auxiliary at the start.
-        samples
-            gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
-        count
-            how many samples there are.
-        per_cycle
-            samples a period.
-        time, watch, upward
-            (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
-        memory
-            (E, S) memories before each crossing, scaled.
-        first_cycle
-            whole periods before the first sample.
+        initial: piece of every element and auxiliary at the start.
+        samples: gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
+        count: how many samples there are.
+        per_cycle: samples a period.
+        time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+        memory: (E, S) memories before each crossing, scaled.
+        first_cycle: whole periods before the first sample.
         """
+        # regions visited, their rates and their finest steps
         self.flow, self.samples, self.count = flow, samples, count
         regions, visited = _visited(flow, initial, watch, upward)
         generators = np.array([flow.generator(pieces) for pieces in regions])
         finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
+        # samples at which the quadrature starts again
         apart = max(1, int(per_cycle * LONG * finest.max()))
         restarts = np.append(np.arange(apart, count - 1, apart), count - 1)
         states = samples(np.append(0, restarts))
         self.ends = states[0], states[-1]
+        # states over deflections, in which the powers are small sums
         by_deflections, self.back = _by_deflections(flow)
         self.restarts = np.ascontiguousarray(states @ by_deflections.T)
+        # intervals end at samples, crossings and knots
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
         knots = knots[first_knot : np.searchsorted(knots, restarts[-1] / per_cycle)]
         at = np.concatenate([restarts / per_cycle, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
+        # rates counted from each region's shift, so that products of moments cancel little
         shift = np.array([_shift(flow, pieces) for pieces in regions])
         generators = by_deflections @ generators @ self.back
         generators[..., flow.states] += _times(generators, shift) / flow.scaling.inputs[0]
         nodes = NODES_WITH_SIGNALS if flow.chain.size else NODES
+        # tables of steps
         self.steps = Steps(generators, finest, float(self.durations.max(initial=0.0)), nodes)
         self.moves = _moves(flow, regions, (generators, shift, by_deflections), self.steps)
+        # the path: region, first sample, knot, and whether the interval is whole
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
         of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
         self.interval = apart / per_cycle
@@ -183,9 +166,11 @@ class Auditor:
             ],
             axis=1,
         )
+        # energy let go by auxiliary elements at crossings
         self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.first_cycle, self.per_cycle = first_cycle, per_cycle
         self.regions, self.visited, self.time = regions, visited, time
+        # room for the moments
         rows, terms = 4 * self.moves.generator.shape[1], self.moves.powers.shape[1]
         count = (2 + self.steps.length.shape[1]) * len(regions)
         self.sums, self.recent = np.zeros((2, count, flow.width, rows))
@@ -204,7 +189,7 @@ class Auditor:
         return bool(self._steps().max(initial=0.0) > MOST_STEPS)
 
     def advance(self, products: float = SLICE) -> bool:
-        """Work through the next intervals, of about so many products; whether that was the last of them."""
+        """Integrate over the next intervals, of about so many products; whether they were the last."""
 
         spent = self._work[self.done - 1] if self.done else 0.0
         end = max(self.done + 1, int(np.searchsorted(self._work, spent + products)))
@@ -219,7 +204,7 @@ class Auditor:
         return self.done == len(self.durations)
 
     def fraction(self) -> float:
-        """How much of the audit is done, 0 ... 1."""
+        """Part of the audit that is done, 0 ... 1."""
         return self.done / max(1, len(self.durations))
 
     def result(self) -> EnergyAudit:
@@ -251,14 +236,10 @@ class Auditor:
         return np.asarray(np.einsum("rpz,rzy,rpy->p", forms[:, one], moments, forms[:, other], optimize=True))
 
     def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
-        """Add what specified inputs work beyond the polynomials that stand for them in z.
+        """Add the difference of works between the specified inputs and the polynomials that represent them in z.
 
-        Parameters
-        ----------
-        signals
-            the polynomials, compared with their reference.
-        torque, error
-            (n,), (m,) works of the polynomials; added to [J].
+        signals: the polynomials, compared with their reference.
+        torque, error: (n,), (m,) works of the polynomials; added to [J].
         """
         flow, knots = self.flow, self.flow.knots - self.first_cycle
         rows = np.arange(self.count)
@@ -281,16 +262,8 @@ class Auditor:
 def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
     """(G, C, P) inputs as z has them, of channels with an error their first derivatives [SI].
 
-    Parameters
-    ----------
-    flow
-        the system.
-    signals
-        its signals.
-    intervals
-        (G,) of these.
-    since
-        (G, P) periods since the interval's start.
+    intervals: (G,) of these.
+    since: (G, P) periods since the interval's start.
     """
     period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
     chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
@@ -303,7 +276,7 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
 
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
-    """Regions, each once, and (E + 1,) which of them the motion is in: at first, and after every crossing."""
+    """Regions, each once, and (E + 1,) the index of the motion's region: at first, and after every crossing."""
     index, regions, visited, here = {initial: 0}, [initial], [0], 0
     kinds = 2 * int(watch.max(initial=0)) + 2
     beyond = [-1] * kinds  # by region, then watch and direction

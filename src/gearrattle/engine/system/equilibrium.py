@@ -47,27 +47,13 @@ class Runaway(Exception):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Where the system rests.
+    """The position at rest."""
 
-    Attributes
-    ----------
-    angle
-        (n,) [rad]; the last inertia of every free train at zero.
-    deflection
-        (m,) w . angle.
-    pieces
-        (m,) piece of every element's law.
-    acceleration
-        (n,) uniform acceleration of trains whose means do not balance [rad/s^2].
-    middled
-        elements whose free gap carries no load.
-    """
-
-    angle: Array
-    deflection: Array
-    pieces: tuple[int, ...]
-    acceleration: Array
-    middled: tuple[int, ...]
+    angle: Array  # (n,) [rad]; the last inertia of every free train at zero
+    deflection: Array  # (m,) w . angle
+    pieces: tuple[int, ...]  # (m,) piece of every element's law
+    acceleration: Array  # (n,) uniform acceleration of trains whose means do not balance [rad/s^2]
+    middled: tuple[int, ...]  # elements whose free gap carries no load
 
 
 @kept
@@ -79,10 +65,12 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     Runaway
         an element of zero last slope cannot carry its load.
     """
+    # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
     numbers, label = coefficients_of(system), np.array([law.first_label for law in system.laws], dtype=np.int64)
     sought = statics_of(elastic, coordinates)
+    # trains whose means do not balance, and the minimum of U
     acceleration, angle = np.empty(system.size), np.empty(system.size)
     x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
     with plainly() if len(elastic) <= _SMALL else nullcontext():
@@ -93,9 +81,11 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     if code == statics.LOST:
         remedy = 'initial = "zero", or a state of your own'
         raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
+    # free gaps without load at their middle
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
     with plainly() if len(elastic) <= _SMALL else nullcontext():
         compact(statics.turn)(sought, x, angle)
+    # all deflections and pieces
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))
@@ -108,7 +98,7 @@ def elastic_elements(system: PiecewiseSystem) -> list[int]:
 
 
 def statics_of(elastic: list[int], coordinates: RelativeCoordinates) -> Statics:
-    """The same for compiled code, with the coordinates of these elements."""
+    """The statics of a system for compiled code, with the coordinates of these elements."""
     return Statics(
         elastic=np.array(elastic, dtype=np.int64),
         at=np.array([elastic.index(k) for k in coordinates.elements], dtype=np.int64),

@@ -1,4 +1,4 @@
-"""What the exact engine sees of a piecewise system: rows over one augmented state.
+"""The piecewise system for the exact engine: rows over one augmented state.
 
     z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
@@ -33,44 +33,23 @@ Pieces = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Flow:
-    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region.
-
-    Attributes
-    ----------
-    system, coordinates, scaling
-        what it was made from.
-    states
-        N, the number of deflections, velocities and memories in z.
-    deflection, rate, curvature_of_error
-        (m, Z) delta_k, delta_k', and e_k'' of every element [SI].
-    velocity
-        (n, Z) q' [SI].
-    torque
-        (n, Z) applied torque [SI].
-    frequency
-        (H,) 2 pi p_j, radians a period.
-    corner_scale
-        (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary
-        watches.
-    memory
-        (S,) scale of every memory: a power of two by which it is multiplied in z.
-    chain
-        (Q,) the same of every entry of the signals' chains.
-    """
+    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region."""
 
     system: PiecewiseSystem
     coordinates: RelativeCoordinates
     scaling: Scaling
-    states: int
+    states: int  # N, the number of deflections, velocities and memories in z
+    # deflection, rate, curvature_of_error: (m, Z) delta_k, delta_k', and e_k'' of every element [SI]
     deflection: Array
     rate: Array
     curvature_of_error: Array
-    velocity: Array
-    torque: Array
-    frequency: Array
+    velocity: Array  # (n, Z) q' [SI]
+    torque: Array  # (n, Z) applied torque [SI]
+    frequency: Array  # (H,) 2 pi p_j, radians a period
+    # (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary watches
     corner_scale: Array
-    memory: Array
-    chain: Array
+    memory: Array  # (S,) scale of every memory: a power of two by which it is multiplied in z
+    chain: Array  # (Q,) the same of every entry of the signals' chains
 
     @property
     def inputs(self) -> int:
@@ -187,7 +166,7 @@ class Flow:
         return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))
 
     def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
-        """(W, Z) what is watched, its first and second derivative by s, in corner scales."""
+        """(W, Z) quantities watched, their first and second derivatives by s, in corner scales."""
         clearances = list(self.system.clearances)
         period, count = self.system.inputs.period, len(clearances)
         unit = 1.0 / self.corner_scale[:count, None]
@@ -283,6 +262,7 @@ def _column_scale(harmonics: int) -> NDArray[np.int64]:
 
 def flow_of(system: PiecewiseSystem) -> Flow:
     """Choose coordinates and scales, and write the rows down."""
+    # coordinates, scales and sizes
     coordinates = relative_coordinates(system)
     scaling = energy_scaling(system, coordinates)
     inputs = system.inputs
@@ -292,11 +272,13 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     signals = system.signals
     chained = states + 1 + 2 * inputs.count
     width = chained + (0 if signals is None else signals.chain)
+    # columns of the inputs: mean, cosines, sines
     cosine = np.arange(states + 1, states + 1 + inputs.count)
     sine = cosine + inputs.count
     size = scaling.inputs[1:]
     omega = 2 * np.pi * inputs.cycles / inputs.period
 
+    # rows of velocities, deflections and rates; transmission errors are subtracted
     velocity = np.zeros((n, width))
     velocity[:, r:moving] = np.diag(1.0 / scaling.velocity)
     deflection = np.zeros((m, width))
@@ -309,14 +291,17 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     rate[:, sine] += inputs.error_cosine * omega / size
     curvature[:, cosine] = -inputs.error_cosine * omega**2 / size
     curvature[:, sine] = -inputs.error_sine * omega**2 / size
+    # torques
     torque = np.zeros((n, width))
     torque[:, states] = inputs.mean / scaling.inputs[0]
     torque[:, cosine] = inputs.torque_cosine / size
     torque[:, sine] = inputs.torque_sine / size
 
+    # signals
     chain = np.ones(width - chained)
     if signals is not None:
         chain = _write_signals(system, signals, chained, (deflection, rate, curvature, torque))
+    # scales of what is watched: the largest corner, or the state where that is zero
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
@@ -339,13 +324,15 @@ def flow_of(system: PiecewiseSystem) -> Flow:
 
 
 def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
-    """Write what chains do from a column on; answers their scales: one power of two a channel, by what it pushes."""
+    """Write the columns of chains; returns their scales: one power of two a channel, by the torque it makes."""
+    # scale of each channel: the torque that it makes, the stiffest pieces with its error
     deflection, rate, curvature, torque = rows
     stiffest = np.array([law.stiffness.max() for law in system.laws])
     pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))
     period, order = system.inputs.period, signals.degree + 1
     size = period * np.linalg.norm(pushed / np.sqrt(system.inertia)[:, None], axis=0)
     scale = power_of_two(np.where(size > 0.0, size, 1.0))
+    # q_j = T^j p^(j) / w^j: the first link is the signal, the next ones its derivatives
     step = signals.pace(period) / period
     for c in range(signals.channels):
         at = first + c * order

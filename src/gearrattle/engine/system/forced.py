@@ -22,18 +22,10 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Split:
-    """Inputs split off and inputs kept.
+    """Inputs split off and inputs kept."""
 
-    Attributes
-    ----------
-    particular
-        (N, U) P, with zero columns for the inputs kept.
-    kept
-        indices into u, ascending: the constant, cosines, sines; a cosine and its sine go together.
-    """
-
-    particular: Array
-    kept: IntArray
+    particular: Array  # (N, U) P, with zero columns for the inputs kept
+    kept: IntArray  # indices into u, ascending: the constant, cosines, sines; a cosine and its sine go together
 
 
 def oscillation(frequency: Array) -> Array:

@@ -1,7 +1,4 @@
-"""A system's numbers as the compiled code has them: laws end to end, everything in plain arrays.
-
-Takes a ``PiecewiseSystem``; gives ``kernels.laws.Laws``, ``kernels.variants.Coefficients`` and ``Frame``.
-"""
+"""The numbers of a system in plain arrays for compiled code, its laws end to end."""
 
 from __future__ import annotations
 
@@ -60,14 +57,8 @@ def system_of(pattern: PiecewiseSystem, numbers: Coefficients) -> PiecewiseSyste
 def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, length: float) -> Coefficients:
     """Return numbers, with a leading axis or without, with the inputs of a part of a motion: see ``Harmonics.part``.
 
-    Parameters
-    ----------
-    numbers
-        of the whole.
-    cycles
-        (H,) oscillations a period.
-    begin, length
-        of the part, in periods.
+    cycles: (H,) oscillations a period.
+    begin, length: of the part, in periods.
     """
     torque_sine, torque_cosine = turned(numbers.torque_sine, numbers.torque_cosine, cycles * begin)
     error_sine, error_cosine = turned(numbers.error_sine, numbers.error_cosine, cycles * begin)
@@ -81,7 +72,7 @@ def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, le
 
 
 def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:
-    """Laws of elements, or of what stands beside them, one after the other."""
+    """Laws of elements or of auxiliaries, one after the other."""
     return Laws(
         first=_whole([0, *np.cumsum([law.pieces for law in laws])]),
         stiffness=_joined([law.stiffness for law in laws]),
@@ -93,7 +84,7 @@ def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:
 
 
 def frame_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Frame:
-    """What a system shares with its variants of the same structure."""
+    """The structure that a system shares with its variants."""
     return Frame(
         rows=_floats(system.rows),
         label=_whole([law.first_label for law in system.laws]),

@@ -30,23 +30,14 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True)
 class PiecewiseLaw:
-    """Force of one element against deflection and its rate.
+    """Force of one element against deflection and its rate."""
 
-    Attributes
-    ----------
-    corners
-        (P-1,) ascending deflections where the piece changes.
-    stiffness, damping, offset
-        (P,) of each piece, lowest deflection first.
-    first_label
-        label of the lowest piece (<= 0).
-    """
-
-    corners: Array
+    corners: Array  # (P-1,) ascending deflections where the piece changes
+    # stiffness, damping, offset: (P,) of each piece, lowest deflection first
     stiffness: Array
     damping: Array
     offset: Array
-    first_label: int
+    first_label: int  # label of the lowest piece (<= 0)
 
     @property
     def pieces(self) -> int:

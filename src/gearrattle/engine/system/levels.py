@@ -1,7 +1,4 @@
-"""Lowest, highest and mean deflections along a motion, and its extreme forces, exact between its crossings.
-
-Takes a Flow, the state at the start and the log of crossings; gives levels.
-"""
+"""Lowest, highest and mean deflections along a motion, and its extreme forces, exact between its crossings."""
 
 from __future__ import annotations
 
@@ -19,44 +16,21 @@ Array = NDArray[np.float64]
 
 
 class _Intervals(NamedTuple):
-    """A motion between its crossings, I intervals in R regions.
+    """A motion between its crossings, I intervals in R regions."""
 
-    Attributes
-    ----------
-    regions
-        pieces of every region.
-    region
-        (I,) of every interval.
-    duration
-        (I,) of every interval, in periods.
-    known
-        (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
-    z
-        (Z,) at the start.
-    """
-
-    regions: tuple[Pieces, ...]
-    region: NDArray[np.int64]
-    duration: Array
-    known: Array
-    z: Array
+    regions: tuple[Pieces, ...]  # pieces of every region
+    region: NDArray[np.int64]  # (I,) of every interval
+    duration: Array  # (I,) of every interval, in periods
+    known: Array  # (I, Z) entries of z that are set where an interval starts; NaN for those that go on
+    z: Array  # (Z,) at the start
 
 
 def deflection_levels(flow: Flow, initial: Pieces, states: Array, path: Passages, end: float) -> Array:
     """Return (3, K) lowest, highest and mean deflection of every clearance [SI].
 
-    Parameters
-    ----------
-    flow
-        of the driveline.
-    initial
-        pieces at the start.
-    states
-        (N,) at the start, balanced.
-    path
-        all crossings.
-    end
-        of the motion [s].
+    initial: pieces at the start.
+    states: (N,) at the start, balanced.
+    end: of the motion [s].
     """
     intervals = _intervals(flow, initial, states, path, end)
     rows = np.ascontiguousarray(flow.deflection[list(flow.system.clearances)])

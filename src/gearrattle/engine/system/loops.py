@@ -5,8 +5,6 @@
 e following the deflection while its slider sticks (G. M. Jenkins, British Journal of Applied Physics 13, 1962, p. 30).
 Between corners of the law and starts of slip the torque is a straight line, so few points describe a path exactly.
 Time has no effect: damping is not included, and of the auxiliaries only sliders are.
-
-Takes a law and its sliders; gives corners of the torque's graph.
 """
 
 from __future__ import annotations
@@ -27,10 +25,7 @@ _SAME = 1e-14  # of the widest deflection: closer together, two kinks are one
 class Follower:
     """A law and its sliders on their way, unloaded at first.
 
-    Attributes
-    ----------
-    points
-        (deflection, torque) passed so far; two of one deflection where friction is let go.
+    points: (deflection, torque) passed so far; two of one deflection where friction is let go.
     """
 
     def __init__(self, law: PiecewiseLaw, sliders: Sequence[Auxiliary], start: float = 0.0) -> None:
@@ -72,7 +67,7 @@ class Follower:
         self.points.append((stop, self.torque()))
 
     def _enter(self, piece: int) -> None:
-        """Enter the next piece: what ends there is let go."""
+        """Enter the next piece: sliders that end there are let go."""
         self.piece, before = piece, self.held
         self.held = [held if self._engaged(i) else 0.0 for i, held in enumerate(before)]
         if self.held != before:
@@ -82,19 +77,9 @@ class Follower:
 def along(law: PiecewiseLaw, sliders: Sequence[Auxiliary], path: Sequence[float]) -> tuple[Array, Array]:
     """The graph of the torque along a path, sliders unloaded at its first deflection.
 
-    Parameters
-    ----------
-    law
-        the element's.
-    sliders
-        its auxiliaries with a memory.
-    path
-        turning points, one after another.
-
-    Returns
-    -------
-    tuple[Array, Array]
-        deflection, torque: (N,) every kink of the graph, and the turning points.
+    sliders: its auxiliaries with a memory.
+    path: turning points, one after another.
+    Returns deflection and torque (N,) of every kink of the graph, and the turning points.
     """
     follower = Follower(law, sliders, path[0])
     for target in path[1:]:

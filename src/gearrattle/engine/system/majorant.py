@@ -39,27 +39,14 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Majorant:
-    """Bounds for 0 <= s <= horizon by the moduli m_j = |rows[j] . z(0)|, and the fast modes' part of delta.
+    """Bounds for 0 <= s <= horizon by the moduli m_j = |rows[j] . z(0)|, and the fast modes' part of delta."""
 
-    Attributes
-    ----------
-    rows
-        (J, Z) complex.
-    weights
-        (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|.
-    pushes
-        (3, K, Q); pushes @ S is what the chains' fourth derivatives, bounded by S (Q,), make of the same.
-    constant
-        (3, K) to be added.
-    fast
-        (K, Z) the fast modes' part of every deflection.
-    """
-
-    rows: ComplexArray
+    rows: ComplexArray  # (J, Z) complex
+    # (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|
     weights: Array
-    pushes: Array
-    constant: Array
-    fast: Array
+    pushes: Array  # (3, K, Q); pushes @ S is what the chains' fourth derivatives, bounded by S (Q,), make of the same
+    constant: Array  # (3, K) to be added
+    fast: Array  # (K, Z) the fast modes' part of every deflection
 
     def bound(self, z: Array, fourth: Array) -> Array:
         """(3, K) bounds at the state z (Z,), with bounds on the chains' fourth derivatives (Q,)."""

@@ -1,8 +1,8 @@
 """Integrals of z z' over many steps at once, from the sums of z z' at their beginnings.
 
 Where z moves by E over a step, the integral over two of them is that over one from z, and that over one from E z. So
-what steps of length 2 h stand for, by the sum M of z z' at their beginnings, is what steps of length h do by
-M + E M E'. From the longest on down to the shortest, over which Gauss-Legendre quadrature integrates it,
+the integral over steps of length 2 h with the sum M of z z' at their beginnings is that over steps of length h with the
+sum M + E M E'. From the longest on down to the shortest, over which Gauss-Legendre quadrature integrates it,
 
     int_0^h exp(A t) M exp(A' t) dt = h sum_q w_q P_q M P_q',      P_q = exp(A x_q h),
 
@@ -34,25 +34,12 @@ MOST_BYTES = 256 << 20
 class Steps:
     """Steps of several lengths in every region, each twice as long as the one before.
 
-    Parameters
-    ----------
-    generators
-        (R, Z, Z) rates, a period.
-    finest
-        (R,) length of the finest step, in periods.
-    longest
-        the longest interval, in periods.
-    nodes
-        of the quadrature.
-
-    Attributes
-    ----------
-    length
-        (R, L) in periods.
-    increments
-        (R, L, Z, Z) exp(A h) - 1.
-    abscissas, weights
-        (nodes,) of the quadrature over the shortest one, and over less, in 0 ... 1.
+    generators: (R, Z, Z) rates, a period.
+    finest: (R,) length of the finest step, in periods.
+    longest: the longest interval, in periods.
+    length: (R, L) in periods.
+    increments: (R, L, Z, Z) exp(A h) - 1.
+    abscissas, weights: (nodes,) of the quadrature over the shortest one, and over less, in 0 ... 1.
     """
 
     def __init__(self, generators: Array, finest: Array, longest: float, nodes: int) -> None:
@@ -83,14 +70,9 @@ class Steps:
     def integrals(self, begun: Array, whole: Array, interval: float) -> Array:
         """Return (R, Z, Z) the integral of z z' over all steps, and over whole intervals, in periods.
 
-        Parameters
-        ----------
-        begun
-            (R, L, Z, Z) sums of z z' at the beginnings of steps.
-        whole
-            (R, Z, Z) the same of whole intervals.
-        interval
-            their length, in periods.
+        begun: (R, L, Z, Z) sums of z z' at the beginnings of steps.
+        whole: (R, Z, Z) the same of whole intervals.
+        interval: their length, in periods.
         """
         begun, left = begun.copy(), np.full(len(whole), interval)
         for level in range(self.length.shape[1] - 1, -1, -1):

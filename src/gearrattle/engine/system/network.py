@@ -118,21 +118,27 @@ def windows_of(system: PiecewiseSystem, bound: Majorant) -> int:
 
 def network_of(flow: Flow, windows: int) -> Network:
     """Pack a sparse system into the arrays of the sweep."""
+    # inertias at both ends of each element, and their arms
     system, coordinates, inputs = flow.system, flow.coordinates, flow.system.inputs
     ends, arm = ends_of(system)
     elements, none = len(system.laws), np.zeros(len(system.laws))
+    # clearances, references and inertias that are driven
     clearances = np.array(system.clearances, dtype=np.int64)
     references = np.array(coordinates.references, dtype=np.int64)
     driven = np.flatnonzero(np.any((inputs.torque_cosine != 0) | (inputs.torque_sine != 0), axis=1))
+    # elements with transmission errors
     error_at = np.argwhere((inputs.error_cosine != 0) | (inputs.error_sine != 0))
     erring = np.unique(error_at[:, 0])
     error_of = _places(erring, len(system.laws))
+    # amplitudes of torques and errors
     torque = np.hstack([inputs.torque_cosine, inputs.torque_sine])[driven].T
     error = np.column_stack([waves[tuple(error_at.T)] for waves in (inputs.error_cosine, inputs.error_sine)])
     error_at = np.column_stack([error_of[error_at[:, 0]], error_at[:, 1]])
+    # deflections that are sums of others'
     tied = np.setdiff1d(np.arange(len(system.laws)), coordinates.elements)
     ties = [np.flatnonzero(coordinates.combination[k]) for k in tied]
     weights = [coordinates.combination[k, tie] for k, tie in zip(tied, ties, strict=True)]
+    # columns: deflections first, then velocities
     return Network(
         length=inputs.period / windows,
         first=unsigned(elements + ends[:, 0]),
@@ -160,26 +166,32 @@ def network_of(flow: Flow, windows: int) -> Network:
 
 
 def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
-    """List what a force change of every clearance reaches within a window of this length [s]."""
+    """List the inertias and elements that a force change of every clearance reaches in a window of this length [s]."""
+    # one clearance after the other
     system, references = flow.system, list(flow.coordinates.references)
     arms = ends_of(system)[1]
     inertias, elements, ends, active, positions = [], [], [], [], []
     for k in system.clearances:
+        # the first order of the window in which its force is felt by inertias and elements
         inertia_order = bound.reached(k, length)
         element_order = inertia_order[bound.ends].min(axis=1)  # its force acts on an inertia one order later
         sort_key = element_order.copy()
         sort_key[k] = 0  # the clearance itself comes first
+        # those felt up to the last order, the ones felt first in front
         near = np.argsort(inertia_order, kind="stable")[: np.count_nonzero(inertia_order <= ORDER)]
         links = np.argsort(sort_key, kind="stable")[: np.count_nonzero(element_order <= ORDER)]
+        # positions in that list: of the elements' ends and of the references
         position = np.full(system.size, near.size)
         position[near] = np.arange(near.size)
         positions.append(np.where(inertia_order[references] <= ORDER, position[references], -1))
         inertias.append(near)
         elements.append(links)
         ends.append(position[bound.ends[links]])
+        # how many are felt in each order
         active.append(
             [(np.count_nonzero(inertia_order <= j), np.count_nonzero(element_order <= j)) for j in range(ORDER + 1)]
         )
+    # all lists end to end
     inertia, element = _joined(inertias, np.int64).astype(int), _joined(elements, np.int64).astype(int)
     end = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     return Near(

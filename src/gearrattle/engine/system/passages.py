@@ -1,4 +1,4 @@
-"""What is known of auxiliaries along a motion, and of the order in which everything crossed its bounds.
+"""Auxiliary elements along a motion, and all crossings of bounds in their order.
 
 Made by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
 """
@@ -18,25 +18,14 @@ _TOGETHER = 1e-12  # of the time: what crosses closer together crosses at once
 
 @dataclass(frozen=True)
 class Passages:
-    """All crossings along a motion, clearances' and auxiliaries', in the order in which they came.
+    """All crossings along a motion, clearances' and auxiliaries', in the order in which they came."""
 
-    Attributes
-    ----------
-    time
-        (E,) [s].
-    watch, upward
-        (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one.
-    velocity
-        (E,) delta' of clearances [SI].
-    memory
-        (E, S) memories of auxiliaries before each crossing [SI].
-    """
-
-    time: Array
+    time: Array  # (E,) [s]
+    # watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one
     watch: IntArray
     upward: IntArray
-    velocity: Array
-    memory: Array
+    velocity: Array  # (E,) delta' of clearances [SI]
+    memory: Array  # (E, S) memories of auxiliaries before each crossing [SI]
 
     def where(self, kept: NDArray[np.bool_] | IntArray) -> Passages:
         """Return the crossings that are to be kept, by (E,) truth values or by their indices."""
@@ -80,24 +69,10 @@ class Passages:
 
 @dataclass(frozen=True)
 class Auxiliaries:
-    """Sliders, limiters and alternating stiffness along a motion (``system.auxiliary``): C, S with a memory [SI].
+    """Sliders, limiters and alternating stiffness along a motion (``system.auxiliary``): C, S with a memory [SI]."""
 
-    Attributes
-    ----------
-    force
-        (t, C) what each adds to its element's force [N m or N].
-    memory
-        (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter.
-    piece
-        (t, C) pieces.
-    initial
-        (C,) pieces at the first sample.
-    passages
-        all crossings, clearances' and auxiliaries', in the order in which they came.
-    """
-
-    force: Array
-    memory: Array
-    piece: IntArray
-    initial: IntArray
-    passages: Passages
+    force: Array  # (t, C) what each adds to its element's force [N m or N]
+    memory: Array  # (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter
+    piece: IntArray  # (t, C) pieces
+    initial: IntArray  # (C,) pieces at the first sample
+    passages: Passages  # all crossings, clearances' and auxiliaries', in the order in which they came

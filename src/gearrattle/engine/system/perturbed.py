@@ -9,8 +9,6 @@ What is asked of it, the largest rate of growth and when some perturbation has g
   ``_APART`` segments. The expected square of such a sum's norm is the sum, over all beginnings, of the squares of the
   Frobenius norms of the gradient since then (M. F. Hutchinson 1990, Commun. Stat. Simul. 19, 433-450). It is no less
   than the largest of them, and no more than their number times that: the horizon comes out early rather than late.
-
-Takes arrays for ``kernels.perturbed``; gives growth.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ RESOLVED = 1e20
 
 
 class Gradient(ABC):
-    """What follows from products of a flow's gradients over consecutive segments."""
+    """Results that follow from products of a flow's gradients over consecutive segments."""
 
     time: Array
     """(S + 1,) ends of the segments [s], the first 0."""
@@ -53,7 +51,7 @@ class Gradient(ABC):
         """Return when some perturbation has grown so far [s], inf if none; and how far there, or at the end."""
 
     def follow(self, progress: Callable[[float], None] | None = None) -> None:
-        """Do beforehand what takes long of ``growth`` and ``largest_exponent``; what ``progress`` raises ends it."""
+        """Do the long part of ``growth`` and ``largest_exponent`` beforehand; an exception of ``progress`` ends it."""
         if progress is not None:
             progress(0.0)
 
@@ -93,26 +91,14 @@ class Gradient(ABC):
 
 @dataclass(frozen=True)
 class Perturbed(Gradient):
-    """The gradient of one motion's flow, its factors never written down.
+    """The gradient of one motion's flow, whose factors are not stored."""
 
-    Attributes
-    ----------
-    time
-        (S + 1,) ends of the segments [s], the first 0.
-    scale
-        (N,) balanced = scale * SI.
-    plan, regions, path
-        the driveline and its motion.
-    ends
-        (S + 1,) the interval of ``path`` with which each segment begins.
-    """
-
-    time: Array
-    scale: Array
+    time: Array  # (S + 1,) ends of the segments [s], the first 0
+    scale: Array  # (N,) balanced = scale * SI
     plan: Driveline
     regions: Regions
     path: Intervals
-    ends: IntArray
+    ends: IntArray  # (S + 1,) the interval of ``path`` with which each segment begins
 
     def carried(self, segment: int, columns: Array) -> Array:
         """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
@@ -132,6 +118,7 @@ class Perturbed(Gradient):
         logarithms, sizes = self._followed
         if logarithms:
             return
+        # orthonormal perturbations, and random ones beside them
         rng, size, segments = np.random.default_rng(0), len(self.scale), len(self.time) - 1
         count = min(DIRECTIONS, size)
         columns = np.hstack([np.linalg.qr(rng.normal(size=(size, count)))[0], _fresh(rng, size)])
@@ -139,9 +126,11 @@ class Perturbed(Gradient):
         for segment in range(segments):
             if progress is not None:
                 progress(segment / segments)
+            # the growth over a segment, and orthonormal ones again
             columns = self.carried(segment, columns)
             basis, triangle = np.linalg.qr(columns[:, :count])
             grown.append(float(_logarithms(triangle)[0]))
+            # sums of random perturbations, a fresh one added now and then
             sums = columns[:, count:]
             if sums.size:
                 sizes.append(float(np.linalg.norm(sums)))
@@ -179,17 +168,20 @@ def _fresh(rng: np.random.Generator, size: int) -> Array:
 
 def driveline_of(flow: Flow) -> Driveline:
     """The rows of a flow, sparse, with the norm of the stiffest and most damped region there could be."""
+    # rows of deflections, rates and accelerations, in the scales of the flow
     system, period, r, n = flow.system, flow.system.inputs.period, len(flow.coordinates.elements), flow.system.size
     deflection, rate = flow.deflection[:, :r], flow.rate[:, r : r + n]
     turning = period * flow.scaling.deflection[:, None] * flow.coordinates.basis / flow.scaling.velocity
     push = -period * (flow.scaling.velocity / system.inertia)[:, None] * system.rows.T
     drag, element = period * system.drag / system.inertia, [system.auxiliaries[c].element for c in system.memories]
+    # the largest stiffness and damping that any region has
     stiffness, damping = (
         np.array([getattr(law, name).max() for law in system.laws]) for name in ("stiffness", "damping")
     )
     for auxiliary in system.auxiliaries:
         stiffness[auxiliary.element] += auxiliary.stiffness.max()
         damping[auxiliary.element] += np.abs(auxiliary.damping).max()
+    # norm of the rates of such a region
     matrix = np.zeros((r + n, r + n))
     matrix[:r, r:] = turning
     matrix[r:, :r] = push @ (stiffness[:, None] * deflection)

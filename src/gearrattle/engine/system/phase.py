@@ -6,8 +6,6 @@
 After some seconds a tooth mesh has turned through tens of thousands of radians, and a double holds such an angle to
 1e-11 only. Only its fraction of a turn matters, so n phi / (2 pi) is worked out in whole numbers, and the whole turns
 fall away before anything is rounded.
-
-Takes speeds and times; gives fractions of a turn.
 """
 
 from __future__ import annotations
@@ -31,19 +29,12 @@ _MULTIPLE = 512
 
 @dataclass(frozen=True)
 class Ramp:
-    """A speed that changes steadily, then stays.
+    """A speed that changes steadily, then stays."""
 
-    Attributes
-    ----------
-    begin, end
-        speeds [rad/s].
-    over
-        how long it changes [s].
-    """
-
+    # begin, end: speeds [rad/s]
     begin: float
     end: float
-    over: float
+    over: float  # how long it changes [s]
 
     @property
     def rate(self) -> float:

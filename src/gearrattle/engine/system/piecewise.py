@@ -1,4 +1,4 @@
-"""The one mathematical object: a piecewise-linear system with clearances.
+"""A piecewise-linear system with clearances: the object that every solver works on.
 
     J q'' + D q' + sum_k w_k F_k(delta_k, delta_k') = T(t),      delta_k = w_k . q - e_k(t)
 
@@ -26,27 +26,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Harmonics:
-    """Periodic inputs: mean + sum_j (sine_j sin(2 pi p_j t / T) + cosine_j cos(2 pi p_j t / T)).
+    """Periodic inputs: mean + sum_j (sine_j sin(2 pi p_j t / T) + cosine_j cos(2 pi p_j t / T))."""
 
-    Attributes
-    ----------
-    period
-        the common period T.
-    cycles
-        (H,) p_j, oscillations a period; whole numbers where the orders are commensurate.
-    mean
-        (n,) constant torque on every inertia.
-    torque_sine, torque_cosine
-        (n, H) torque amplitudes.
-    error_sine, error_cosine
-        (m, H) transmission-error amplitudes.
-    """
-
-    period: float
-    cycles: Array
-    mean: Array
+    period: float  # the common period T
+    cycles: Array  # (H,) p_j, oscillations a period; whole numbers where the orders are commensurate
+    mean: Array  # (n,) constant torque on every inertia
+    # torque_sine, torque_cosine: (n, H) torque amplitudes
     torque_sine: Array
     torque_cosine: Array
+    # error_sine, error_cosine: (m, H) transmission-error amplitudes
     error_sine: Array
     error_cosine: Array
 
@@ -80,34 +68,17 @@ def turned(sine: Array, cosine: Array, cycles: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class PiecewiseSystem:
-    """J q'' + D q' + W^T F(W q - e, W q' - e') = T(t), piecewise linear.
+    """J q'' + D q' + W^T F(W q - e, W q' - e') = T(t), piecewise linear."""
 
-    Attributes
-    ----------
-    inertia, drag
-        (n,) diagonals of J and D (J > 0, D >= 0).
-    rows
-        (m, n) W, one row an element.
-    laws
-        m laws.
-    inputs
-        T(t) and e(t).
-    auxiliaries
-        forces beside the laws. What looks at a system linearly leaves them out.
-    signals
-        torques and transmission errors beside the harmonics; None without.
-    clock
-        when auxiliaries change their piece by the clock; None for never.
-    """
-
+    # inertia, drag: (n,) diagonals of J and D (J > 0, D >= 0)
     inertia: Array
     drag: Array
-    rows: Array
+    rows: Array  # (m, n) W, one row an element
     laws: tuple[PiecewiseLaw, ...]
-    inputs: Harmonics
-    auxiliaries: tuple[Auxiliary, ...] = ()
-    signals: Signals | None = None
-    clock: Clock | None = None
+    inputs: Harmonics  # T(t) and e(t)
+    auxiliaries: tuple[Auxiliary, ...] = ()  # forces beside the laws. What looks at a system linearly leaves them out
+    signals: Signals | None = None  # torques and transmission errors beside the harmonics; None without
+    clock: Clock | None = None  # when auxiliaries change their piece by the clock; None for never
 
     @property
     def size(self) -> int:
@@ -131,12 +102,12 @@ class PiecewiseSystem:
 
     @property
     def watched(self) -> int:
-        """How many things may leave their piece: clearances, then auxiliaries."""
+        """Number of elements that may leave their piece: clearances, then auxiliaries."""
         return len(self.clearances) + len(self.auxiliaries)
 
     @cached_property
     def places(self) -> tuple[int, ...]:
-        """Where the pieces of those watched stand among all pieces, (W,)."""
+        """Indices of the watched elements' pieces among all pieces, (W,)."""
         first = len(self.laws)
         return (*self.clearances, *range(first, first + len(self.auxiliaries)))
 
@@ -148,14 +119,8 @@ class PiecewiseSystem:
     def beyond(self, pieces: tuple[int, ...], watch: int, upward: int) -> tuple[int, ...]:
         """The pieces, of elements and then of auxiliaries, after one of those watched has left its own.
 
-        Parameters
-        ----------
-        pieces
-            before.
-        watch
-            the clearance, or the number of clearances and the auxiliary.
-        upward
-            1 beyond its upper bound, 0 beyond the lower one.
+        watch: the clearance, or the number of clearances and the auxiliary.
+        upward: 1 beyond its upper bound, 0 beyond the lower one.
         """
         after, first, auxiliary = list(pieces), len(self.laws), watch - len(self.clearances)
         if auxiliary >= 0:

@@ -27,45 +27,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Region:
-    """All the march needs about one region; y has Y = N + kept inputs entries, u has U.
-
-    Attributes
-    ----------
-    pieces
-        the piece of every element.
-    split
-        the particular solution, and which inputs are kept.
-    generator
-        (Y, Y) A, rates of y.
-    carried
-        (C, Y) rates of the carried quantities.
-    carried_particular, drift
-        (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
-    tables
-        (fine + 1, Y + C, Y) increments over the step of every level.
-    watched
-        (4, K, Y) deflections and their first three derivatives by s, corner scales.
-    calm
-        (4, K, Y) the same without the fast modes.
-    forced
-        (K, U) the deflections' forced part.
-    bound
-        majorants of the fourth derivatives and of the fast modes.
-    lower, upper
-        (K,) corners around the current piece in corner scales; infinite where there is none.
-    """
+    """Arrays of one region for the march; y has Y = N + kept inputs entries, u has U."""
 
     pieces: Pieces
     split: Split
-    generator: Array
-    carried: Array
+    generator: Array  # (Y, Y) A, rates of y
+    carried: Array  # (C, Y) rates of the carried quantities
+    # carried_particular, drift: (C, U) and (C,) what the inputs split off do to them: Q u + drift s
     carried_particular: Array
     drift: Array
-    tables: Array
-    watched: Array
-    calm: Array
-    forced: Array
-    bound: Majorant
+    tables: Array  # (fine + 1, Y + C, Y) increments over the step of every level
+    watched: Array  # (4, K, Y) deflections and their first three derivatives by s, corner scales
+    calm: Array  # (4, K, Y) the same without the fast modes
+    forced: Array  # (K, U) the deflections' forced part
+    bound: Majorant  # majorants of the fourth derivatives and of the fast modes
+    # lower, upper: (K,) corners around the current piece in corner scales; infinite where there is none
     lower: Array
     upper: Array
 
@@ -107,19 +83,9 @@ def unpacked(packed: Array, *rows: int) -> list[Array]:
 def exponential_increments(matrix: Array, carried: Array, fine: int) -> Array:
     """E of every level's step, longest first.
 
-    Parameters
-    ----------
-    matrix
-        (Z, Z) M.
-    carried
-        (C, Z) rates integrated beside z.
-    fine
-        the last level.
-
-    Returns
-    -------
-    Array
-        (fine + 1, Z + C, Z) increments of z and of the carried quantities.
+    matrix: (Z, Z) M.
+    carried: (C, Z) rates integrated beside z.
+    Returns (fine + 1, Z + C, Z) increments of z and of the carried quantities.
     """
     octaves = (fine + 1) // 2
     norm = float(np.linalg.norm(matrix, 1)) * LONGEST / 2.0**octaves
@@ -151,19 +117,24 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
 
 def region_in(store: Store, slot: int) -> Region:
     """The region in a slot, its arrays unpacked."""
+    # sizes
     a, c, k, n = store.packed, store.size.carried, store.size.watched, store.flow.states
     width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
     kept = a.kept[slot, : width - n].copy()
     chains = _rates_of_chains(store.flow, width)
     moved_rows = width - len(chains)
+    # increments over every level's step; those of chains are not in the tables
     tables = []
     for level, packed in enumerate(a.tables[first : first + store.fine(slot) + 1]):
         carried, moved = unpacked(packed[:, :width], c, moved_rows)
         tables.append(np.vstack([moved, _increments_of_chains(chains, step_of(level)), carried]))
+    # rates, and the particular solution of the inputs split off
     rates = unpacked(a.powers[4 * slot][:, :width], c, moved_rows)
     per_step = step_of(store.fine(slot))
     integral, particular = unpacked(a.particular[slot], c, n)
+    # rows of what is watched, and the bounds
     watched, calm = (rows[slot][:, :width].transpose(2, 0, 1).copy() for rows in (a.probe, a.calm))
+    # real and imaginary parts of the bounds' rows, in strips of four
     parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)
     rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(4 * len(parts), width)[:modes]
     weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)

@@ -16,8 +16,6 @@ steps, dyadic parts of the period T too, end on their ends by themselves.
 
 What drives an inertia needs f only. A transmission error needs f' and f'' as well: f'' is interpolated and integrated
 twice. A cubic then lets value and slope meet exactly at the knots; it is bounded by what it corrects.
-
-Takes a ramp and tones; gives channels.
 """
 
 from __future__ import annotations
@@ -48,29 +46,17 @@ _ROUNDING = 4e-16
 
 
 class TooLong(ValueError):
-    """A run-up of more intervals than anyone can want."""
+    """A run-up of too many intervals."""
 
 
 @dataclass(frozen=True)
 class Tone:
-    """One harmonic; order 0 and phase pi/2 make a mean.
+    """One harmonic; order 0 and phase pi/2 make a mean."""
 
-    Attributes
-    ----------
-    order
-        multiple of the shaft's angle.
-    phase
-        of its sine [rad].
-    speeds
-        (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp.
-    amplitudes
-        (S, d + 1) of ascending powers of the speed since the corner below [SI].
-    """
-
-    order: float
-    phase: float
-    speeds: Array
-    amplitudes: Array
+    order: float  # multiple of the shaft's angle
+    phase: float  # of its sine [rad]
+    speeds: Array  # (S + 1,) ascending corners of its amplitude [rad/s]; they cover the ramp
+    amplitudes: Array  # (S, d + 1) of ascending powers of the speed since the corner below [SI]
 
     @property
     def degree(self) -> int:
@@ -87,7 +73,7 @@ class Tone:
         return np.clip(np.searchsorted(self.speeds, speed, side="right") - 1, 0, len(self.amplitudes) - 1)
 
     def of_piece(self, piece: NDArray[np.int64], speed: Array, derivative: int = 0) -> Array:
-        """The same, of given pieces between corners."""
+        """The amplitude, or a derivative of it by the speed, of given pieces between corners."""
         since = speed - self.speeds[piece]
         out = np.zeros_like(since)
         for j in range(self.amplitudes.shape[1] - 1, derivative - 1, -1):
@@ -107,7 +93,7 @@ class Tone:
 
 @dataclass(frozen=True)
 class Sound:
-    """What one channel is made of; ``smooth`` if its derivatives matter as well."""
+    """Tones of one channel; ``smooth`` if its derivatives matter as well."""
 
     tones: tuple[Tone, ...]
     smooth: bool
@@ -116,21 +102,10 @@ class Sound:
 def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -> list[Channel]:
     """Write channels as polynomials on common intervals.
 
-    Parameters
-    ----------
-    ramp
-        the speed.
-    sounds
-        one a channel.
-    until
-        the last interval ends no earlier [s].
-    period
-        T [s].
-
-    Returns
-    -------
-    list[Channel]
-        Channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
+    sounds: one a channel.
+    until: the last interval ends no earlier [s].
+    period: T [s].
+    Returns channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
         ``smooth`` f' and f'' by less than 1e-12 of the sums of a_j n_j Omega and of a_j (n_j Omega)^2 as well, Omega
         being the highest speed.
 
@@ -172,7 +147,7 @@ def _knots(grid: Array, corners: Array, length: float) -> Array:
 
 
 def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
-    """How long intervals may be [s]; found by halving, to a hundredth."""
+    """Longest interval that keeps the bound [s]; found by bisection, to a hundredth."""
     if not any(tone.order for tone in sound.tones):
         return until
     low, high = sorted((ramp.begin, ramp.end))
@@ -204,18 +179,10 @@ def bound(
 
     Derivatives are by x, the time in half intervals. Only f counts unless the sound is smooth.
 
-    Parameters
-    ----------
-    sound
-        what the channel is made of.
-    low, high
-        speeds in the interval [rad/s].
-    rate
-        magnitude of the acceleration [rad/s^2].
-    length
-        of the interval [s].
-    over
-        how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
+    low, high: speeds in the interval [rad/s].
+    rate: magnitude of the acceleration [rad/s^2].
+    length: of the interval [s].
+    over: how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
     """
     half, rho = 0.5 * length, _RHO
     reach, height, square = 0.5 * (rho + 1 / rho), 0.5 * (rho - 1 / rho), 0.25 * (rho**2 - rho**-2)

@@ -4,8 +4,6 @@ Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R ex
 series in s/h with coefficients R (h M)^p / p! z. As many intervals are taken at once as leave |h M| below 2; a single
 one is cut into blocks of equal length h in which |h M| is at most 4, where |h M| = |(h M)^20|^(1/20) is that of the
 fastest oscillation.
-
-Takes a Flow and the pieces of a region; gives the rows of coefficients, where to evaluate them, and states.
 """
 
 from __future__ import annotations
@@ -49,36 +47,16 @@ def blocks_of(phase: float) -> int:
 
 @dataclass(frozen=True)
 class Series:
-    """Power series of rows in one region, through some intervals at once or one of B blocks.
+    """Power series of rows in one region, through some intervals at once or one of B blocks."""
 
-    Attributes
-    ----------
-    intervals
-        how many between two samples; 1 where there are several blocks.
-    matrix
-        (Z, Z) M.
-    known
-        (S,) memories known in the region, NaN where they go on.
-    first_memory
-        their first column in z.
-    count
-        B.
-    block
-        length of a block, in periods.
-    phase
-        |h M| of a block.
-    terms
-        P, the highest power.
-    """
-
-    intervals: int
-    matrix: Array
-    known: Array
-    first_memory: int
-    count: int
-    block: float
-    phase: float
-    terms: int
+    intervals: int  # how many between two samples; 1 where there are several blocks
+    matrix: Array  # (Z, Z) M
+    known: Array  # (S,) memories known in the region, NaN where they go on
+    first_memory: int  # their first column in z
+    count: int  # B
+    block: float  # length of a block, in periods
+    phase: float  # |h M| of a block
+    terms: int  # P, the highest power
 
     @classmethod
     def of(cls, flow: Flow, pieces: Pieces, interval: float) -> Series:
@@ -97,7 +75,7 @@ class Series:
 
     @property
     def length(self) -> float:
-        """Of all blocks, in periods."""
+        """Length of all blocks, in periods."""
         return self.count * self.block
 
     def expanded(self, chosen: Array) -> Array:
@@ -144,7 +122,7 @@ class Series:
 
     @property
     def cells(self) -> int:
-        """How many parts of a block there are in each of which a rate changes its sign once at most."""
+        """Number of parts of a block in each of which a rate changes its sign once at most."""
         return 1 + int(self.phase / _SEARCHED)
 
     def begun(self, states: Array) -> Array:

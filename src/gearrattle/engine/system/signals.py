@@ -7,8 +7,6 @@ an interval's end is an instant known beforehand. Time is counted from the start
 
 The states of a channel are q_j = T^j p^(j) / w^j, j = 0 ... D, with a pace w such that they are of comparable size;
 then dq_j/ds = w q_(j+1) in periods s. They are called a *chain*.
-
-Takes arrays; gives a frozen table of polynomials.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ class Specified(Protocol):
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """What errors of the value, and of as many derivatives as count, are measured by [SI]."""
+        """Sizes by which errors of the value, and of as many derivatives as count, are measured [SI]."""
         ...
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
@@ -49,31 +47,17 @@ class Specified(Protocol):
 
 @dataclass(frozen=True)
 class Signals:
-    """Piecewise polynomials; G intervals, C channels, degree D.
+    """Piecewise polynomials; G intervals, C channels, degree D."""
 
-    Attributes
-    ----------
-    knots
-        (G + 1,) ascending times [s] from 0 to no less than the end of the run.
-    coefficients
-        (G, C, D + 1) a, of ascending powers of the time since its start [SI].
-    torque
-        (n, C) A, torque on every inertia for a unit of every channel.
-    error
-        (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
-        their first derivatives.
-    specified
-        (C,) what the polynomials stand for.
-    reference
-        (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error
-        their first derivatives; empty until the polynomials have been compared with them [SI].
-    """
-
-    knots: Array
-    coefficients: Array
-    torque: Array
+    knots: Array  # (G + 1,) ascending times [s] from 0 to no less than the end of the run
+    coefficients: Array  # (G, C, D + 1) a, of ascending powers of the time since its start [SI]
+    torque: Array  # (n, C) A, torque on every inertia for a unit of every channel
+    # (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be their
+    # first derivatives
     error: Array
-    specified: tuple[Specified, ...] = field(default=(), compare=False)
+    specified: tuple[Specified, ...] = field(default=(), compare=False)  # (C,) what the polynomials stand for
+    # (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error their first
+    # derivatives; empty until the polynomials have been compared with them [SI]
     reference: Array = field(default_factory=lambda: np.zeros((0, 0, 3)), compare=False)
 
     @property

@@ -5,8 +5,6 @@
 is evaluated here from its own formula, at any time, with the phase in double-double arithmetic (T. J. Dekker,
 Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So
 ``checked`` can find a fault in them before a run, and the energy audit after it.
-
-Takes a ramp and tones, or a record's spline; gives values at times.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ Array = NDArray[np.float64]
 Pair = tuple[Any, Any]
 
 PROMISED = 1e-12
-"""What polynomials may leave out, of the size of the input."""
+"""Largest error of polynomials, relative to the size of the input."""
 _POINTS = np.array([0.0, *INNER, 1.0])
 """Parts of an interval at which polynomials are compared; no node of theirs but the ends."""
 _ROUNDED = 4.0
@@ -35,7 +33,7 @@ _ROUNDED = 4.0
 
 
 class NotKept(ArithmeticError):
-    """Polynomials that are farther from the specified input than promised."""
+    """Polynomials that differ from the specified input by more than is promised."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ def _pair(value: Fraction) -> tuple[float, float]:
 
 
 def _sum(a: Any, b: Any) -> Pair:
-    """a + b, and what rounding took from it."""
+    """a + b, and its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -138,37 +136,33 @@ def _split(a: Any) -> Pair:
 def checked(signals: Signals) -> Signals:
     """Compare polynomials with what they stand for, at both ends and within every interval.
 
-    Parameters
-    ----------
-    signals
-        the polynomials as they are used.
-
-    Returns
-    -------
-    Signals
-        The same, with the ``reference`` that they were compared with.
+    Returns the same, with the ``reference`` that they were compared with.
 
     Raises
     ------
     NotKept
-        an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
-        speed that its amplitudes follow, make of it.
+        an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the speed that
+        its amplitudes follow, make of it.
     """
+    # points of every interval
     knots = signals.knots
     length = np.diff(knots)[:, None]
     since = length * _POINTS
     since[:, -1] = length[:, 0]
     time, rest = (part.ravel() for part in _sum(np.broadcast_to(knots[:-1, None], since.shape), since))
+    # the error that rounding allows, and points that may lie across a corner
     off = _ROUNDED * np.spacing(float(knots[-1]))
     merged = np.minimum(since, length - since) <= SAME * knots[-1]  # a corner may stand between knot and point
     reference = np.zeros((len(knots) - 1, signals.channels, INNER.size))
     by_rate = np.any(signals.error != 0.0, axis=0)
     for c, specified in enumerate(signals.specified):
         for derivative, size in enumerate(specified.sizes):
+            # polynomial and specified input
             value, slope = (_values(signals, c, since, derivative + d).ravel() for d in range(2))
             expected = specified.at(time, rest, derivative)
             if derivative == by_rate[c]:
                 reference[:, c] = expected.reshape(since.shape)[:, 1:-1]
+            # the error beyond what is promised
             excess = np.abs(value - expected) - PROMISED * size - off * np.abs(slope)
             excess -= specified.rounding(time, derivative)
             if derivative:
@@ -183,7 +177,7 @@ def checked(signals: Signals) -> Signals:
 
 
 def _next_to_corner(specified: Specified, time: float, end: float, value: float, slope: float) -> float:
-    """How far a value is from all that the input takes just before and after: near knots are one (``distinct``)."""
+    """Distance of a value from the input just before and after a time: near knots count as one (``distinct``)."""
     near = SAME * end * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     values = specified.at(np.maximum(time + near, 0.0))
     return float(max(values.min() - value, value - values.max())) - abs(slope) * float(near[-1])

@@ -10,8 +10,6 @@ Extremes: four terms and a bound on the others tell of most parts that they do n
 rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
 fourth power of the fastest oscillation needs. The level exceeded for a share of the time is the root of the time above
 a level, which the roots of the power series give. Curves are the power series themselves, at points of every part.
-
-Takes a Flow, sampled states and a log; gives extremes, central moments, levels and curves over windows.
 """
 
 from __future__ import annotations
@@ -45,21 +43,13 @@ _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples mu
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of q rows over a window.
+    """Extremes and moments of q rows over a window."""
 
-    Attributes
-    ----------
-    low, high
-        (q,) extremes.
-    mean
-        (q,).
-    second, third, fourth
-        (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
-    """
-
+    # low, high: (q,) extremes
     low: Array
     high: Array
-    mean: Array
+    mean: Array  # (q,)
+    # second, third, fourth: (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for
     second: Array
     third: Array
     fourth: Array
@@ -67,32 +57,17 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SampledMotion:
-    """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
+    """A motion by the samples of the window and its log, times in periods from the first sample of the motion."""
 
-    Attributes
-    ----------
-    initial
-        piece of every element and auxiliary at the first sample.
-    samples
-        (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
-    per_cycle
-        samples a period.
-    first
-        samples before the window.
-    time, watch, upward
-        (E,) crossings, of clearances and auxiliaries, ascending.
-    first_cycle
-        whole periods before the first sample.
-    """
-
-    initial: Pieces
-    samples: Array
-    per_cycle: int
-    first: int
+    initial: Pieces  # piece of every element and auxiliary at the first sample
+    samples: Array  # (t, Z) states z of the window; sample i lies at (first + i) / per_cycle
+    per_cycle: int  # samples a period
+    first: int  # samples before the window
+    # time, watch, upward: (E,) crossings, of clearances and auxiliaries, ascending
     time: Array
     watch: IntArray
     upward: IntArray
-    first_cycle: int
+    first_cycle: int  # whole periods before the first sample
 
 
 @dataclass(frozen=True)
@@ -115,14 +90,7 @@ class _Parts:
     def joined(self, together: IntArray, path: SampledMotion, rounding: float) -> _Parts:
         """Join parts that are whole intervals between samples, in each region so many, within a cycle.
 
-        Parameters
-        ----------
-        together
-            by region.
-        path
-            the motion.
-        rounding
-            by which a length may differ from that between two samples.
+        rounding: by which a length may differ from that between two samples.
         """
         whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
         cycle, sample = np.divmod(self.sample, path.per_cycle)
@@ -133,7 +101,7 @@ class _Parts:
         return _Parts(duration, self.region[begins], self.sample[begins], self.knot[begins])
 
     def backward(self, shortest: float, whole: BoolArray) -> BoolArray:
-        """Which parts may start from the sample they end with: regions of one block, and no cut at that sample."""
+        """Mask of parts that may start from their last sample: regions of one block, and no cut at that sample."""
         goes_on = np.append(self.duration[1:] > shortest, False)
         return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
 
@@ -141,21 +109,16 @@ class _Parts:
 def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
     """Return a motion cut into parts; None where its regions would take some seconds to expand.
 
-    Parameters
-    ----------
-    flow
-        the system.
-    path
-        the motion.
-    series_of
-        gives the series of a region over a length in periods.
+    series_of: gives the series of a region over a length in periods.
     """
+    # parts by region and sample interval, and whether they take too long
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
     parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
     counts = np.bincount(parts.region, minlength=len(regions))
     present = np.flatnonzero(counts).tolist()
     if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
         return None
+    # series of every region present
     series = {r: series_of(regions[r], length) for r in present}
     # samples far apart: a state carried on costs less than a series of so many blocks in every region
     longest = max(region_series.count for region_series in series.values())
@@ -164,16 +127,19 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
         parts = _parts_of(flow, path, visited, cuts)
         length /= cuts
         series = {r: series_of(regions[r], length) for r in present}
+    # neighbouring parts in one region become one
     together, blocks = np.ones((2, len(regions)), dtype=np.int64)
     for r, region_series in series.items():
         together[r], blocks[r] = region_series.intervals, region_series.count
     parts = parts.joined(together, path, _UNCUT * length)
+    # where the series of a part start: its own sample, the next one, or a state carried on
     backward = parts.backward(_UNCUT * length, blocks == 1)
     forward = parts.sample >= 0
     carried = np.flatnonzero(~forward & ~backward)
     start = np.where(forward, parts.sample, np.append(parts.sample[1:], 0))
     start[carried] = -1 - np.arange(carried.size)
     states = _carried(flow, path, parts, series, carried)
+    # whole parts, whose moments are made beforehand
     full = together[parts.region] * length
     whole = forward & (np.abs(parts.duration - full) < _UNCUT * length)
     return Walk(path, regions, parts, series, float(blocks[parts.region].sum()), start, backward, whole, states)
@@ -181,68 +147,40 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
 
 @dataclass(frozen=True)
 class Walk:
-    """A motion cut into K parts, over and over to be asked.
-
-    Attributes
-    ----------
-    path
-        the motion.
-    regions
-        all that it is in.
-    parts
-        of the window.
-    series
-        by region, of those in the window.
-    blocks
-        through which all parts go.
-    start
-        (K,) the sample that a part's series start from, or -1 - the carried state.
-    backward
-        (K,) whether that is where the part ends.
-    whole
-        (K,) whether the part is as long as the series of its region.
-    carried
-        (C, Z) states.
-    """
+    """A motion cut into K parts, from which statistics are computed."""
 
     path: SampledMotion
-    regions: list[Pieces]
-    parts: _Parts
-    series: dict[int, Series]
-    blocks: float
-    start: IntArray
-    backward: BoolArray
-    whole: BoolArray
-    carried: Array
+    regions: list[Pieces]  # all that it is in
+    parts: _Parts  # of the window
+    series: dict[int, Series]  # by region, of those in the window
+    blocks: float  # through which all parts go
+    start: IntArray  # (K,) the sample that a part's series start from, or -1 - the carried state
+    backward: BoolArray  # (K,) whether that is where the part ends
+    whole: BoolArray  # (K,) whether the part is as long as the series of its region
+    carried: Array  # (C, Z) states
 
     def statistics(
         self, rows: Rows, *, with_moments: BoolArray | bool = True, cycles: tuple[int, ...] | None = None
     ) -> Statistics | None:
         """Return extremes and moments of rows.
 
-        Parameters
-        ----------
-        rows
-            gives (q, Z) rows for the pieces of a region [SI].
-        with_moments
-            whether moments are wanted, of all rows or of each (q,).
-        cycles
-            ends of some windows that follow each other, in cycles of the path's; None: all of it.
-
-        Returns
-        -------
-        Statistics | None
-            The statistics, with a leading axis where there are several windows; None where they would take longer than
-            some seconds (a contact that is stiff beyond all proportion to the window).
+        rows: gives (q, Z) rows for the pieces of a region [SI].
+        with_moments: whether moments are wanted, of all rows or of each (q,).
+        cycles: ends of some windows that follow each other, in cycles of the path's; None: all of it.
+        Returns the statistics, with a leading axis where there are several windows; None where they would take longer
+            than some seconds (a contact that is stiff beyond all proportion to the window).
         """
 
+        # rows of every region
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
         if self._takes_too_long(count):
             return None
+        # which moments are wanted, and about what
         marked = np.broadcast_to(np.asarray(with_moments), count)
         packed, scratch = self._packed(chosen, with_nodes=bool(marked.any()))
         about, wanted = self._reference(chosen), np.flatnonzero(marked)
+        # window by window: extremes, then moments
         ends = self._ends(cycles)
         shape = (len(ends) - 1, count)
         low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
@@ -255,6 +193,7 @@ class Walk:
                 spent = np.bincount(self.parts.region[some], self.parts.duration[some], minlength=len(self.regions))
                 own += (spent @ ~packed.moving) * (-about) ** np.arange(1.0, 5.0)[:, None]
                 powers[:, i] = own / float(self.parts.duration[some].sum())
+        # central moments
         m1, m2, m3, m4 = powers
         third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
         known = (np.where(marked, moment, np.nan) for moment in (about + m1, m2 - m1**2, third, fourth))
@@ -264,12 +203,7 @@ class Walk:
     def exceeded(self, rows: Rows, share: float) -> Array | None:
         """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
 
-        Parameters
-        ----------
-        rows
-            as in ``statistics``.
-        share
-            of the window, between 0 and 1.
+        share: of the window, between 0 and 1.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
@@ -283,11 +217,6 @@ class Walk:
 
         The ends of all parts, where a motion bends, are among the points. They come in pieces (N, q), one after the
         other in time and made when asked for: of a stiff contact there are millions. None as in ``statistics``.
-
-        Parameters
-        ----------
-        rows
-            as in ``statistics``.
         """
         chosen = {r: rows(self.regions[r]) for r in self.series}
         count = len(next(iter(chosen.values())))
@@ -332,8 +261,9 @@ class Walk:
         return states
 
     def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
-        """What the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
+        """Level that the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
 
+        # bounds on the modulus in every part, and on the level
         duration = self.parts.duration
         lower, upper = np.empty(duration.size), np.empty(duration.size)
         compiled.reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
@@ -346,6 +276,7 @@ class Walk:
             time, loss = compiled.time_above(self._compiled, packed, which, channel, level, scratch)
             return float(duration[least > level].sum()) + time - wanted, loss
 
+        # the root of the time above the level
         if low == 0.0 and excess(0.0)[0] <= 0.0:
             return 0.0
         level = min(max(_exceeded_for(0.5 * (least + most), duration, wanted), low), high)
@@ -374,7 +305,7 @@ class Walk:
 
     @cached_property
     def _compiled(self) -> compiled.Parts:
-        """The same for compiled code."""
+        """The parts of the walk for compiled code."""
 
         return compiled.Parts(
             self.parts.duration,
@@ -389,6 +320,7 @@ class Walk:
     def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
         """Rows of every region for compiled code, and room to work in."""
 
+        # room: sizes, memories, nodes of the quadrature
         count, regions = len(next(iter(chosen.values()))), len(self.regions)
         sizes, most = (
             np.zeros((9, regions), dtype=np.int64),
@@ -396,22 +328,26 @@ class Walk:
         )
         block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
         moving = np.zeros((regions, count), dtype=np.bool_)
+        # Gauss's rule in every region
         rules = {r: region_series.gauss for r, region_series in self.series.items()}
         abscissas, weights = np.zeros((2, regions, max(x.size for x, _ in rules.values())))
         flat: tuple[list[Array], ...] = ([], [], [], [])
         begun = [0, 0, 0, 0]
         for r, series in self.series.items():
+            # series of the rows, a bound on their rest, their values at Chebyshev points and at nodes
             coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
             rest = np.abs(coefficients[:, :, compiled.FEW :]).sum(axis=2)
             both = np.concatenate([series.points, -series.points])
             looks = (both[:, None] ** series.powers) @ coefficients
             seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
+            # sizes of the region, and where its numbers begin
             sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
             block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
             abscissas[r, : x.size], weights[r, : x.size] = x, weight
             for k, array in enumerate((coefficients, rest, seen, looks)):
                 flat[k].append(array.ravel())
                 begun[k] += array.size
+        # all regions end to end
         numbers, rests, seens, looked = (np.concatenate(arrays) for arrays in flat)
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
@@ -476,6 +412,7 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
 
 def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1) -> _Parts:
     """Cut the window at samples, crossings and knots, and intervals between samples into so many."""
+    # samples, knots and crossings of the window
     samples = path.first + np.arange(len(path.samples) - 1)
     begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
     knots = flow.knots[1:-1] - path.first_cycle
@@ -483,10 +420,12 @@ def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1)
     knots = knots[first_knot : np.searchsorted(knots, end)]
     gone = int(np.searchsorted(path.time, begin, side="right"))
     crossings = path.time[gone : np.searchsorted(path.time, end)]
+    # all cuts in order
     between = (samples[:, None] + np.arange(1, cuts) / cuts).ravel() / path.per_cycle
     at = np.concatenate([samples / path.per_cycle, crossings, knots, between])
     order = np.argsort(at, kind="stable")
     durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
+    # what each part begins with
     is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
     crossed = ~is_sample & (which_knot < 0)
     which_knot = np.where(which_knot < knots.size, which_knot, -1)

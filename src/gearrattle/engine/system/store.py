@@ -1,6 +1,6 @@
 """Regions packed for the kernels, one slot each, in arrays that double when full.
 
-Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.building``).
+Regions are built one by one in compiled code (``kernels.building``).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Size:
 
     @classmethod
     def of(cls, flow: Flow) -> Size:
-        """Read them off a flow."""
+        """The sizes of a flow."""
         clearances = len(flow.system.clearances)
         carried = len(flow.coordinates.references) + clearances
         sizes = flow.system.watched, flow.memory.size, flow.chain.size
@@ -68,8 +68,10 @@ class Size:
 
     def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
         """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
+        # strips of four rows
         u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
         moved = self.made(max(self.states, width - self.chain))  # the marches move chains by themselves
+        # numbers
         floats: dict[str, tuple[int, ...]] = {
             "tables": (0, moved, width, 4),
             "powers": (0, moved, width, 4),
@@ -89,6 +91,7 @@ class Size:
             "band": (0, k),
             "known": (0, self.memories),
         }
+        # indices and counts
         integers: dict[str, tuple[int, ...]] = {
             "width": (0,),
             "kept": (0, u + self.chain),
@@ -105,7 +108,7 @@ class Size:
 
 
 class Capacity(NamedTuple):
-    """How much the arrays hold: regions, tables, the longest y, rows of bounds."""
+    """Capacity of the arrays: regions, tables, the longest y, rows of bounds."""
 
     slots: int
     tables: int
@@ -159,7 +162,7 @@ class Store:
         return slot
 
     def _first_capacity(self) -> Capacity:
-        """What most runs need, where it is little; else nothing before a region says what it needs."""
+        """Capacity that most runs need, where it is small; else none before the first region is built."""
         capacity = Capacity(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
         shapes = self.size.shapes(capacity.width, capacity.modes)
         count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(capacity).items())
@@ -195,7 +198,7 @@ class Store:
         self._reserve(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
 
     def capacity(self) -> Capacity:
-        """What the arrays hold, for a store that is likely to need as much."""
+        """Capacity of the arrays, for a store that is likely to need as much."""
         a = self._arrays
         return Capacity(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
 
@@ -203,7 +206,7 @@ class Store:
         return all(needed <= held for needed, held in zip(capacity, self.capacity(), strict=True))
 
     def _reserve(self, capacity: Capacity) -> None:
-        """Let every array hold so much; doubling as needed."""
+        """Enlarge every array to this capacity, by doubling."""
         rows = self._rows(capacity)
         for name, (shape, kind) in self.size.shapes(capacity.width, capacity.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))

@@ -1,7 +1,4 @@
-"""Free trains of a system: bodies that turn together without deflecting any element that can push.
-
-Takes a PiecewiseSystem; gives Trains.
-"""
+"""Free trains of a system: bodies that turn together without deflecting any element that can push."""
 
 from __future__ import annotations
 
@@ -18,22 +15,14 @@ from gearrattle.remember import kept
 
 
 class Train(NamedTuple):
-    """Bodies that turn together.
+    """Bodies that turn together."""
 
-    Attributes
-    ----------
-    bodies
-        (b,) indices, ascending.
-    motion
-        (b, f) angles of the bodies in f rigid motions, which span all that there are.
-    """
-
-    bodies: NDArray[np.int64]
-    motion: NDArray[np.float64]
+    bodies: NDArray[np.int64]  # (b,) indices, ascending
+    motion: NDArray[np.float64]  # (b, f) angles of the bodies in f rigid motions, which span all that there are
 
     @property
     def freedoms(self) -> int:
-        """In how many ways it turns without deflecting anything."""
+        """Number of rigid motions."""
         return int(self.motion.shape[1])
 
 

@@ -1,4 +1,4 @@
-"""How a small perturbation grows along a motion: the flow's gradient, Lyapunov exponents, the predictability horizon.
+"""Growth of small perturbations along a motion: the flow's gradient, Lyapunov exponents, the predictability horizon.
 
 Between crossings a perturbation of (x, v) moves by exp(A_r h). At a crossing of a displacement corner it is multiplied
 by
@@ -55,21 +55,11 @@ _BLOCK = 8  # segments
 
 @dataclass(frozen=True)
 class Variation(Gradient):
-    """The gradient of one motion's flow.
+    """The gradient of one motion's flow."""
 
-    Attributes
-    ----------
-    time
-        (S + 1,) ends of the segments [s], the first 0.
-    segments
-        (S, N, N) gradient over each, balanced coordinates.
-    scale
-        (N,) balanced = scale * SI.
-    """
-
-    time: Array
-    segments: Array
-    scale: Array
+    time: Array  # (S + 1,) ends of the segments [s], the first 0
+    segments: Array  # (S, N, N) gradient over each, balanced coordinates
+    scale: Array  # (N,) balanced = scale * SI
 
     def carried(self, segment: int, columns: Array) -> Array:
         """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
@@ -100,7 +90,7 @@ class Variation(Gradient):
 
 
 def _first_passage(segments: Array, least: float) -> tuple[int | None, float]:
-    """The first segment at whose end some product of consecutive ones reaches a Frobenius norm, and the largest there.
+    """The first segment at whose end a product of consecutive ones reaches a Frobenius norm, and the largest there.
 
     Products begun in earlier blocks go on block by block: while the norm of the farthest of them times that of any part
     of the block stays below, none can reach it inside.
@@ -141,34 +131,30 @@ def variation(
     Factors are tables of exponentials, one for each region met, as long as these take no more memory than
     ``most_tables`` bytes; beyond, perturbations are carried without them.
 
-    Parameters
-    ----------
-    flow
-        the system.
-    initial
-        piece of every element and auxiliary at the start.
-    path
-        the crossings.
-    end
-        length of the motion [s]: a whole number of eighths of the period.
+    initial: piece of every element and auxiliary at the start.
+    end: length of the motion [s]: a whole number of eighths of the period.
     """
+    # intervals end at crossings and at every eighth of a period
     system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
     at = np.concatenate([path.time / period, grid])
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
+    # room: region, clearance and end of an eighth for each interval, with the kick behind it
     index: dict[Pieces, int] = {}
     steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
     reset = np.zeros((len(at), s), dtype=np.bool_)
     push, pieces = _kicks(flow), initial
     crossings = list(zip(path.watch.tolist(), path.upward.tolist(), strict=True))
     changes: dict[tuple[Pieces, int, int], _Change] = {}
+    # region by region along the log
     for i, which in enumerate(order.tolist()):
         steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(crossings)
         if which < len(crossings):
             watch, upward = crossings[which]
             if (pieces, watch, upward) not in changes:
                 changes[pieces, watch, upward] = _change(flow, pieces, watch, upward)
+            # the crossing: kick of the velocities, new memories, the region behind it
             change = changes[pieces, watch, upward]
             reset[i] = change.reset
             if change.element >= 0:
@@ -178,11 +164,14 @@ def variation(
                 kicks[i] = -push[watch] * jump
                 kicks[i, n - s :] = change.engaged
             pieces = change.after
+    # to SI units
     scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
     time = np.concatenate([[0.0], grid * period])
+    # too many regions for tables: perturbations are carried without them
     most = most_tables // _table_size(flow, initial)
     if len(index) > most:
         return _perturbed(flow, list(index), (steps, durations, kicks, reset), time, scale)
+    # gradients over every eighth of a period
     rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
     free = _free_motions(flow, index, most)
@@ -191,27 +180,13 @@ def variation(
 
 
 class _Change(NamedTuple):
-    """What a crossing does to perturbations, whenever the motion comes by in this region.
+    """Effect of a crossing on perturbations, the same at every such crossing in this region."""
 
-    Attributes
-    ----------
-    after
-        the region behind it.
-    reset
-        (S,) memories that are known before or behind it.
-    element
-        whose corner it is; -1 for another line.
-    damping
-        by how much its damping jumps.
-    engaged
-        (S,) 1, scaled, for every slider that engages.
-    """
-
-    after: Pieces
-    reset: NDArray[np.bool_]
-    element: int
-    damping: float
-    engaged: Array
+    after: Pieces  # the region behind it
+    reset: NDArray[np.bool_]  # (S,) memories that are known before or behind it
+    element: int  # whose corner it is; -1 for another line
+    damping: float  # by how much its damping jumps
+    engaged: Array  # (S,) 1, scaled, for every slider that engages
 
 
 def _change(flow: Flow, pieces: Pieces, watch: int, upward: int) -> _Change:
@@ -234,7 +209,7 @@ def _table_size(flow: Flow, pieces: Pieces) -> int:
 def _perturbed(
     flow: Flow, regions: list[Pieces], path: tuple[IntArray, Array, Array, NDArray[np.bool_]], time: Array, scale: Array
 ) -> Perturbed:
-    """The same without tables."""
+    """The growth of perturbations without tables."""
     steps, durations, kicks, reset = path
     crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
     ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
