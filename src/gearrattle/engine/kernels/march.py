@@ -303,9 +303,10 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, ``budget`` steps are taken or the caller must act; an ``Outcome`` code.
 
     The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
-    known beforehand.
+    known beforehand. A step does not go beyond the next of them, and a crossing behind it does not count yet. Samples
+    in a step are noted before it is taken. Scratch is made here, where the compiler sees that nothing else is stored
+    in it.
     """
-    # short names of the arrays
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
     lower, upper, states, widths, finest = regions.lower, regions.upper, regions.states, regions.width, regions.fine
@@ -315,7 +316,6 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
     bound, tried, bands, watched, per_cycle = march.bound, march.tried, regions.band, side.size, samples.per_cycle
     last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
-    # scratch, made here where the compiler sees that nothing else is stored in it
     rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
     scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
     out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
@@ -356,12 +356,10 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             if instants is not None:
                 _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
-        # deflections with their first three derivatives at the start of the step
+        # the longest dyadic step for which the minorants (M) of all gaps stay positive, from three derivatives
         _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
-        # the longest dyadic step for which the minorants of all gaps stay positive
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)
-        # the step must not go beyond the next known instant
         while steps[level] > until and level < fine:
             level += 1
         h = steps[level]
@@ -375,10 +373,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if x < 0.0:
                 return NO_PROGRESS if np.isfinite(y.sum()) else NON_FINITE
             passed = x * h if x < NEVER else h
-        # a crossing behind the known instant does not count yet
         if passed > until:
             passed, x = until, NEVER
-        # note the samples that lie in the step
         if ahead < passed + _NEAR:
             _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
@@ -386,7 +382,6 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
                 return DONE  # the step is not taken yet: a later run begins with it, and counts it then
             if counts[NOTED] >= notes.row.size:
                 return NOTES_FULL  # here, too, the step is not taken yet
-        # the step is taken: count it
         tried[0] += 2.0 * steps[first] - h
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed

@@ -242,13 +242,11 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 
 def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
     """Call ``allocate`` with the shape and type of every array; return its answers in the groups of a workspace."""
-    # sizes
     m, n, r, states, harmonics, chain, references, clearances, auxiliaries, pieces = sizes
     inputs, watched, carried = 1 + 2 * harmonics, clearances + auxiliaries, references + clearances
     members, z = m + auxiliaries, states + inputs + chain
     rows = max(carried + z, ORDER + 1)
 
-    # arrays of one type
     def floats(*shape: int) -> Any:
         return allocate(shape, np.float64)
 
@@ -335,7 +333,6 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         pushed=floats(3 * watched, chain),
         followed=floats(watched, chain),
     )
-    # all groups, with scratch and with room for the solver and for LAPACK
     return Workspace(
         common,
         laws,
