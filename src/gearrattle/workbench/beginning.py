@@ -57,6 +57,9 @@ It is made while this module is imported, before requests have threads of their 
 trees in two threads at once (``SystemError: AST constructor recursion depth mismatch``).
 """
 
+_FIRST_ROW = {"ramps": "at"}
+"""Key by list that its first row must have; a later one goes on from the row before."""
+
 
 def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Begun:
     """Return the edits that begin a table or a list, or add a row to it; ``option`` chooses among the tables that may
@@ -74,7 +77,7 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
     ]
     lists = [choice for choice in choices if choice.get("type") == "array" and "items" in choice]
     if lists:
-        made = _row(now, lists[0]["items"])
+        made = _row(now, lists[0]["items"], _FIRST_ROW.get(str(location[-1]), ""))
         return [*gone, {"op": "add", "table": list(location), "value": _plain(made) if is_plain else made}]
     value = _table([choice for choice in choices if "properties" in choice][option])
     if location == ("simulation", "initial"):
@@ -84,10 +87,13 @@ def begun(tables: Mapping[str, Any], location: Location, option: int = 0) -> Beg
     return [*gone, {"op": "set", "path": list(location), "value": _plain(value) if is_plain else value}]
 
 
-def _row(rows: Any, item: Node) -> Any:
-    """Return a row as the last one is; of sines of the next order."""
+def _row(rows: Any, item: Node, first_key: str) -> Any:
+    """Return a row as the last one is; of sines of the next order; a key that only the first must have is left out."""
     if not isinstance(rows, list) or not rows or not isinstance(rows[-1], Mapping):
-        return _first(item)
+        row = _first(item)
+        return {first_key: _first(_resolved(item)["properties"][first_key], first_key), **row} if first_key else row
+    if first_key:
+        return {key: value for key, value in rows[-1].items() if key != first_key}
     orders = [row.get("order") for row in rows if isinstance(row, Mapping)]
     known = [order for order in orders if isinstance(order, int | float)]
     return {**rows[-1], "order": max(known) + 1} if known else dict(rows[-1])
