@@ -135,7 +135,8 @@ def number_or_text(text: str | None) -> float | str | None:
 
 
 NO_LIMIT = "none"
-_A_MINUTE, _ENDLESS = 60.0, 1e9
+_A_MINUTE = 60.0
+_ENDLESS = 1e9
 
 
 def seconds_of(within: str | None) -> float | str:

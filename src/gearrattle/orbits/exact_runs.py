@@ -36,18 +36,25 @@ from gearrattle.time_limits import OutOfTime, check_time
 
 Array = NDArray[np.float64]
 
-BLOCK, BLOCKS = 32, 4
+BLOCK = 32
+BLOCKS = 4
 """Periods between two looks at whether a motion repeats, and after how many looks it is measured all the same."""
 LONGEST = 8
 """Periods after which a motion may repeat."""
 SAMPLES = 32
 """Of a period, from which the rms is taken."""
-_REPEATS, _ABOUT_REPEATS = 1e-4, 1e-2  # of the units of a motion; the second at the last look
+# of the units of a motion; the second at the last look
+_REPEATS = 1e-4
+_ABOUT_REPEATS = 1e-2
 _PARTS = 4  # of the measured block, whose rms are compared with each other
 _SURE = 4.0  # standard errors, beyond which a difference is none of chance
-_IRREGULAR, _REGULAR = 1.5, 1.05  # ratio of rms from which motions differ, irregular ones and those that repeat
+# ratio of rms from which motions differ, irregular ones and those that repeat
+_IRREGULAR = 1.5
+_REGULAR = 1.05
 _CLEAR = 2.0  # ratio of rms from which nobody doubts a difference that is none of chance
-_ALIKE, _EVEN = 3.0, 0.05  # of scatters that are alike, their ratio; and a scatter that is none
+# of scatters that are alike, their ratio; and a scatter that is none
+_ALIKE = 3.0
+_EVEN = 0.05
 _SMALL = 1e-3  # of the largest corner of a law: an rms below it counts as none, such as that of a contact
 _JUDGED = ("regime", "severity", "impacts")
 _RANKS = ("quiet", "touches", "single-sided", "double-sided")
@@ -155,7 +162,8 @@ class ExactRun:
         least = _SMALL * np.maximum(self.scale, np.finfo(float).tiny)
         apart = 0.5 * np.abs(np.log((self.rms + least) / (later.rms + least)))
         scatter = np.maximum(0.5 * np.hypot(self.scatter, later.scatter), apart)
-        swing, impacts = np.maximum(self.swing, later.swing), 0.5 * (self.impacts + later.impacts)
+        swing = np.maximum(self.swing, later.swing)
+        impacts = 0.5 * (self.impacts + later.impacts)
         return ExactRun(
             value=later.value,
             cycles=0,
@@ -217,7 +225,9 @@ def exact_run(
         the time is over before the first block.
     """
     turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
-    run, cycles, done = None, 0, 0
+    run = None
+    cycles = 0
+    done = 0
     most = 2 * blocks
     while done < blocks and not cycles:
         try:
@@ -252,7 +262,8 @@ def _block(model: Model, period_map: PeriodMap, state: State) -> Run:
 
 def _states(run: Run, period_map: PeriodMap) -> list[State]:
     """The states of a run at the start of every period."""
-    motion, free = run.trajectory, free_of(run.model)
+    motion = run.trajectory
+    free = free_of(run.model)
     rows = np.arange(0, len(motion.time), motion.samples_per_cycle)
     deflection = motion.angle[rows][:, free] @ period_map.flow.coordinates.basis.T
     y = np.hstack([deflection, motion.velocity[rows][:, free]])
@@ -266,7 +277,8 @@ def _states(run: Run, period_map: PeriodMap) -> list[State]:
 
 def _measured(run: Run, state: State, *, value: float, cycles: int, periods: int) -> ExactRun:
     """What a run shows of its motion."""
-    motion, layout = run.trajectory, run.trajectory.layout
+    motion = run.trajectory
+    layout = run.trajectory.layout
     names = layout.clearance_names
     # rms and swings, and how much they scatter over the parts of the run
     deflection = motion.deflection[:-1]

@@ -274,7 +274,8 @@ def was_on(branch: Branch, run: RunParts, part: BranchPart, beyond: float | None
 
 def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iterator[float]:
     """Values in a part beyond a value, at starts of periods if it has any: the last, and each next one twice as far."""
-    low, high = float(part.value[0]), float(part.value[-1])
+    low = float(part.value[0])
+    high = float(part.value[-1])
     if beyond is not None:
         low, high = (max(low, beyond), high) if run.upward else (low, min(high, beyond))
     if low >= high:
@@ -503,7 +504,8 @@ class _Jumps:
 
     def _ahead(self, part: BranchPart, value: float) -> float:
         """How far beyond a value the run meets a part: zero where that is on it, infinite where it has been passed."""
-        low, high = float(part.value[0]), float(part.value[-1])
+        low = float(part.value[0])
+        high = float(part.value[-1])
         begin, end = (low - value, high - value) if self._run.upward else (value - high, value - low)
         return np.inf if end < 0.0 else max(begin, 0.0)
 
@@ -548,7 +550,8 @@ class _Jumps:
                 if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
                     continue
                 # where between it and the part before
-                before, after = run.value[parts[max(k - 1, 0)]], run.value[parts[k]]
+                before = run.value[parts[max(k - 1, 0)]]
+                after = run.value[parts[k]]
                 share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
                 crossing = float(before + share * (after - before))
                 return max(crossing, end) if run.upward else min(crossing, end)

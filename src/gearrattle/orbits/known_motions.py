@@ -226,7 +226,8 @@ def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.
 
     Raises ConvergenceError: the motion settles in one that repeats after another number of periods.
     """
-    n, states, y, repeats = period_map.cycles, *_returns(period_map, state, _PERIODS)
+    n = period_map.cycles
+    states, y, repeats = _returns(period_map, state, _PERIODS)
     nearest = np.argsort(np.linalg.norm(y[n:] - y[:-n], axis=1))
     for parts, most in _ONE_TRY if repeats else _TRIES:
         for row in nearest[: max(1, most // n)]:

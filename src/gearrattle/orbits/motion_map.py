@@ -159,7 +159,8 @@ class MotionMap(Result):
         )
         points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
         special = self.special_points
-        along, at = "border_point", "special_point"
+        along = "border_point"
+        at = "special_point"
         curves = {
             "border_event": (along, np.array([b.event for b, _, _ in points], dtype=np.int64)),
             "border_kind": (along, np.array([b.kind for b, _, _ in points], dtype=np.str_)),

@@ -74,7 +74,8 @@ def ends_of(model: Model, path: str, ends: Sequence[Written], argument: str = "p
         raise ModelError(Problem("range", f"{_shown(ends[0])} to {_shown(ends[1])}", rule, remedy))
     has_unit = [isinstance(end, str) for end in ends if end != 0]
     if model.units == "SI" and len(set(has_unit)) > 1:
-        rule, remedy = "one end has a unit, the other none", 'give both, such as ("1 deg", "2 deg")'
+        rule = "one end has a unit, the other none"
+        remedy = 'give both, such as ("1 deg", "2 deg")'
         raise ModelError(Problem("range", shown(list(ends)), rule, remedy))
     if path.rpartition(".")[2] == "order":
         rule = "cannot be followed: between two orders there are others without a common period"

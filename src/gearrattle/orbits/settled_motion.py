@@ -109,4 +109,4 @@ def settled_motion(model: Model, *, within: float | str, why: str = "") -> Settl
     if orbit is not None:
         note = f"A simulation settles in this motion, which repeats after {counted(orbit.cycles, 'period')}."
         return replace(orbit, notes=(*orbit.notes, note))
-    return SettledMotion(model, run, (f"No periodic motion is given: {why}.",) if why else ())
+    return SettledMotion(model, run, (f"No motion that repeats: {why}.",) if why else ())

@@ -4,7 +4,8 @@ from gearrattle.model import units
 from gearrattle.model.quantity import Quantity
 
 STARTS = 24
-BLOCK, BLOCKS = 32, 5
+BLOCK = 32
+BLOCKS = 5
 """Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
 WITHIN = Quantity(units.TIME, "positive")
 """A time that an answer may take."""

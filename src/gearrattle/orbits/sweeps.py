@@ -41,7 +41,8 @@ from gearrattle.time_limits import OutOfTime, TimeLimit, carrying, limited
 
 Progress = Callable[[float], None]
 
-COARSE, HALVINGS = 24, 2
+COARSE = 24
+HALVINGS = 2
 """Intervals of the first grid, and how often it is halved."""
 RESOLUTION = 1e-3
 """Of the range: a jump is not narrowed further."""
@@ -256,8 +257,12 @@ class Sweeper:
         progress: Progress | None = None,
         words: Callable[[Sweeps], str] | None = None,
     ) -> None:
-        self.model, self.path, self.ends = model, path, ends
-        self._limit, self._progress, self._words = limit, progress, words
+        self.model = model
+        self.path = path
+        self.ends = ends
+        self._limit = limit
+        self._progress = progress
+        self._words = words
         self._ways = {upward: _Way(upward) for upward in (True, False)}
         self._failures: dict[float, str] = {}
         self._is_complete = False
@@ -289,7 +294,8 @@ class Sweeper:
         """Go through the first grid in both directions."""
         parts = np.array_split(np.array(values), _PARTS_OF_CORE * _cores())
         self._carry_out([partial(self._go_through, part.tolist()) for part in parts])
-        up, down = self._ways[True], self._ways[False]
+        up = self._ways[True]
+        down = self._ways[False]
         # the last value of every part, reached from the part above
         missing = [run for run in up.ordered if run.value not in down.runs]
         later = dict(up.steps_by_value())
@@ -298,7 +304,8 @@ class Sweeper:
 
     def _go_through(self, values: Sequence[float]) -> None:
         """Go up through values from the model's own start, and one step down from each: they share what is built."""
-        up, down = self._ways[True], self._ways[False]
+        up = self._ways[True]
+        down = self._ways[False]
         before: ExactRun | None = None
         for value in values:
             self._run(up, value, before)
@@ -373,7 +380,8 @@ class Sweeper:
         for first, last in way.steps:
             opposite = other.nearest(first.value), other.nearest(last.value)
             if opposite[0] is None or opposite[1] is None:
-                sides, is_end = [False, False], False
+                sides = [False, False]
+                is_end = False
             else:
                 sides = [first.differs(opposite[0]), last.differs(opposite[1])]
                 is_end = sides[0] and not sides[1] and _change(first, last) > _change(opposite[0], opposite[1])
@@ -416,7 +424,8 @@ class Sweeper:
 
     def _go_on(self, way: _Way, value: float) -> None:
         """Follow the motion at a value on."""
-        model, run = self.model.with_({self.path: value}), way.runs[value]
+        model = self.model.with_({self.path: value})
+        run = way.runs[value]
         way.followed_on.add(value)
         try:
             later = exact_run(model, map_of_one_period(model), run.end, value)

@@ -209,7 +209,8 @@ class Destinations:
         over = np.flatnonzero(distances >= NEAR)
         if not over.size:
             return len(distances) - 1 + float(np.log(max(distances[-1], 1e-300) / NEAR)) / self._decay
-        before, after = np.log(distances[over[-1]]), np.log(max(distances[over[-1] + 1], 1e-300))
+        before = np.log(distances[over[-1]])
+        after = np.log(max(distances[over[-1] + 1], 1e-300))
         return float(over[-1] + (before - np.log(NEAR)) / (before - after))
 
     def _settles_in_another(self, state: State, past: Array) -> bool:

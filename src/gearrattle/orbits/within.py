@@ -34,7 +34,9 @@ from gearrattle.wording import counted
 
 Progress = Callable[[float], None]
 
-_COMPILED, _GENERAL = 0.5, 0.05  # shares of the time for the branches
+# shares of the time for the branches
+_COMPILED = 0.5
+_GENERAL = 0.05
 _SWEEPS = 0.85  # share of the time up to the end of the sweeps
 _MOST_TOLD = 4  # jumps on a progress line
 
@@ -137,7 +139,9 @@ class _Branches:
         self.known: Branch | None = None
         self.why = ""
         self.is_stopped = False
-        self._follow, self._report, self._so_far = follow, report, so_far
+        self._follow = follow
+        self._report = report
+        self._so_far = so_far
 
     def followed_within(self, seconds: float) -> Branch | None:
         """Follow them for so long; return them if they come to their ends.
@@ -202,7 +206,8 @@ def _located(model: Model, path: str, sweeps: Sweeps, follow_near: Continuing, l
 
 def _on_branch(model: Model, path: str, jump: Jump, follow_near: Continuing) -> Jump:
     """A jump located on the branch of the motion before it; the same where the branch does not end there."""
-    before, after = jump.before.value, jump.after.value
+    before = jump.before.value
+    after = jump.after.value
     orbit = settled_orbit(model.with_({path: before}), jump.before.end, jump.before.cycles)
     if orbit is None:
         return jump

@@ -108,7 +108,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def _words(self, losses: Sequence[Loss], *, with_kind: bool = False) -> list[str]:
         """Values of losses of stability, each once; of three or more that lie near each other the range."""
-        branch, shown = self.result, measure(self.result)
+        branch = self.result
+        shown = measure(self.result)
         width = branch.narrow * abs(branch.range[1] - branch.range[0])
         groups: list[list[Loss]] = []
         for loss in sorted(losses, key=lambda one: one.value):
@@ -139,7 +140,8 @@ class BranchesPage(ModelPresentation[Branch]):
         return f"from {numeral(low * shown.factor, digits)} to {shown.with_unit(high, digits)}"
 
     def sections(self) -> tuple[Section, ...]:
-        branch, sweeps = self.result, self.result.sweeps
+        branch = self.result
+        sweeps = self.result.sweeps
         answer: tuple[Table, ...] = ()
         details: tuple[Section, ...] = ()
         if sweeps is not None:
@@ -272,7 +274,8 @@ class BranchesPage(ModelPresentation[Branch]):
         )
 
     def _range_table(self) -> Table:
-        shown, branch = measure(self.result), self.result
+        shown = measure(self.result)
+        branch = self.result
         kept, left_out = _wide_ranges(branch, self._ranges)
         rows = tuple(
             (
@@ -303,7 +306,8 @@ class BranchesPage(ModelPresentation[Branch]):
                 continue
             numbers = sorted(set(events["branch"].iloc[list(family.rows)]))
             branches = f"{numbers[0]}" if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
-            low, high = family.low * shown.factor, family.high * shown.factor
+            low = family.low * shown.factor
+            high = family.high * shown.factor
             span = " to ".join(dict.fromkeys(numeral(end, 8) for end in (low, high)))
             rows.append((_rows_words(family.rows), branches, family.words, span, "", ""))
         # with standard deviations every event has its own row
@@ -355,7 +359,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
 def _swept(branch: Branch) -> dict[str, Any]:
     """The sweeps for machines [SI]."""
-    sweeps, names = branch.sweeps, assemble(branch.model).layout.clearance_names
+    sweeps = branch.sweeps
+    names = assemble(branch.model).layout.clearance_names
     assert sweeps is not None
     # the stable motions of both sweeps, by value
     motions = [

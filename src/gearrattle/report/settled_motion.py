@@ -33,7 +33,8 @@ class SettledMotionPage(ModelPresentation[SettledMotion]):
     @property
     def sentence(self) -> str:
         """Whether it repeats, and what rattles."""
-        run, names = self.result.run, self.result.clearance_names
+        run = self.result.run
+        names = self.result.clearance_names
         periods = counted(run.periods, "period")
         if run.cycles:
             first = f"After {periods} the motion about repeats every {counted(run.cycles, 'period')}"
@@ -49,7 +50,8 @@ class SettledMotionPage(ModelPresentation[SettledMotion]):
         return self.result.begun_there
 
     def answer(self) -> tuple[Table, ...]:
-        run, layout = self.result.run, assemble(self.result.model).layout
+        run = self.result.run
+        layout = assemble(self.result.model).layout
         rows = tuple(
             (
                 name,
@@ -67,7 +69,8 @@ class SettledMotionPage(ModelPresentation[SettledMotion]):
         return (Table(head, rows, frozenset({0, 1, 2}), "Clearances", note),)
 
     def figures(self) -> Sequence[Chart]:
-        run, names = self.result.run, self.result.clearance_names
+        run = self.result.run
+        names = self.result.clearance_names
         share = 50.0 * run.swing / np.maximum(run.scale, np.finfo(float).tiny)
         bars = tuple(
             Bars(np.array([k - 0.35, k + 0.35]), share[k : k + 1], f"{name}, {run.regimes[k]}", REGIMES[run.regimes[k]])

@@ -61,7 +61,8 @@ def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
     """Return counts of the sweeps: two motions where both directions differ, to the jump or next value beyond."""
     sweeps = branch.sweeps
     assert sweeps is not None
-    counts, reached = list[Count](), low
+    counts = list[Count]()
+    reached = low
     values = [up.value for up, _ in sweeps.of_both]
     for first, last in sweeps.coexistence:
         # each end is the jump there, or else the next value with one motion

@@ -72,7 +72,8 @@ def _sizes(branch: Branch, k: int, values: Sequence[float]) -> list[str]:
 
 def jump_table(branch: Branch, sweeps: Sweeps) -> Table:
     """Return the jumps that the sweeps show."""
-    shown, names = measure(branch), assemble(branch.model).layout.clearance_names
+    shown = measure(branch)
+    names = assemble(branch.model).layout.clearance_names
     rows = []
     for jump in sweeps.jumps:
         k = jump.clearance
@@ -93,7 +94,8 @@ def jump_table(branch: Branch, sweeps: Sweeps) -> Table:
 
 def stretch_table(branch: Branch, sweeps: Sweeps) -> Table:
     """Return what the driveline does between two jumps, in both directions."""
-    shown, names = measure(branch), assemble(branch.model).layout.clearance_names
+    shown = measure(branch)
+    names = assemble(branch.model).layout.clearance_names
     rows = []
     for way, runs in (("up", sweeps.up), ("down", sweeps.down)):
         for part in _stretches(runs, [jump for jump in sweeps.jumps if jump.upward == (way == "up")]):
@@ -141,7 +143,8 @@ def _repeats(runs: Sequence[ExactRun]) -> str:
 
 def run_table(branch: Branch, sweeps: Sweeps) -> Table:
     """Return all exact runs."""
-    shown, names = measure(branch), assemble(branch.model).layout.clearance_names
+    shown = measure(branch)
+    names = assemble(branch.model).layout.clearance_names
     rows = []
     for way, runs in (("up", sweeps.up), ("down", sweeps.down)):
         for run in runs:

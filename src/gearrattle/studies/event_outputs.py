@@ -18,7 +18,10 @@ from gearrattle.results import Run
 from gearrattle.studies.output import EVENT, Output
 from gearrattle.trajectory import Layout
 
-FIRST, COUNT, PEAK, SETTLE = "first impact", "impacts", "peak torque", "time to settle"
+FIRST = "first impact"
+COUNT = "impacts"
+PEAK = "peak torque"
+SETTLE = "time to settle"
 RAMP_TIME = "ramp time"
 NAMES = frozenset({FIRST, COUNT, PEAK, SETTLE, RAMP_TIME})
 """Outputs that are worked out here; others of an event are quantities of the metric "event"."""

@@ -41,13 +41,17 @@ CLEARANCE, UPWARD, TIME, DEPTH, SLOPE, TIME_SLOPE, LEVEL, LEVEL_SLOPE, COLUMNS =
 
 The last two are of dips: how far the deflection is from the corner nearest to it.
 """
-FALLING, RISING = 2, 3
+FALLING = 2
+RISING = 3
 """In the column UPWARD: no turning point, but a dip, where a negative or a positive rate comes nearest to zero."""
 MOST_TURNS = 4096
 """Rows for turning points; where there are more they are not known."""
-NEAR, FARTHEST = 1.0 / 64.0, 1.0 / 16.0
+NEAR = 1.0 / 64.0
+FARTHEST = 1.0 / 16.0
 """Periods that an extremum may move in one step of Newton's method, and from the instant that is asked for."""
-_ITERATIONS, _SETTLED = 30, 1e-11  # of Newton's method in time; a step after which the depth is exact, in periods
+# of Newton's method in time; a step after which the depth is exact, in periods
+_ITERATIONS = 30
+_SETTLED = 1e-11
 
 
 class Driven(NamedTuple):
@@ -201,7 +205,8 @@ def _room_rows(count, states, size):
 
 @kernel
 def _room_now(states, size):
-    z, v = np.zeros((3, size)), np.zeros((3, states))
+    z = np.zeros((3, size))
+    v = np.zeros((3, states))
     return _Now(z[0], v[0], z[1], v[1], z[2], v[2])
 
 
@@ -370,9 +375,11 @@ def _way_across(path, i, k, step):
 @strict
 def _write_turn(path, part, s, upward, series, trace):
     """Write a turning point by the corner ahead, and by the one behind that it has passed, where it lies near them."""
-    i, k = part.interval, part.clearance
+    i = part.interval
+    k = part.clearance
     # the deflection there, its change and the change of the instant
-    value, slope = value_of(series.value[k], s), value_of(series.change[k], s)
+    value = value_of(series.value[k], s)
+    slope = value_of(series.change[k], s)
     time_slope = -part.length * slope_of(series.change[k], s) / bend_of(series.value[k], s)
     # a visit: the motion came over the same corner and leaves over it
     is_visit = _way_across(path, i - 1, k, -1) == upward != _way_across(path, i, k, 1)
@@ -386,7 +393,8 @@ def _write_turn(path, part, s, upward, series, trace):
         if abs(depth) < trace.reach[k] and (is_behind == 0 or is_visit):
             if trace.number[0] < trace.turns.shape[0]:
                 row = trace.turns[trace.number[0]]
-                row[CLEARANCE], row[UPWARD] = k, upward
+                row[CLEARANCE] = k
+                row[UPWARD] = upward
                 row[TIME] = part.begin + s * part.length
                 row[DEPTH] = depth
                 row[SLOPE] = sign * (slope - moved)
@@ -397,7 +405,8 @@ def _write_turn(path, part, s, upward, series, trace):
 @strict
 def _write_dip(path, part, least, trace):
     """Write where a rate comes nearest to zero and does not reach it: its distance beyond zero, as a depth."""
-    i, k = part.interval, part.clearance
+    i = part.interval
+    k = part.clearance
     # its distance from the nearer corner
     below = least.value - path.lower[i, k]
     above = path.upper[i, k] - least.value
@@ -409,8 +418,10 @@ def _write_dip(path, part, least, trace):
         sign = -1.0 if least.rate > 0.0 else 1.0
         row[CLEARANCE] = k
         row[UPWARD] = RISING if least.rate > 0.0 else FALLING
-        row[TIME], row[TIME_SLOPE] = least.time, least.time_slope
-        row[DEPTH], row[SLOPE] = sign * least.rate, sign * least.rate_slope
+        row[TIME] = least.time
+        row[TIME_SLOPE] = least.time_slope
+        row[DEPTH] = sign * least.rate
+        row[SLOPE] = sign * least.rate_slope
         row[LEVEL] = min(below, above)
         # the level at which it happens, and how that changes
         if below < above:
@@ -433,7 +444,8 @@ def _is_far(path, i, k, series, trace):
 @kernel
 def _least_at(part, s, series):
     """A rate at the instant within a step at which it comes nearest to zero."""
-    k, h = part.clearance, part.length
+    k = part.clearance
+    h = part.length
     rate = value_of(series.rate, s)
     time_slope = -slope_of(series.rate_change, s) / bend_of(series.rate, s)
     value_slope = value_of(series.change[k], s) + rate * time_slope
@@ -463,7 +475,9 @@ def _search(path, part, rises, series, trace):
         series.rate[m - 1] = m * series.value[k, m]
         series.rate_change[m - 1] = m * series.change[k, m]
     _look(series)
-    share, rate, bend = series.looks[0], series.looks[1], series.looks[2]
+    share = series.looks[0]
+    rate = series.looks[1]
+    bend = series.looks[2]
     for n in range(_LOOKS):
         # between two looks: a change of sign is a turning point
         low = share[n]
@@ -763,7 +777,8 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
         _times_rates(rows[0], region, rows[2])
         _times_rates(rows[2], region, rows[3])
         # a minimum where a maximum is sought, or the reverse: no touch
-        rate, bend = _dot(rows[2], now.z), _dot(rows[3], now.z)
+        rate = _dot(rows[2], now.z)
+        bend = _dot(rows[3], now.z)
         if (bend >= 0.0) == (upward == 1):
             return
         # Newton's step in time, within the neighbourhood
@@ -774,7 +789,8 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
         if abs(step) < _SETTLED:  # its depth, and how both move
             sign = 1.0 if upward == 1 else -1.0
             bound = path.upper[i, k] if upward == 1 else path.lower[i, k]
-            touched.number[0], touched.number[2] = time, bend
+            touched.number[0] = time
+            touched.number[2] = bend
             touched.number[1] = sign * (_dot(rows[0], now.z) - bound)
             shift = path.upper_shift[i, k] if upward == 1 else path.lower_shift[i, k]
             if np.isfinite(bound):

@@ -439,7 +439,9 @@ def slot_of(regions, slots, pieces):
 @strict
 def _write_path(laid, rates, marched, path):
     """Write the intervals of a motion with their slots, and its crossings: corners of laws alone."""
-    (common, laws, regions), log, events = laid, marched.log, marched.events
+    common, laws, regions = laid
+    log = marched.log
+    events = marched.events
     pieces = marched.initial.copy()
     slots = rates.shift.shape[0]
     path.time[0] = 0.0
@@ -449,7 +451,8 @@ def _write_path(laid, rates, marched, path):
         path.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else marched.end
         for k in range(pieces.size):
             piece = laws.first[common.clearances[k]] + pieces[k]
-            path.lower[i, k], path.upper[i, k] = laws.lower[piece], laws.upper[piece]
+            path.lower[i, k] = laws.lower[piece]
+            path.upper[i, k] = laws.upper[piece]
             path.lower_shift[i, k] = rates.lower_shift[piece]
             path.upper_shift[i, k] = rates.upper_shift[piece]
         # the crossing at its end: what is watched, how the corner moves, and the next pieces
@@ -515,7 +518,8 @@ def _write_turns(driven, path, z, columns, scale, trace, out):
 def _follow(laid, rates, marched, carried, scale, out):
     """Carry perturbations and s along a motion, and write the turning points that are asked for."""
     # the path of the motion, and the tables of its slots
-    (common, laws, regions), events = laid, marched.events
+    common, laws, regions = laid
+    events = marched.events
     slots, states, size = rates.shift.shape
     path = _room_path(events, common.clearances.size, size, out.outside)
     _write_path(laid, rates, marched, path)

@@ -170,7 +170,8 @@ class Course:
     """A motion of a driveline and its crossings, along which perturbations are followed."""
 
     def __init__(self, period_map: PeriodMap, setting: Setting, motion: Pass) -> None:
-        self._setting, self._motion = setting, motion
+        self._setting = setting
+        self._motion = motion
         self._scale = setting.sizes[: setting.flow.states]
         pieces, y, crossings, _ = period_map.along(motion)
         self._z = np.concatenate([y, setting.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
@@ -260,14 +261,16 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
     pieces = np.array(regions)[:, clearances].astype(np.int64)
     corners = np.empty((4, *pieces.shape))
     for k, (own, shift) in enumerate(setting.corners):
-        corners[:2, :, k], corners[2:, :, k] = own[:, pieces[:, k]], shift[:, pieces[:, k]]
+        corners[:2, :, k] = own[:, pieces[:, k]]
+        corners[2:, :, k] = shift[:, pieces[:, k]]
     rows = np.zeros((2, count - 1, setting.sizes.size))
     numbers = np.zeros((2, count - 1))
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
     is_law = np.zeros(count - 1, np.int64)
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
         bound = setting.bound(regions[i], watch, upward)
-        rows[:, i], numbers[:, i] = (bound.row, bound.row_shift), (bound.shift, np.nan)
+        rows[:, i] = (bound.row, bound.row_shift)
+        numbers[:, i] = (bound.shift, np.nan)
         if not np.isfinite(bound.value):
             numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
         is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
@@ -333,7 +336,8 @@ def approach_of(touched: Touched, period: float, step: float = 1.0) -> Approach 
     time, depth, bend = touched.number.tolist()
     if not np.isfinite(depth):
         return None
-    slope, time_slope = touched.slope.copy(), touched.time_slope.copy()
+    slope = touched.slope.copy()
+    time_slope = touched.time_slope.copy()
     slope[-1] /= step
     time_slope[-1] /= step
     return Approach(depth, time, bend / period**2, slope, time_slope)

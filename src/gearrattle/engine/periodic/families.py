@@ -41,7 +41,8 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SHARE, _LEAST = 1e-5, 1e-3
+_SHARE = 1e-5
+_LEAST = 1e-3
 """Step of the central difference of coefficients: a share of the parameter, which counts as at least so many units."""
 
 SystemOf = Callable[[float], PiecewiseSystem]
@@ -111,7 +112,8 @@ class GeneralFamily(Family):
         self._states: int | None = None
         period_map = self.map_at(first)
         self._states = period_map.scale.size
-        self.scale, self.size = period_map.scale, period_map.size
+        self.scale = period_map.scale
+        self.size = period_map.size
         self.parts = parts_of(period_map)
         self.clearances = len(period_map.system.clearances)
         self.memories = period_map.flow.memory.size
@@ -176,7 +178,8 @@ class GeneralFamily(Family):
 def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
     """A driveline with those beside it that differ in numbers alone, by how far away they are."""
     sides = {0.0: flow, **alike} if len(alike) == 1 else alike
-    low, high = min(sides), max(sides)
+    low = min(sides)
+    high = max(sides)
     return Setting(flow, Neighbours(sides[low], sides[high], high - low))
 
 
@@ -204,8 +207,10 @@ class CompiledFamily(Family):
     """
 
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
-        self._general, self._coefficients_of = general, coefficients_of
-        self.scale, self.size = general.scale, general.size
+        self._general = general
+        self._coefficients_of = coefficients_of
+        self.scale = general.scale
+        self.size = general.size
         self.cycles = general.cycles
         self.unit = general.unit
         self.parts = general.parts
@@ -282,7 +287,8 @@ class PartedFamily:
     """Follows motions of a family in its m parts."""
 
     def __init__(self, family: Family) -> None:
-        self._cycles, self._clearances = family.cycles, family.clearances
+        self._cycles = family.cycles
+        self._clearances = family.clearances
         self._length = family.cycles / family.parts
         self._parts = [family.part(i * self._length, self._length) for i in range(family.parts)]
 
@@ -361,7 +367,8 @@ class PartedFamily:
 
     def _in_motion(self, turns: Turns, index: int) -> Turns:
         """Turning points of a part as those of the whole motion."""
-        length, dips = self._length, turns.dips
+        length = self._length
+        dips = turns.dips
         dips = dips._replace(
             time=length * (index + dips.time),
             time_slope=length * dips.time_slope,

@@ -56,7 +56,8 @@ _LEAST = 1e-3  # share of the way from either end at which the branch is looked 
 _DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
 _A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
 _COUNTS = 0.25  # slope over depth, from which a depth counts
-_ITERATIONS, _RETREATS = 12, 3
+_ITERATIONS = 12
+_RETREATS = 3
 _LEFT = 0.05  # of the depth that the first iteration leaves
 _OFF = 3.0  # times what the depth is expected to be off: so much is left
 _CLOSE = 1e-12  # of w: so near to the corner a motion grazes
@@ -65,8 +66,12 @@ _NEAR = 1e-6  # change of w from which the next motion is likely to be the last 
 _BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
 _WITH_IT = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
 _SAME_TURN = 1e-3  # periods: a turning point that moves by less is the same
-_ANGLE, _LARGEST_ANGLE = 0.2, 0.25  # [rad] by which the tangent may turn: aimed at, and at most
-_LEAST_OF_STEP, _MOST_OF_STEP = 0.01, 0.3  # shares by which a step is shortened
+# [rad] by which the tangent may turn: aimed at, and at most
+_ANGLE = 0.2
+_LARGEST_ANGLE = 0.25
+# shares by which a step is shortened
+_LEAST_OF_STEP = 0.01
+_MOST_OF_STEP = 0.3
 
 
 class _Depths(NamedTuple):
@@ -328,7 +333,8 @@ class Ahead(NamedTuple):
 
     def is_of(self, grazing: Point) -> bool:
         """Whether it is what a motion grazes."""
-        touch, own = grazing.touch, self.touch
+        touch = grazing.touch
+        own = self.touch
         if touch is None or (touch.watch, touch.upward) != (own.watch, own.upward):
             return False
         return abs(touch.time - own.time) < _SAME_TURN

@@ -13,7 +13,9 @@ from typing import BinaryIO, NamedTuple
 from gearrattle.files import Refused
 
 _VERSION = 28  # offset of the version, two bytes
-_NEXT, _PARTS = 24, 32  # offsets in version 4: address of the next block, and of a channel's parts
+# offsets in version 4: address of the next block, and of a channel's parts
+_NEXT = 24
+_PARTS = 32
 
 
 class _Format(NamedTuple):

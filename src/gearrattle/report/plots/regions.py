@@ -41,7 +41,8 @@ def _panel(axis: TimeAxis, k: int, window: Window) -> Panel:
     trajectory = axis.trajectory
     layout = trajectory.layout
     time, region = _stretches(trajectory, k, window)
-    begin, end = axis.at(time[:-1]), axis.at(time[1:])
+    begin = axis.at(time[:-1])
+    end = axis.at(time[1:])
     inner = centre(layout, k)
     cells = []
     # contact on either side, filled from the edge of the centre

@@ -18,7 +18,8 @@ from gearrattle.report.plots.view import scale
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-UP, DOWN = Key("going up", DRIVE), Key("going down", COAST)
+UP = Key("going up", DRIVE)
+DOWN = Key("going down", COAST)
 TWO = Key("two motions", "#c9a227")
 _JUMP = Key("jump", INK, dash="dashed")
 _MOST_PANELS = 8
@@ -27,7 +28,8 @@ _MOST_PANELS = 8
 def swept_chart(branch: Branch, sweeps: Sweeps) -> Chart:
     """Draw the rms deflection of every clearance, the first few."""
     # ranges of two coexisting motions, and jumps
-    shown, layout = measure(branch), assemble(branch.model).layout
+    shown = measure(branch)
+    layout = assemble(branch.model).layout
     low, high = (value * shown.factor for value in sweeps.ends)
     room = 0.02 * (high - low)
     bands = tuple(

@@ -10,14 +10,12 @@ from gearrattle.engine.periodic.events.grazing import Grazing
 from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.point import Point
 
-FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, GRAZING, PATTERN = (
-    "fold",
-    "period doubling",
-    "symmetry breaking",
-    "Neimark-Sacker",
-    "grazing",
-    "pattern",
-)
+FOLD = "fold"
+DOUBLING = "period doubling"
+BREAKING = "symmetry breaking"
+NEIMARK_SACKER = "Neimark-Sacker"
+GRAZING = "grazing"
+PATTERN = "pattern"
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,8 @@ def hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | Non
 
 def _goes_back(before: Point, after: Point) -> bool:
     """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
-    first, last = along_parameter(before), along_parameter(after)
+    first = along_parameter(before)
+    last = along_parameter(after)
     chord = after.w - before.w
     middle = 1.5 * float(chord[-1]) - 0.25 * (first + last) * float(np.linalg.norm(chord))
     return first * last > 0.0 and first * middle < 0.0

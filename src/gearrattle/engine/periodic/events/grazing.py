@@ -60,7 +60,10 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-COMPLIANT, JUMP, RELEASE, RIGID = "compliant", "jump", "release", "rigid"
+COMPLIANT = "compliant"
+JUMP = "jump"
+RELEASE = "release"
+RIGID = "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
@@ -70,11 +73,15 @@ _MOST = 40  # motions followed
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
 _FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
 _WIDEST_LEFT = 0.5
-_FEW, _ENOUGH = 4, 3  # motions that a grazing is extrapolated from: at most by depths, and by velocities
+# motions that a grazing is extrapolated from: at most by depths, and by velocities
+_FEW = 4
+_ENOUGH = 3
 _FIRST_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
 _OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
 _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
-_LITTLE, _LITTLE_ARC = 1e-4, 1e-10  # by which an expected grazing may move at last: share of the way, and arclength
+# by which an expected grazing may move at last: share of the way, and arclength
+_LITTLE = 1e-4
+_LITTLE_ARC = 1e-10
 _MISSED = 1e-9  # arclength by which a grazing may be missed
 _SAME = 1e-4  # periods between the instants of one extremum, whose search has ended a little before it is located
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
@@ -170,7 +177,8 @@ def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach |
 
 def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     """What a motion that grazes would enter, and what that would add to the gradient."""
-    flow, system = period_map.flow, period_map.system
+    flow = period_map.flow
+    system = period_map.system
     pieces = pieces_before(period_map, point.motion, touch)
     beyond = system.beyond(pieces, touch.watch, touch.upward)
     element = system.clearances[touch.watch]
@@ -247,7 +255,8 @@ def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) 
     """
     law = flow.system.laws[element]
     piece = pieces[element]
-    stiffness, damping = float(law.stiffness[piece]), float(law.damping[piece])
+    stiffness = float(law.stiffness[piece])
+    damping = float(law.damping[piece])
     for auxiliary, p, _ in flow.beside(pieces):
         if auxiliary.element == element:
             if auxiliary.remembers or not is_mean:
@@ -472,7 +481,8 @@ class Search:
 
 def _zero_of(samples: list[_Depth]) -> float:
     """The share at which the depth is zero, by inverse interpolation."""
-    shares, depths = [sample.share for sample in samples], [sample.depth for sample in samples]
+    shares = [sample.share for sample in samples]
+    depths = [sample.depth for sample in samples]
     if len(set(depths)) < len(depths):
         return np.inf
     for width in range(1, len(shares)):

@@ -156,12 +156,14 @@ def exchange_between(before: Point, after: Point) -> float | None:
     """Return the share of the way at which crossings may have exchanged their order and will do so again, or None."""
     if before.word != after.word or len(set(map(patterns.watch_of, before.word))) < 2:
         return None
-    one, other = _order_of(before), _order_of(after)
+    one = _order_of(before)
+    other = _order_of(after)
     if one is None or other is None:
         return None
     length = length_between(before, after)
     other = _alike(one, other, length)
-    (low, slope), (high, slope_after) = one.intervals(), other.intervals()
+    low, slope = one.intervals()
+    high, slope_after = other.intervals()
     watches = np.array([patterns.watch_of(letter) for letter in one.word])
     differ = watches != np.roll(watches, -1)
     share, excess = beyond_zero(low[differ], high[differ], length * slope[differ], length * slope_after[differ])
@@ -170,7 +172,8 @@ def exchange_between(before: Point, after: Point) -> float | None:
 
 def _order_of(point: Point) -> _Order | None:
     """The crossings of a motion in order of time; None where their slopes are not known."""
-    turns, crossings = point.motion.turns, point.motion.crossings
+    turns = point.motion.turns
+    crossings = point.motion.crossings
     if turns is None or len(turns.delay) != len(crossings.time):
         return None
     ordered = crossings.in_order()
