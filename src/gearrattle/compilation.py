@@ -25,7 +25,9 @@ class Stopwatch:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._blocks, self._begin, self._spent = 0, 0.0, 0.0
+        self._blocks = 0
+        self._begin = 0.0
+        self._spent = 0.0
 
     def __enter__(self) -> None:
         with self._lock:

@@ -39,7 +39,8 @@ class Refused(OSError):
 
     def __init__(self, rule: str, remedy: str = "") -> None:
         super().__init__(0, rule)
-        self.rule, self.remedy = rule, remedy
+        self.rule = rule
+        self.remedy = remedy
 
 
 def opened(path: str | os.PathLike[str]) -> BinaryIO:
@@ -228,7 +229,9 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     import h5py
 
     # layout of a heap in this file
-    (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
+    (address, width) = file.id.get_create_plist().get_sizes()
+    size = os.path.getsize(path)
+    objects = 0
     header = 8 + width
     most = 2 ** (8 * width)
     insides = _insides(file)
@@ -252,7 +255,8 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 at += padded
         # lengths of strings in datasets
         for _, item in datasets(file):
-            at, kind = item.id.get_offset(), item.id.get_type()
+            at = item.id.get_offset()
+            kind = item.id.get_type()
             if at and (kind.get_class() == h5py.h5t.VLEN or getattr(kind, "is_variable_str", bool)()):
                 lengths = content[at : at + item.size * (8 + address)]
                 step = 8 + address
@@ -315,7 +319,8 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
     import h5py
 
     # groups from the root on, each object once
-    rule, remedy = "points to data in another file", "copy the data into the file"
+    rule = "points to data in another file"
+    remedy = "copy the data into the file"
     visited: set[Any] = set()
     open_groups = [("", file, iter(list(file)))]
     while open_groups:
@@ -325,7 +330,8 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
             open_groups.pop()
             continue
         # links: external ones refused, soft ones left out
-        name, link = f"{prefix}{key}", group.get(key, getlink=True)
+        name = f"{prefix}{key}"
+        link = group.get(key, getlink=True)
         if isinstance(link, h5py.ExternalLink):
             raise Refused(f"{name}: {rule}", remedy)
         if not isinstance(link, h5py.HardLink):

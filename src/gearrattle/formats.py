@@ -68,7 +68,8 @@ def check_format(name: object, source: object, *kinds: str) -> None:
         value = f'"{text[:60]}"' if text.isprintable() and text else "no format of gearrattle"
         rule = f"a file of the format {wanted} is needed"
         raise ModelError(Problem(f"{source}", value, rule, FORMATS[kinds[0]].again))
-    version, known = int(parts[2]), FORMATS[kind]
+    version = int(parts[2])
+    known = FORMATS[kind]
     if version > known.version:
         rule = f'was written by a later version of gearrattle; this one reads "{format_name(kind)}"'
         raise ModelError(Problem(f"{source}", f'"{text}"', rule, f"upgrade gearrattle, or {known.again}"))

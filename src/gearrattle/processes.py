@@ -111,7 +111,8 @@ def becoming_warm() -> Iterator[None]:
     Afterwards it has no other thread; the fork server ends when nobody can ask it any more.
     """
     _FORKED_FROM.set()
-    interrupted, is_warm = signal.signal(signal.SIGINT, signal.SIG_IGN), threading.Event()
+    interrupted = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    is_warm = threading.Event()
     watching = threading.Thread(target=_leave_with, args=(os.getppid(), is_warm))
     watching.start()
     try:

@@ -40,7 +40,8 @@ def kept(function: Callable[[_A], _T]) -> Callable[[_A], _T]:
     def call(owner: _A) -> _T:
         holder: Any = vars(owner).get(_ATTRIBUTE)
         if holder is None or holder.owner is None or holder.owner() is not owner:  # none yet, or that of an original
-            holder = vars(owner)[_ATTRIBUTE] = _Kept(owner)
+            holder = _Kept(owner)
+            vars(owner)[_ATTRIBUTE] = holder
         results: dict[Callable[..., Any], _T] = holder.results
         if function not in results:
             return results.setdefault(function, function(owner))

@@ -93,7 +93,8 @@ class Run(Result):
 
     def __repr__(self) -> str:
         t = self.trajectory
-        cycles, crossings = counted(t.cycles, "cycle"), counted(len(t.events), "crossing")
+        cycles = counted(t.cycles, "cycle")
+        crossings = counted(len(t.events), "crossing")
         return f"<Run of {self.model.name!r}: {t.cost.algorithm}, {cycles}, {crossings}>"
 
     @cached_property
@@ -156,7 +157,8 @@ class Run(Result):
         """Every corner crossing: time [s], clearance (name), from_region, to_region, velocity, force_integral."""
         import pandas as pd
 
-        t, log = self.trajectory, self.trajectory.events
+        t = self.trajectory
+        log = self.trajectory.events
         names = np.array(t.layout.clearance_names, dtype=object)
         return pd.DataFrame(
             {
@@ -335,7 +337,8 @@ class Run(Result):
         import h5netcdf
 
         # labels of the axes
-        t, log = self.trajectory, self.trajectory.events
+        t = self.trajectory
+        log = self.trajectory.events
         variables, coordinates = self._labelled()
         text = h5netcdf.core.h5py.string_dtype()
         with h5netcdf.File(path, "w") as file:
@@ -378,7 +381,8 @@ def check_run(value: object, also: tuple[type, ...] = ()) -> None:
         path = str(value)
         remedy = f"gr.open_run({path!r}) opens a saved run, gr.read({path!r}) a measured file"
     else:
-        path, remedy = type(value).__name__, "gr.simulate makes a run, gr.open_run opens a saved one"
+        path = type(value).__name__
+        remedy = "gr.simulate makes a run, gr.open_run opens a saved one"
     kinds = " or a ".join(f"gr.{kind.__name__}" for kind in (Run, *also))
     raise ModelError(Problem("run", path, f"must be a {kinds}", remedy))
 

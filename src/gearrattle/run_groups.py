@@ -38,7 +38,8 @@ def read_points(file: Any) -> Points:
 
 def write_auxiliaries(file: Any, auxiliaries: Auxiliaries) -> None:
     """Write pieces and crossings of auxiliaries as a group; their forces and memories are samples."""
-    group, log = file.create_group("auxiliaries"), auxiliaries.passages
+    group = file.create_group("auxiliaries")
+    log = auxiliaries.passages
     count, memories = log.memory.shape
     samples, sliders = auxiliaries.piece.shape
     group.dimensions = {"sample": samples, "slider": sliders, "event": count, "memory": memories}

@@ -380,7 +380,8 @@ def flush(folder: Path) -> None:
     """Have the disk take all files of a folder, and the folder, before anything that is written later; OSError if it
     refuses.
     """
-    folders, files = [], []
+    folders = []
+    files = []
     for root, _, names in os.walk(folder):
         folders.append(Path(root))
         files += [Path(root) / name for name in names]

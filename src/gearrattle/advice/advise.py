@@ -128,10 +128,12 @@ def advice_on(
     system = driveline.system
     layout = driveline.layout
     equilibrium = named_equilibrium(driveline)[1]
-    pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, equilibrium)
+    pilot = run_pilot(planned, planned.simulation.cycles or 1, stage(0))
+    response = excursions(system, equilibrium)
     pilot.run.variation.follow(stage(1))
     # reduction, contact ratios, regions visited and other motions, in the order of their cost
-    lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries
+    lumping = lumping_line(planned, pilot, up_to, stage(2))
+    quiet = response.inside and not system.auxiliaries
     stage(3)(0.0)
     ratios = contact_ratios_line(model, pilot)
     pilot.treat_regions(stage(4))

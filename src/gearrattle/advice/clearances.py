@@ -33,7 +33,8 @@ def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
 def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
     """Line on clearances: regimes in the pilot run, and the linear response about rest."""
     # regimes of the pilot run
-    names, shown = layout.clearance_names, pilot.of("regime")
+    names = layout.clearance_names
+    shown = pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
     moving = {name: str(regime) for name, regime in shown.items() if regime != "quiet"}

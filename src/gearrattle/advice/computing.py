@@ -59,8 +59,10 @@ def _unstable(algorithm: str, step: str, growth: float, labels: dict[str, int]) 
 
 def cost_line(pilot: Pilot) -> Line:
     """Line on cost: function calls and computing time of the planned run with exact."""
-    t, cost = pilot.run.trajectory, pilot.run.cost
-    calls, seconds = cost.function_calls * pilot.stretched, cost.wall_time * pilot.stretched
+    t = pilot.run.trajectory
+    cost = pilot.run.cost
+    calls = cost.function_calls * pilot.stretched
+    seconds = cost.wall_time * pilot.stretched
     crossings = pilot.of("crossings a cycle")[""]
     time = engineering(seconds, "s", 1)
     return Line(
@@ -75,7 +77,8 @@ def cost_line(pilot: Pilot) -> Line:
 
 def predictability_line(pilot: Pilot) -> Line:
     """Line on predictability: cycles for which the motion is predictable, and what to compare after that."""
-    cycles, rate = pilot.predictable_cycles, pilot.exponent
+    cycles = pilot.predictable_cycles
+    rate = pilot.exponent
     period = pilot.run.trajectory.layout.period
     unit = " 1/s" if pilot.run.model.units == "SI" else ""
     evidence = (

@@ -16,7 +16,8 @@ from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.results import Run
 from gearrattle.signals import regime, steady
 
-RATIO_WITHIN, FACTOR = 0.1, 2.0
+RATIO_WITHIN = 0.1
+FACTOR = 2.0
 CROSSED = ("not crossed", "crossed")
 
 

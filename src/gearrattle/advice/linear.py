@@ -55,7 +55,8 @@ def excursions(system: PiecewiseSystem, rest: Equilibrium) -> Excursions:
     )
     low, high = steady_extremes(system, steady_deflections(system, slope, damping))
     mine = list(system.clearances)
-    low, high = rest.deflection[mine] + low[mine], rest.deflection[mine] + high[mine]
+    low = rest.deflection[mine] + low[mine]
+    high = rest.deflection[mine] + high[mine]
     bounds = [np.concatenate([[-np.inf], system.laws[k].corners, [np.inf]]) for k in mine]
     floor = np.array([edges[rest.pieces[k]] for k, edges in zip(mine, bounds, strict=True)])
     ceiling = np.array([edges[rest.pieces[k] + 1] for k, edges in zip(mine, bounds, strict=True)])

@@ -82,7 +82,8 @@ def _differences(reduction: Reduction, pilot: Pilot, progress: Callable[[float],
     t = pilot.run.trajectory
     other = run_pilot(reduction.model, pilot.planned, progress, cycles=t.cycles)
     differences = []
-    regimes, slopes = other.of("regime"), other.of("mean slope")
+    regimes = other.of("regime")
+    slopes = other.of("mean slope")
     for name, regime in pilot.of("regime").items():
         if name in regimes and regimes[name] != regime:
             differences.append(f"{name}: {regime}, but {regimes[name]} in the lumped model's pilot")

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from gearrattle.orbits.attractors import Settled
 
 TOPIC = "other motions"
-ADVISED, PASSING = 2_000_000, 100_000
+ADVISED = 2_000_000
+PASSING = 100_000
 """Function calls that advice may spend on the question, and those that a run may, of a driveline that is small."""
 SMALL = 8
 """Inertias up to which a call costs about the same."""

@@ -200,7 +200,8 @@ def campbell(
 
 def _range(model: Model, speeds: str | Sequence[float | str]) -> tuple[float, float]:
     """Read the range of speeds [rad/s]."""
-    rule, example = 'must be a lowest and a highest speed, such as "800:3000 rpm"', "the first below the second"
+    rule = 'must be a lowest and a highest speed, such as "800:3000 rpm"'
+    example = "the first below the second"
     ends = units.with_last_unit(speeds.split(":")) if isinstance(speeds, str) else list(speeds)
     if len(ends) != 2:
         raise ModelError(Problem("speeds", shown(speeds), rule, example))

@@ -73,7 +73,8 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
         ratios, attributes = forecast_ratios(run_or_model, method)
         return _series(ratios, method, attributes)
     check_run(run_or_model, (Model,))
-    estimate, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
+    estimate = ROUTES[method](run_or_model.trajectory)
+    names = run_or_model.trajectory.layout.clearance_names
     left_out_notes = () if method == "spectral" else left_out(run_or_model.model)
     interval = {"low": _by_name(names, estimate.low), "high": _by_name(names, estimate.high)}
     attributes = {"quantity": estimate.quantity, **interval, "notes": [*estimate.notes, *left_out_notes]}
@@ -90,10 +91,12 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_recorded_motions(model, "a forecast")
     # fixed points of equivalent linearisation
-    left, model = unsteady(model), steady(model)
+    left = unsteady(model)
+    model = steady(model)
     driveline = assemble(model)
     named_equilibrium(driveline)
-    prediction, names = forecast(driveline.system, thorough=thorough), driveline.layout.clearance_names
+    prediction = forecast(driveline.system, thorough=thorough)
+    names = driveline.layout.clearance_names
     if not prediction.points:
         raise ConvergenceError(
             f"equivalent linearisation found no fixed point in {prediction.searches} searches",

@@ -106,7 +106,8 @@ def nondimensionalize(
         raise ModelError(problems)
     refuse_motions(model, "nondimensionalisation")
     driveline = assemble(steady(model))
-    system, layout = driveline.system, driveline.layout
+    system = driveline.system
+    layout = driveline.layout
     scales = characteristic(system, layout.is_mesh, frequency or layout.omega, length, radius)
     named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales)
     return Nondimensional(model, dimensionless(model, scales), named, scales)

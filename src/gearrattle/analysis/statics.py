@@ -322,8 +322,10 @@ def _shares_of_motion(driveline: Driveline, data: modal.ModalData, stiffness: Ar
     (sum_k K_k w_ka w_k phi)^2 / (omega^2 phi^T J phi), over sum_k K_k w_ka^2.
     """
     arm = driveline.layout.rows[:, inertia]
-    pull, whole_energy = (stiffness * arm) @ driveline.system.rows @ data.shapes, float(stiffness @ arm**2)
-    elastic, shares = data.frequencies > 0.0, np.zeros(data.frequencies.size)
+    pull = (stiffness * arm) @ driveline.system.rows @ data.shapes
+    whole_energy = float(stiffness @ arm**2)
+    elastic = data.frequencies > 0.0
+    shares = np.zeros(data.frequencies.size)
     if whole_energy > 0.0:
         stored = data.frequencies[elastic] ** 2 * data.modal_inertia[elastic]
         shares[elastic] = pull[elastic] ** 2 / stored / whole_energy
@@ -338,8 +340,10 @@ def slopes(
     with_damping: bool = False,
 ) -> tuple[Array, Array]:
     """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
-    names, system = driveline.layout.element_names, driveline.system
-    contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
+    names = driveline.layout.element_names
+    system = driveline.system
+    contact_ratio = dict(contact_ratio or {})
+    region = dict(region or {})
     # names that no element has, ratios outside 0 to 1
     problems = [
         Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")
@@ -353,9 +357,11 @@ def slopes(
         if not 0 <= ratio <= 1
     ]
     # slope and damping of the piece chosen, reduced by the contact ratio
-    stiffness, damping = np.empty(len(names)), np.empty(len(names))
+    stiffness = np.empty(len(names))
+    damping = np.empty(len(names))
     for k, (name, law) in enumerate(zip(names, system.laws, strict=True)):
-        first, last = law.first_label, law.first_label + law.pieces - 1
+        first = law.first_label
+        last = law.first_label + law.pieces - 1
         label = region.get(name, last)
         if argument_problems({name: (Count(first, last), label)}):
             problems.append(
@@ -364,7 +370,8 @@ def slopes(
             continue
         piece = label - first
         ratio = contact_ratio.get(name, 1.0)
-        stiffness[k], damping[k] = ratio * law.stiffness[piece], (ratio if with_damping else 1.0) * law.damping[piece]
+        stiffness[k] = ratio * law.stiffness[piece]
+        damping[k] = (ratio if with_damping else 1.0) * law.damping[piece]
     if problems:
         raise ModelError(problems)
     return stiffness, damping

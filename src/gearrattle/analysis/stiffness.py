@@ -119,7 +119,8 @@ def stiffness(
 
 def _formulations(driveline: Driveline) -> dict[str, tuple[Array, float]]:
     """Unit of every angle and of frequency, by formulation; a body without a gear has the radius R_c."""
-    system, layout = driveline.system, driveline.layout
+    system = driveline.system
+    layout = driveline.layout
     scales = characteristic(system, layout.is_mesh, layout.omega)
     geared = np.zeros(system.size)
     for row in np.abs(system.rows[layout.is_mesh])[::-1]:  # the first mesh a body is in counts
@@ -146,7 +147,8 @@ def r_lambda_over(
 
     ModelError: as ``stiffness``.
     """
-    driveline, fixed = assemble(model), dict(contact_ratio or {})
+    driveline = assemble(model)
+    fixed = dict(contact_ratio or {})
     states = [slopes(driveline, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
     return np.array([eigenvalues_of(driveline.system, *state).r_lambda for state in states])
 
@@ -170,7 +172,8 @@ def regions(model: Model) -> tuple[list[RegionStiffness], str]:
         those with all at their centre or in their last stage.
     """
     driveline = assemble(model)
-    system, names = driveline.system, driveline.layout.element_names
+    system = driveline.system
+    names = driveline.layout.element_names
     kinds = [_kinds(system, k) for k in range(len(names))]
     note = ""
     most = most_regions(len(names) + system.size)
@@ -230,9 +233,11 @@ def regions_visited(run: Run, progress: Callable[[float], None] | None = None) -
     ModelError
         no cycle left after the discarded ones.
     """
-    system, names = assemble(run.model).system, run.trajectory.layout.element_names
+    system = assemble(run.model).system
+    names = run.trajectory.layout.element_names
     dwell = dwell_of_regions(run.trajectory)
-    total, first = sum(dwell.values()), [law.first_label for law in system.laws]
+    total = sum(dwell.values())
+    first = [law.first_label for law in system.laws]
     most = most_regions(len(names) + system.size)
     longest = sorted(dwell.items(), key=lambda item: -item[1])[:most]
     treated: list[RegionStiffness] = []
@@ -248,7 +253,8 @@ def regions_visited(run: Run, progress: Callable[[float], None] | None = None) -
 
 def _kinds(system: PiecewiseSystem, element: int) -> list[int]:
     """Pieces of one element that differ, from the centre outward; the drive side before the coast side."""
-    law, seen = system.laws[element], dict[tuple[float, float], int]()
+    law = system.laws[element]
+    seen = dict[tuple[float, float], int]()
     outward = sorted(range(law.pieces), key=lambda p: (abs(p + law.first_label), p + law.first_label < 0))
     for piece in outward:
         seen.setdefault((float(law.stiffness[piece]), float(law.damping[piece])), piece)

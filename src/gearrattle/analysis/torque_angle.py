@@ -104,7 +104,8 @@ def torque_angle(
     if element not in torsional:
         rule = f"there is no such coupling; there are {', '.join(torsional) or 'none'}"
         raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, torsional)))
-    k, system = names.index(element), assemble(model).system
+    k = names.index(element)
+    system = assemble(model).system
     law = system.laws[k]
     sliders = [auxiliary for auxiliary in system.auxiliaries if auxiliary.element == k and auxiliary.remembers]
     ends = _ends(law, sliders)

@@ -57,7 +57,8 @@ def _accelerated(
         moving = train.bodies[acceleration[train.bodies] != 0.0]
         if not moving.size:
             continue
-        a, first = acceleration[moving], names[int(moving[0])]
+        a = acceleration[moving]
+        first = names[int(moving[0])]
         if train.freedoms > 1:
             yield f"the train with {first} accelerates uniformly by up to {a[np.argmax(np.abs(a))]:.6g}{rate}"
             continue

@@ -55,7 +55,8 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
     if not of:
         return None
     ramp = ramp_of(model)
-    times, which = [], []
+    times = []
+    which = []
     for auxiliary, mesh, table in of:
         if ramp is not None:
             instants = _along(ramp, mesh, table, end_of_run(model))
@@ -63,7 +64,8 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
             instants = _repeating(period_of(model), mesh, table, model.excitation.omega)
         times.append(instants)
         which.append(np.full(instants.size, auxiliary))
-    time, auxiliaries = np.concatenate(times), np.concatenate(which)
+    time = np.concatenate(times)
+    auxiliaries = np.concatenate(which)
     order = np.argsort(time, kind="stable")
     return Clock(time[order], auxiliaries[order], repeats=ramp is None)
 

@@ -34,7 +34,8 @@ def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) 
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
     """Subtract the error of an element from the deflection of its bodies: harmonics, and prescribed motions."""
     system = assemble(model).system
-    inputs, signals = system.inputs, system.signals
+    inputs = system.inputs
+    signals = system.signals
     seen = moved[:, free_of(model)] @ system.rows[element]
     omega = 2.0 * np.pi * inputs.cycles / inputs.period
     for rate, sine, cosine in zip(omega, inputs.error_sine[element], inputs.error_cosine[element], strict=True):

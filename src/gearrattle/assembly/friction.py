@@ -35,7 +35,8 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
 
     What is engaged or let go because its element enters another piece is no switch: that is a crossing.
     """
-    auxiliaries, layout = motion.auxiliaries, motion.layout
+    auxiliaries = motion.auxiliaries
+    layout = motion.layout
     if auxiliaries is None:
         return
     pieces = [0] * (len(system.laws) + len(system.auxiliaries))
@@ -48,7 +49,8 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
     now = tuple(pieces)
     log = auxiliaries.passages
     for time, watch, upward in zip(log.time.tolist(), log.watch.tolist(), log.upward.tolist(), strict=True):
-        now, c = system.beyond(now, watch, upward), watch - first
+        now = system.beyond(now, watch, upward)
+        c = watch - first
         if 0 <= c < len(layout.auxiliary_names):
             yield time, layout.auxiliary_names[c], layout.auxiliary_words[c][now[count + c]]
 
@@ -91,7 +93,8 @@ def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: floa
 def _sliders(element: Element, law: PiecewiseLaw) -> Iterator[tuple[str, float, float, range]]:
     """Yield name, loop height, spring and the labels of the pieces in which it is engaged, of every slider."""
     last = law.first_label + law.pieces
-    drive, coast = element.drive, element.coast
+    drive = element.drive
+    coast = element.coast
     inner = min((drive[0], coast[0]), key=lambda piece: piece.hysteresis)
     if inner.hysteresis > 0.0:
         yield "0", inner.hysteresis, inner.stick_stiffness, range(law.first_label, last)

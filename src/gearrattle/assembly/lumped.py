@@ -86,7 +86,8 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     inertia = inertia_of(model)
     J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
     table: Table = {"name": model.inertias[kept].name, "J": float(J)}
-    drag, torque = sum(r * r * b.drag for b, r in members), sum(r * b.drag_torque for b, r in members)
+    drag = sum(r * r * b.drag for b, r in members)
+    torque = sum(r * b.drag_torque for b, r in members)
     return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
 
 

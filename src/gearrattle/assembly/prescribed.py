@@ -61,7 +61,8 @@ class MotionError(NamedTuple):
 
 def motion_errors(model: Model) -> Iterator[MotionError]:
     """Yield the harmonics of all motions as errors of the elements that they move, element by element."""
-    rows, columns = rows_of(model), places(model)
+    rows = rows_of(model)
+    columns = places(model)
     for k in range(len(rows)):
         for i, (motion, column) in enumerate(zip(model.motions, columns.tolist(), strict=True)):
             if rows[k, column] != 0.0:
@@ -95,7 +96,8 @@ def angle_of(motion: Motion) -> Channel:
 def specified_angle(motion: Motion) -> Recorded:
     """The same angle as it is specified."""
     signal = _record(motion)
-    record, about = channel_of(signal), motion.about
+    record = channel_of(signal)
+    about = motion.about
     if motion.speed is not None:
         return Recorded(signal, is_rate=True, slope=-(mean(signal) if about is None else about))
     first, last = record.at(record.knots[[0, -1]])
@@ -144,7 +146,8 @@ def places(model: Model) -> IntArray:
 def whole(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
     """(..., n) values of all inertias from those of the free ones and of those with a prescribed motion."""
     out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
-    out[..., free_of(model)], out[..., places(model)] = free, prescribed
+    out[..., free_of(model)] = free
+    out[..., places(model)] = prescribed
     return out
 
 

@@ -38,7 +38,8 @@ def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
         raise ModelError(Problem(f"{joint.path}.hooke", "", rule, remedy)) from None
     ripples: dict[str, tuple[Harmonic, ...]] = {}
     for k in joints:
-        element, load = model.elements[k], system.laws[k].elastic(float(rest.deflection[k]))
+        element = model.elements[k]
+        load = system.laws[k].elastic(float(rest.deflection[k]))
         sines = (h.model_copy(update={"amplitude": load * h.amplitude}) for h in element.load_ripple)
         ripples[element.between[0]] = (*ripples.get(element.between[0], ()), *sines)
     return ripples

@@ -126,10 +126,12 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
 
 def _auxiliaries_in_si(auxiliaries: Auxiliaries, layout: Layout, scales: Scales) -> Auxiliaries:
     """Auxiliaries of a dimensionless motion in SI; every name begins with that of its element."""
-    unit, elements = scales.units(), dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
+    unit = scales.units()
+    elements = dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
     on_mesh = np.array([elements[name.split(".")[0]] for name in layout.auxiliary_names])
     passages = auxiliaries.passages
-    count, velocity = len(layout.clearance), passages.velocity.copy()
+    count = len(layout.clearance)
+    velocity = passages.velocity.copy()
     own = passages.watch < count
     deflection = np.where(layout.is_mesh[layout.clearance], unit["length"], unit["angle"])
     velocity[own] *= deflection[passages.watch[own]] * unit["speed"]

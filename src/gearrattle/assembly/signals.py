@@ -142,7 +142,8 @@ def _swept(model: Model) -> Iterator[_Part]:
         return
     # torques on bodies over the sweep: drag, joints, means and harmonics
     range_ = speeds_of(ramp)
-    bodies, count = len(model.inertias), len(model.elements)
+    bodies = len(model.inertias)
+    count = len(model.elements)
     driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
     ripples = load_ripples(model)

@@ -39,11 +39,13 @@ def tones_of(harmonics: Sequence[Harmonic], ramp: Ramp) -> tuple[Tone, ...]:
 def tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:
     """A harmonic whose amplitude may be a table over speed; ``less`` is taken off the amplitude."""
     if isinstance(amplitude, SquareOfSpeed):
-        low, factor = speeds[0], amplitude.per_square
+        low = speeds[0]
+        factor = amplitude.per_square
         return Tone(order, phase, np.array(speeds), factor * np.array([[low**2, 2.0 * low, 1.0]]))
     if not isinstance(amplitude, AtSpeed):
         return Tone(order, phase, np.array(speeds), np.array([[amplitude - less]]))
-    corners, values = np.array(amplitude.speeds), np.array(amplitude.values) - less
+    corners = np.array(amplitude.speeds)
+    values = np.array(amplitude.values) - less
     return Tone(order, phase, corners, np.column_stack([values[:-1], np.diff(values) / np.diff(corners)]))
 
 

@@ -49,7 +49,8 @@ class Between:
 
         Accelerations and velocities of the bodies that are free, forces of all meshes and clearances.
         """
-        layout, names = trajectory.layout, free_names(self.model)
+        layout = trajectory.layout
+        names = free_names(self.model)
         meshes = dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
         forces = [name for name, is_mesh in meshes.items() if is_mesh or name in layout.clearance_names]
         moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
@@ -107,7 +108,8 @@ class Between:
 
     def _rows(self, trajectory: Trajectory, signals: Sequence[Signal]) -> Rows:
         flow = _engine(self.model)[0]
-        bodies, elements = list(free_names(self.model)), list(trajectory.layout.element_names)
+        bodies = list(free_names(self.model))
+        elements = list(trajectory.layout.element_names)
 
         def rows(pieces: Pieces) -> Array:
             of_body = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
@@ -179,12 +181,15 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     velocity = t.velocity[window]
     memory = memories[window]
     samples = np.empty((len(angle), flow.width))
-    deflections, moving = len(flow.coordinates.basis), flow.states - flow.memory.size
+    deflections = len(flow.coordinates.basis)
+    moving = flow.states - flow.memory.size
     from_angle = flow.coordinates.basis.T * flow.scaling.deflection
     for part in slices(*samples.shape):
-        angles, velocities = angle[part], velocity[part]
+        angles = angle[part]
+        velocities = velocity[part]
         if len(free) < angle.shape[1]:
-            angles, velocities = angles[:, free], velocities[:, free]
+            angles = angles[:, free]
+            velocities = velocities[:, free]
         samples[part, :deflections] = angles @ from_angle
         np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
         samples[part, moving : flow.states] = memory[part]
@@ -204,7 +209,8 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
 
 def _write_inputs(flow: Flow, trajectory: Trajectory, inputs: Array) -> None:
     """Write scaled inputs (t, U + Q) at the samples of the window: those of one period, where all are alike."""
-    per_cycle, before = trajectory.samples_per_cycle, trajectory.first_cycle * trajectory.samples_per_cycle
+    per_cycle = trajectory.samples_per_cycle
+    before = trajectory.first_cycle * trajectory.samples_per_cycle
     waves = flow.waves(per_cycle) * flow.input_size
     alike = len(waves) == per_cycle
     if alike:

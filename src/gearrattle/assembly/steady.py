@@ -60,10 +60,8 @@ def refuse_recorded_motions(model: Model, what: str) -> None:
     """Refuse a model with a recorded motion; the ModelError says what needs harmonics."""
     recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]
     for i, motion in recorded:
-        rule, remedy = (
-            f"{what} needs every inertia free, or its motion by harmonics",
-            "remove [[motion]], or give harmonics",
-        )
+        rule = f"{what} needs every inertia free, or its motion by harmonics"
+        remedy = "remove [[motion]], or give harmonics"
         raise ModelError(Problem(f"motion.{i}", f"a record of the motion of {motion.on}", rule, remedy))
 
 
@@ -71,7 +69,8 @@ def refuse_unsteady(model: Model, what: str) -> None:
     """Refuse a model with other inputs than harmonics of one speed; the ModelError says what needs inputs that
     repeat.
     """
-    rule, remedy = f"{what} needs inputs that repeat every period", "give harmonics of one speed"
+    rule = f"{what} needs inputs that repeat every period"
+    remedy = "give harmonics of one speed"
     if problems := unsteady_problems(model, rule, remedy):
         raise ModelError(problems)
 

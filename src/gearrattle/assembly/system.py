@@ -34,7 +34,8 @@ from gearrattle.trajectory import Layout
 @kept
 def auxiliaries(model: Model) -> tuple[Named, ...]:
     """Auxiliaries of a model, for friction, clipped damping and alternating stiffness, in element order."""
-    period, auxiliaries = period_of(model).period, list[Named]()
+    period = period_of(model).period
+    auxiliaries = list[Named]()
     for k, element in enumerate(model.elements):
         auxiliaries += auxiliaries_of(k, element, law_of(element), period)
         if element.alternation is not None:
@@ -72,9 +73,12 @@ def assemble(model: Model) -> Driveline:
 
 
 def _system(model: Model) -> PiecewiseSystem:
-    elements, names = model.elements, [inertia.name for inertia in model.inertias]
-    common, swept = period_of(model), model.excitation.sweep is not None
-    size, count = len(names), len(elements)
+    elements = model.elements
+    names = [inertia.name for inertia in model.inertias]
+    common = period_of(model)
+    swept = model.excitation.sweep is not None
+    size = len(names)
+    count = len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
     # sine and cosine parts of errors: transmission errors, then prescribed motions
     free = free_of(model)
@@ -105,16 +109,19 @@ def _system(model: Model) -> PiecewiseSystem:
 
 
 def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Harmonic, factor: float = 1.0) -> None:
-    sine, cosine = harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase)
+    sine = harmonic.amplitude * cos(harmonic.phase)
+    cosine = harmonic.amplitude * sin(harmonic.phase)
     sine_cosine += (factor * sine, factor * cosine)
 
 
 def _layout(model: Model, system: PiecewiseSystem) -> Layout:
-    elements, names = model.elements, [inertia.name for inertia in model.inertias]
+    elements = model.elements
+    names = [inertia.name for inertia in model.inertias]
     # indices of bodies, and orders of the excitation
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
-    common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
+    common = period_of(model)
+    driving = [*(m.on for m in model.motions), *(t.on for t in model.torques)]
     # names and constants of bodies, elements and clearances
     return Layout(
         inertia_names=tuple(names),

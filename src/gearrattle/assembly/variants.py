@@ -64,7 +64,8 @@ _ERRORS = ("transmission_error", "kinematic_error")
 def bound_of(model: Model, path: str) -> str | None:
     """Bound of the number at a path in the model; None where it is no number that may vary here."""
     parts = path.split(".")
-    kind, key = parts[0], parts[-1]
+    kind = parts[0]
+    key = parts[-1]
     if kind == "excitation" and len(parts) == 2:
         return _BOUNDS[kind].get(key)
     if len(parts) == 3 and kind in ("inertia", "coupling", "mesh", "torque"):
@@ -144,7 +145,8 @@ class Columns:
         self.has_tables = True
         if isinstance(self.omega, float):
             return float(value)
-        speeds, values = np.array(value.speeds), np.array(value.values)
+        speeds = np.array(value.speeds)
+        values = np.array(value.values)
         covered = (self.omega >= speeds[0]) & (self.omega <= speeds[-1])
         self.good &= covered
         omega = np.where(covered, self.omega, speeds[0])
@@ -212,7 +214,8 @@ def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
 @kept
 def has_tables(model: Model) -> bool:
     """Return whether a leaf that may vary is a table over speed."""
-    columns, system = Columns(model, {}, 1), assemble(model).system
+    columns = Columns(model, {}, 1)
+    system = assemble(model).system
     out = repeated(coefficients_of(system), 1)
     _write_inertias(columns, out)
     _write_inputs(columns, out, {order: j for j, order in enumerate(period_of(model).orders)})
@@ -309,7 +312,8 @@ def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> 
         (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
         begins elsewhere than at zero.
     """
-    velocity, level = np.zeros((count, len(free_of(model)))), np.ones(count, dtype=np.bool_)
+    velocity = np.zeros((count, len(free_of(model))))
+    level = np.ones(count, dtype=np.bool_)
     if not model.motions:
         return velocity, level
     columns = Columns(model, varied, count)
@@ -327,7 +331,8 @@ def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> 
 
 def _sine_terms(columns: Columns, at: str, harmonic: Harmonic) -> list[tuple[float, float, float]]:
     """(V,) rate, amplitude and phase of a harmonic."""
-    amplitude, phase = columns.of(f"{at}.amplitude", harmonic.amplitude), columns.of(f"{at}.phase", harmonic.phase)
+    amplitude = columns.of(f"{at}.amplitude", harmonic.amplitude)
+    phase = columns.of(f"{at}.phase", harmonic.phase)
     leaves = (
         np.broadcast_to(leaf, columns.count).tolist() for leaf in (harmonic.order * columns.omega, amplitude, phase)
     )
@@ -336,18 +341,21 @@ def _sine_terms(columns: Columns, at: str, harmonic: Harmonic) -> list[tuple[flo
 
 def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
     """Sine and cosine part of a harmonic; the phase by the same functions as one at a time."""
-    amplitude, phase = columns.of(f"{at}.amplitude", harmonic.amplitude), columns.of(f"{at}.phase", harmonic.phase)
+    amplitude = columns.of(f"{at}.amplitude", harmonic.amplitude)
+    phase = columns.of(f"{at}.phase", harmonic.phase)
     if isinstance(phase, float):
         return amplitude * math.cos(phase), amplitude * math.sin(phase)
     safe = np.where(np.isfinite(phase), phase, 0.0).tolist()
-    cosine, sine = np.array([math.cos(angle) for angle in safe]), np.array([math.sin(angle) for angle in safe])
+    cosine = np.array([math.cos(angle) for angle in safe])
+    sine = np.array([math.sin(angle) for angle in safe])
     return amplitude * cosine, amplitude * sine
 
 
 def _write_laws(columns: Columns, out: Coefficients) -> None:
     """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
     first = 0
-    model, laws = columns.model, assemble(columns.model).system.laws
+    model = columns.model
+    laws = assemble(columns.model).system.laws
     for element, law in zip(model.elements, laws, strict=True):
         drive, coast = columns.sides(element)
         same = law.first_label == 1 - len(coast)
@@ -359,9 +367,11 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
         ends: list[Any] = [-stage[2] for stage in reversed(coast[:-1])]  # type: ignore[operator]
         ends += [*([] if same else [0.0]), *(stage[2] for stage in drive[:-1])]
         for p, stage in enumerate(stages):
-            out.laws.stiffness[:, first + p], out.laws.damping[:, first + p] = stage[0], stage[1]
+            out.laws.stiffness[:, first + p] = stage[0]
+            out.laws.damping[:, first + p] = stage[1]
         for c, end in enumerate(ends):
-            out.laws.upper[:, first + c] = out.laws.lower[:, first + c + 1] = end
+            out.laws.upper[:, first + c] = end
+            out.laws.lower[:, first + c + 1] = end
         _write_offsets(columns, out, element, (first, len(coast) - 1, len(stages)))
         first += len(stages)
 

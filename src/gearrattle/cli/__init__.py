@@ -115,7 +115,8 @@ def _dispatch(arguments: Sequence[str] | None) -> None:
 
 def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
     """Take ``--root DIR``, which every command has, out of the command line; ModelError if it is no folder."""
-    root, rest = None, []
+    root = None
+    rest = []
     ahead = iter(words)
     for word in ahead:
         if word == "--":

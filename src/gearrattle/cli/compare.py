@@ -70,7 +70,8 @@ def compare(
     names = _names(algorithms)
 
     def work(watch: Watch) -> ComparisonPage:
-        comparison, precision = side_by_side(driveline, names, **contest.arguments(), progress=watch), None
+        comparison = side_by_side(driveline, names, **contest.arguments(), progress=watch)
+        precision = None
         if work_precision and output is not None:
             watch.enter("work and precision")
             budget = min(contest.budget, 10.0)

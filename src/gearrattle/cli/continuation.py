@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
     Ends = tuple[Written, Written]
 
-_ACROSS, _UP = 32, 20
+_ACROSS = 32
+_UP = 20
 _OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "within", "narrow")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 

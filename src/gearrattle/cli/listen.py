@@ -94,7 +94,8 @@ def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run 
     for path in motions:
         if path.stem in opened:
             raise ModelError(Problem(str(path), path.stem, "two motions have this name", "rename one of the files"))
-        motion = opened[path.stem] = gearrattle.load(path) if is_model(path) else motion_or_recording(path)
+        motion = gearrattle.load(path) if is_model(path) else motion_or_recording(path)
+        opened[path.stem] = motion
         if isinstance(motion, gearrattle.Model):
             audible(path.stem, motion, hearing.element or None)
     return opened

@@ -71,7 +71,8 @@ def orders(
     """
     unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
     _check({name for name, is_set in unfit.items() if is_set}, spectra)
-    signal, lines = motion_or_recording(source), {}
+    signal = motion_or_recording(source)
+    lines = {}
     if not order:
         lines = _lines(signal, model)
 

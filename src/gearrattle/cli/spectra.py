@@ -36,7 +36,8 @@ class Averaging:
     level: Annotated[float, Parameter(help="Probability that the limits enclose what they are of.")] = 0.95
 
 
-_HOW, _SETTINGS = Averaging(), Settings()
+_HOW = Averaging()
+_SETTINGS = Settings()
 
 
 def spectra(

@@ -106,7 +106,8 @@ def validate(
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up
 
-        files, match = (model, measurement), how.arguments()["match"]
+        files = (model, measurement)
+        match = how.arguments()["match"]
         validate_run_up(files, over_speed, match, settings.arguments(), output, json=json)
         return
     arguments = {**how.arguments(), "settings": settings.arguments()}

@@ -40,8 +40,10 @@ def compare_coherence(
         other driveline, other grid, too few samples, or harmonics outside the band.
     """
     same_grid(candidate, reference)
-    layout, window = reference.layout, cycles_beyond(reference, start)
-    mine, theirs = window.periodic(candidate.acceleration), window.periodic(reference.acceleration)
+    layout = reference.layout
+    window = cycles_beyond(reference, start)
+    mine = window.periodic(candidate.acceleration)
+    theirs = window.periodic(reference.acceleration)
     return {
         name: coherence_at_harmonics(
             mine[:, i],

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _AWAY = 1e-12  # half-gaps
-_STILL_SMALL, _COARSE = 1e-3, 1e-6
+_STILL_SMALL = 1e-3
+_COARSE = 1e-6
 
 
 def compare(
@@ -201,7 +202,8 @@ class _Share:
 
     def next(self) -> Progress:
         """Return the progress of the next run; repeated timing of a run does not move it back."""
-        done, self.begun = self.begun, self.begun + 1
+        done = self.begun
+        self.begun = self.begun + 1
 
         def report_share(share: float) -> None:
             self.reached = max(self.reached, (done + share) / self.runs)
@@ -217,11 +219,13 @@ def judged(
 ) -> Row:
     """A contender's motion against the reference, and from ``start`` on its statistics among those of exact motions."""
     # a contender without a run
-    label, algorithm = result.contender.label, result.contender.algorithm
+    label = result.contender.label
+    algorithm = result.contender.algorithm
     if result.run is None:
         return Row(label, algorithm, result.status)
     # statistics beyond the horizon, against exact motions from nearby
-    candidate, reference = result.run.trajectory, truth.trajectory
+    candidate = result.run.trajectory
+    reference = truth.trajectory
     statistics = None
     if peers and len(peers) > 1:
         floor = floor_of(candidate, reference, start) if reference.cost.algorithm == "exact" else None

@@ -19,7 +19,8 @@ CEILING = "exact, 1e-12 away"
 """Label of the exact motion begun nearby, which no algorithm can be expected to beat."""
 
 _SETTINGS = ("algorithm", "tolerance", "step")
-AGAIN, SHORT = 3, 0.3
+AGAIN = 3
+SHORT = 0.3
 """Runs that take less [s] are repeated so often; the fastest counts."""
 
 Progress = Callable[[float], None]
@@ -125,7 +126,8 @@ def run_one(
         bad settings. An algorithm that is not installed is no error but a status.
     """
     arguments: dict[str, Any] = {**settings, **contender.settings, "algorithm": contender.algorithm, "audit": False}
-    limit, begin = float("inf"), time.perf_counter()
+    limit = float("inf")
+    begin = time.perf_counter()
 
     def watch(share: float) -> None:
         if progress is not None:

@@ -151,7 +151,8 @@ def _compare(
     same_grid(candidate, reference)
     end = reference.end if horizon is None else min(horizon, reference.end)
     reach = default_reach(reference) if reach is None else reach
-    mine, theirs = _events(kind, candidate), _events(kind, reference)
+    mine = _events(kind, candidate)
+    theirs = _events(kind, reference)
     matches = tuple(_matched(reference, mine, theirs, end, reach))
     return EventComparison(kind, end, reach, matches, summary(matches))
 
@@ -181,7 +182,8 @@ def _matched(owner: Trajectory, mine: _Events, theirs: _Events, end: float, reac
         )
         alignment = align(a, b, reach)
         counted = b[alignment.reference] <= end
-        missed, invented = b[alignment.missed], a[alignment.invented]
+        missed = b[alignment.missed]
+        invented = a[alignment.invented]
         match = Matches(
             clearance=layout.clearance_names[clearance],
             corner=float(layout.corners[clearance][corner]),

@@ -112,7 +112,8 @@ def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None =
 
 def _counted(error: Array, signal: Array) -> Array:
     """(k,) the share c of each error that counts."""
-    size, most = rms(error), RESOLVED * np.std(signal, axis=0)
+    size = rms(error)
+    most = RESOLVED * np.std(signal, axis=0)
     return np.asarray(np.minimum(1.0, np.divide(most, size, out=np.ones_like(most), where=size > 0.0)))
 
 

@@ -18,7 +18,8 @@ def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
     ModelError
         they are not.
     """
-    mine, theirs = candidate.layout, reference.layout
+    mine = candidate.layout
+    theirs = reference.layout
     if mine.inertia_names != theirs.inertia_names or mine.element_names != theirs.element_names:
         value = ", ".join(mine.inertia_names + mine.element_names)
         rule = f"both motions must be of the driveline {', '.join(theirs.inertia_names + theirs.element_names)}"

@@ -38,7 +38,8 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
     direction
         (n,) how the angles move against each other; None: the inertia at the widest gap alone.
     """
-    layout, angle = motion.layout, motion.angle[0].copy()
+    layout = motion.layout
+    angle = motion.angle[0].copy()
     elements = layout.clearance if layout.clearance.size else np.arange(len(layout.element_names))
     size = deflection_scale(motion, motion.time.size)
     if not layout.clearance.size:
@@ -89,7 +90,8 @@ def exact_portraits(
     ModelError
         too short for statistics.
     """
-    begun, random = time.perf_counter(), np.random.default_rng(_SEED)
+    begun = time.perf_counter()
+    random = np.random.default_rng(_SEED)
     portraits: list[Portrait] = []
     shared = {**settings, "algorithm": "exact", "audit": False}
     for i in range(MANY):

@@ -77,7 +77,8 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
         no whole cycle left, or too few samples in one for a spectrum.
     """
     # whole cycles, and the impacts in them
-    layout, window = trajectory.layout, cycles_beyond(trajectory, start)
+    layout = trajectory.layout
+    window = cycles_beyond(trajectory, start)
     acceleration = window.closed(trajectory.acceleration)
     impacts = find_impacts(trajectory)
     by_clearance = [impacts.of(k).within(window) for k in range(len(layout.corners))]

@@ -131,6 +131,7 @@ def _curve(model: Model, name: str, grid: dict[str, Any], truth: tuple[Run, floa
             if result.wall_time >= budget or result.wall_time == 0.0:
                 break
             continue
-        cost, error = result.run.cost, pointwise(result.run.trajectory, exact.trajectory, window).worst
+        cost = result.run.cost
+        error = pointwise(result.run.trajectory, exact.trajectory, window).worst
         points.append(Point(setting, error, cost.function_calls, cost.wall_time))
     return Curve(name, tuple(points), status)

@@ -48,7 +48,8 @@ def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
         reasons = tuple(_reasons(row)) if ended else (row.status,)
         verdict = "sound" if is_sound(row) else "not sound" if ended else "no motion"
         if comparison.reference != "exact" and ended:
-            verdict, reasons = "", ()
+            verdict = ""
+            reasons = ()
         rows.append(replace(row, verdict=verdict, reasons=reasons))
     return (first, *rows, away)
 
@@ -113,10 +114,12 @@ def _limits(comparison: Comparison) -> str:
     if comparison.horizon == float("inf"):
         own = ": differences are errors of the algorithms" if comparison.reference == "exact" else ""
         return f"The motion is predictable to its end{own}."
-    cycles, away = comparison.horizon / comparison.period, comparison.rows[-1]
+    cycles = comparison.horizon / comparison.period
+    away = comparison.rows[-1]
     own = ""
     if away.error is not None and away.error.passed[-1] < float("inf") and comparison.reference == "exact":
-        later, unit = float(away.error.passed[-1]) / comparison.period, away.error.unit
+        later = float(away.error.passed[-1]) / comparison.period
+        unit = away.error.unit
         own = f" Two exact motions that begin 1e-12 {unit} apart are {away.error.thresholds[-1]:g} {unit} apart after "
         own += f"{later:.3g} {noun_of(later, 'cycle')}."
     sentence = f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}"

@@ -131,13 +131,13 @@ def compare_statistics(
     # units of the statistics
     everyone = (candidate, *exact)
     layout = candidate.layout
-    clearances, inertias = layout.clearance_names, layout.inertia_names
+    clearances = layout.clearance_names
+    inertias = layout.inertia_names
     metres = [layout.is_mesh[element] for element in layout.clearance]
-    rad, impulse = (
-        ["m" if is_length else "rad" for is_length in metres],
-        ["N s" if is_length else "N m s" for is_length in metres],
-    )
-    ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
+    rad = ["m" if is_length else "rad" for is_length in metres]
+    impulse = ["N s" if is_length else "N m s" for is_length in metres]
+    ones = ["1"] * len(inertias)
+    shaking = ["rad/s^2"] * len(inertias)
     if units != "SI":
         rad = ["1"] * len(metres)
         impulse = ["1"] * len(metres)
@@ -191,7 +191,8 @@ def _judged(distances: Array, *, large: bool, scatter: bool) -> tuple[float, Ver
     """Return p, the verdict on the first motion, and the probability that chance calls a motion different."""
     if distances.size * SIGNIFICANT <= 1.0 or np.isnan(distances).any():
         return float("nan"), "undecided", 0.0
-    p, chance = rank(distances), 1.0 / distances.size if scatter else 0.0
+    p = rank(distances)
+    chance = 1.0 / distances.size if scatter else 0.0
     if not large:
         return p, EQUAL, chance
     return p, "different" if p < SIGNIFICANT else SAME, chance
@@ -211,8 +212,10 @@ def _number(
     explained
         value of the reference, and how far the motion's own error may move it; None where not known.
     """
-    mine, others = float(values[0]), values[1:]
-    mean, distances = float(np.mean(others)), number_distances(values)
+    mine = float(values[0])
+    others = values[1:]
+    mean = float(np.mean(others))
+    distances = number_distances(values)
     reference, bound = (float("nan"), 0.0) if explained is None else map(float, explained)
     large = (
         distances[0] > NEGLIGIBLE * abs(mean)
@@ -222,8 +225,10 @@ def _number(
     spread = float(np.ptp(others)) if np.isfinite(others).all() else 0.0
     p, verdict, by_chance = _judged(distances, large=bool(large), scatter=spread > max(NEGLIGIBLE * abs(mean), bound))
     scale = mean if mean != 0.0 else float("nan")
-    low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
-    measure, floor = "ratio to the mean of exact motions", max(NEGLIGIBLE, bound / abs(scale))
+    low = float(np.min(others)) / scale
+    high = float(np.max(others)) / scale
+    measure = "ratio to the mean of exact motions"
+    floor = max(NEGLIGIBLE, bound / abs(scale))
     return Item(
         quantity, *(subject[0], mine, mean, subject[1]), measure, mine / scale, low, high, floor, p, verdict, by_chance
     )
@@ -232,11 +237,13 @@ def _number(
 def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floor | None) -> Iterator[Item]:
     """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
     # distances of the densities, and the part that the motion's own error explains
-    nan, chance = float("nan"), 2.0 / len(densities)
+    nan = float("nan")
+    chance = 2.0 / len(densities)
     for i, name in enumerate(names):
         far, share = density_distances(densities[:, i], None if floor is None else floor.density[i])
         apart = np.sum(np.abs(densities[0, i] - np.mean(densities[1:, i], axis=0)))
-        distance, bound = nan, 0.0
+        distance = nan
+        bound = 0.0
         if floor is not None:
             distance, bound = explained_distance(densities[:, i], floor.reference.density[i], floor.density[i])
         # is the distance large enough to count, and do exact motions scatter
@@ -258,7 +265,8 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
             ),
         ):
             p, verdict, by_chance = _judged(distances, large=bool(large), scatter=scatter)
-            value, high = float(distances[0]), float(np.max(distances[1:]))
+            value = float(distances[0])
+            high = float(np.max(distances[1:]))
             yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, smallest, p, verdict, by_chance)
 
 
@@ -270,7 +278,8 @@ def _impulses(
         samples = [motion.impulses[k] for motion in everyone]
         medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
         # distances of the distributions beyond a shift that does not count
-        distances, shift = np.full(len(samples), np.nan), float("nan")
+        distances = np.full(len(samples), np.nan)
+        shift = float("nan")
         if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
             shift = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
             shift = shift if floor is None else max(shift, float(floor.impulse[k]))

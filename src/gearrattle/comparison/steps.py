@@ -51,10 +51,12 @@ def has_fixed_step(algorithm: str) -> bool:
 
 def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str | None = None) -> float | None:
     """The step an algorithm takes [s]: the one asked for, else its own; None if it chooses its steps."""
-    solver, t = SOLVERS[algorithm], truth.trajectory
+    solver = SOLVERS[algorithm]
+    t = truth.trajectory
     if not isinstance(solver, FixedStep):
         return None
-    used, free = settled(model, {"step": asked}), free_of(model)
+    used = settled(model, {"step": asked})
+    free = free_of(model)
     start = t.angle[0, free], t.velocity[0, free]
     return solver.step_of(Task(assemble(model).system, *start, 1, 1, None, used.simulation.step))
 
@@ -67,12 +69,15 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
     Above 1 the mode grows, and the motion of the algorithm there is a numerical artefact. Empty where steps are chosen.
     Regions are named by the labels of their clearances, such as "(1, 0, -1)".
     """
-    solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
+    solver = SOLVERS[contender.algorithm]
+    asked = {**settings, **contender.settings}.get("step")
     step = fixed_step_of(model, contender.algorithm, truth, asked)
     if step is None or not isinstance(solver, FixedStep):
         return {}
-    system, t = assemble(model).system, truth.trajectory
-    flow, first = flow_of(system), t.layout.region_of_first_piece
+    system = assemble(model).system
+    t = truth.trajectory
+    flow = flow_of(system)
+    first = t.layout.region_of_first_piece
     pieces = [0] * len(system.laws)
     for k, label in zip(system.clearances, t.initial_region - first, strict=True):
         pieces[k] = int(label)

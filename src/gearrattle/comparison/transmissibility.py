@@ -142,7 +142,8 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
     ModelError
         no cycle left.
     """
-    layout, window = trajectory.layout, last_cycles(trajectory, cycles)
+    layout = trajectory.layout
+    window = last_cycles(trajectory, cycles)
     acceleration = window.closed(trajectory.acceleration)
     periods = round(window.cycles * layout.period * fundamental_order(trajectory) * layout.omega / (2.0 * np.pi))
     level = band_rms(window.periodic(trajectory.acceleration), max(1, periods), harmonics)

@@ -44,14 +44,16 @@ def became(channel: Mapped) -> Conditioned:
     ModelError
         samples that are no numbers, too few of them, pulses from which no angle follows.
     """
-    row, notes = channel.table, []
+    row = channel.table
+    notes = []
     if channel.time.size < _FEWEST:
         rule = f"a channel needs {_FEWEST} samples or more"
         raise channel.wrong("", counted(channel.time.size, "sample"), rule, "is this the whole record?")
     # bridge gaps, and let an encoder's angle go on over its falls
     channel, said = _whole(channel)
     notes += said
-    time, values = channel.time, channel.values
+    time = channel.time
+    values = channel.values
     if row.starts_over is not None:
         values, said = _unwrapped(channel, row.starts_over)
         notes += said
@@ -76,7 +78,8 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     bad = ~np.isfinite(channel.values)
     if not bad.any():
         return channel, []
-    at, count = int(np.argmax(bad)), int(bad.sum())
+    at = int(np.argmax(bad))
+    count = int(bad.sum())
     if channel.table.gaps != "bridge":
         value = f"{_gap(channel, at)}; {count} in all"
         raise channel.wrong("", value, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
@@ -121,7 +124,8 @@ def _unwrapped(channel: Mapped, span: float) -> tuple[Array, list[str]]:
 
 def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:
     """Turn pulses into the angle or the speed of their shaft, between the first pulse and the last."""
-    row, notes = channel.table, []
+    row = channel.table
+    notes = []
     # threshold and hysteresis, as stated or by the height of the signal
     threshold, hysteresis = levels(channel.values)
     if tacho.threshold is None or tacho.hysteresis is None:
@@ -129,11 +133,13 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
         hysteresis = hysteresis if tacho.hysteresis is None else tacho.hysteresis
         notes.append(f"{row.name}: a pulse begins at {threshold:.6g}, hysteresis {hysteresis:.6g}")
     else:
-        threshold, hysteresis = tacho.threshold, tacho.hysteresis
+        threshold = tacho.threshold
+        hysteresis = tacho.hysteresis
     # times of the pulses
     times = pulse_times(channel.time, channel.values, threshold, hysteresis, tacho.edge == "rising")
     if times.size < _FEWEST:
-        low, high = float(channel.values.min()), float(channel.values.max())
+        low = float(channel.values.min())
+        high = float(channel.values.max())
         rule = f"needs {_FEWEST} pulses or more; the signal lies between {low:.6g} and {high:.6g}"
         remedy = "choose threshold and hysteresis within the signal"
         raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
@@ -235,7 +241,8 @@ def finished(channel: Mapped, time: Array, values: Array, interval: float | None
         raise channel.wrong("filter", "", rule, 'resample: rate = "10 kHz" at the top of the mapping')
     half = 0.5 / interval
     if row.filter.cutoff[-1] >= half:
-        value, rule = f"{row.filter.cutoff[-1]:.6g} Hz", f"must lie below half the sampling rate, {half:.6g} Hz"
+        value = f"{row.filter.cutoff[-1]:.6g} Hz"
+        rule = f"must lie below half the sampling rate, {half:.6g} Hz"
         raise channel.wrong("filter.cutoff", value, rule, "lower it, or raise rate")
     try:
         return filtered(values, 1.0 / interval, row.filter.kind, row.filter.cutoff, row.filter.order)

@@ -81,7 +81,8 @@ def drive(
         raise ModelError(Problem(recording.source, shown(chosen.name), rule, "a mapping can make one of another"))
     if model.units == "dimensionless":
         raise ModelError(Problem("model.units", "dimensionless", "a recording is in SI", "load the model in SI"))
-    where, names = on or chosen.subject, [inertia.name for inertia in model.inertias]
+    where = on or chosen.subject
+    names = [inertia.name for inertia in model.inertias]
     if where not in names:
         rule = f"no inertia has this name; there are {listed(names)}"
         raise ModelError(Problem("on", shown(where), rule, did_you_mean(where, names) or "name the inertia: on=..."))

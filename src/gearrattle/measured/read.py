@@ -77,7 +77,8 @@ def read(
     raw = read_raw(source, format=format)
     time = raw.columns[0].time
     assert time is not None
-    channels, notes = [], list(raw.notes)
+    channels = []
+    notes = list(raw.notes)
     for column in raw.columns:
         if column.time is None or not (column.time is time or np.array_equal(column.time, time)):
             rule = "its channels have different times; a recording has one"
@@ -95,7 +96,8 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     finite = np.isfinite(column.values)
     if not finite.all():
         at = int(np.argmin(finite))
-        rule, remedy = "samples must be finite numbers", 'a mapping can leave the channel out, or gaps = "bridge"'
+        rule = "samples must be finite numbers"
+        remedy = 'a mapping can leave the channel out, or gaps = "bridge"'
         raise ModelError(Problem(f"{source}: {column.name}", f"{column.values[at]} at sample {at}", rule, remedy))
     # the quantity, as the file says it or by the unit
     said = column.quantity if column.quantity in QUANTITIES else ""
@@ -121,7 +123,8 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
 
 def _measured(measurement: Measurement) -> Recording:
     """Process the channels as a mapping states."""
-    tables, notes = measurement.tables, list(measurement.notes)
+    tables = measurement.tables
+    notes = list(measurement.notes)
     own: dict[str, Conditioned] = {}
     for channel in measurement.channels:
         own[channel.table.name] = _became_within(channel, tables)
@@ -190,12 +193,14 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
         if row.align is None or row.file is None:
             continue
         # the delay between the two clocks, by correlation or by phase
-        first, second = own[row.align.with_], own[row.name]
+        first = own[row.align.with_]
+        second = own[row.name]
         correlated = row.align.by == "correlation"
         if correlated:
             delay = _correlated(first, second, row.align.most)
         else:
-            one, two = (first.time, first.values), (second.time, second.values)
+            one = (first.time, first.values)
+            two = (second.time, second.values)
             delay = delay_by_phase(one, two, row.align.frequency or 0.0)
         # refuse a delay at which the signals do not agree
         least = WORST_CORRELATION if correlated else LEAST_SHARE

@@ -217,7 +217,8 @@ def _rows(path: Path, layout: Layout) -> Iterator[str]:
 
 def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None:
     """Return the error of a row that has not as many entries as there are names."""
-    separator, count = layout.separator, len(layout.heads)
+    separator = layout.separator
+    count = len(layout.heads)
     entries = line.count(separator) + 1 if '"' not in line else len(layout.cells(line))
     if entries == count:
         return None

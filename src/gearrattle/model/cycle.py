@@ -22,7 +22,8 @@ def missing(signal: Signal) -> str:
     """Say why a trace is no whole cycle; empty if it is one."""
     import numpy as np
 
-    span, step = float(signal.time[-1] - signal.time[0]), float(np.diff(signal.time).max())
+    span = float(signal.time[-1] - signal.time[0])
+    step = float(np.diff(signal.time).max())
     if span > _CYCLE * (1.0 + _SAME):
         return f"must cover one cycle, 720 deg; it covers {math.degrees(span):.6g}"
     if span + step < _CYCLE * (1.0 - _SAME):

@@ -121,7 +121,8 @@ class Engine(Table):
 
         radius = 0.5 * self.stroke
         share = radius / self.rod
-        sine, cosine = np.sin(angle), np.cos(angle)
+        sine = np.sin(angle)
+        cosine = np.cos(angle)
         root = np.sqrt(1.0 - (share * sine) ** 2)
         first = radius * sine * (1.0 + share * cosine / root)
         second = radius * (cosine + share * (cosine**2 - sine**2) / root + share**3 * (sine * cosine) ** 2 / root**3)
@@ -152,7 +153,8 @@ class Engine(Table):
         series = []
         for torque in (self.gas_torque(angle), self.mass_torque(angle)):
             lines = np.fft.rfft(torque) * (2.0 / _POINTS)
-            largest, waves = float(np.abs(lines).max()), []
+            largest = float(np.abs(lines).max())
+            waves = []
             for k in range(1, 2 * int(self.orders) + 1):
                 turned = sum(np.exp(-0.5j * k * shift) for shift in self.firing_angles)
                 line = lines[k] * turned

@@ -60,5 +60,6 @@ def examples_folder() -> Path:
     for folder in (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples"):
         if (folder / "paper").is_dir():
             return folder
-    rule, remedy = "the package was installed without its examples", "install the wheel again"
+    rule = "the package was installed without its examples"
+    remedy = "install the wheel again"
     raise ModelError(Problem("examples", "", rule, remedy))

@@ -142,7 +142,8 @@ class Motion(Shown):
         """Yield breaches: not exactly one of speed, angle and harmonics; no harmonic; a mean speed of harmonics."""
         keys_set = [key for key in ("speed", "angle", "harmonics") if table.get(key) is not None]
         if len(keys_set) != 1:
-            value, rule = table[keys_set[-1]] if keys_set else ..., "a motion needs one of speed, angle and harmonics"
+            value = table[keys_set[-1]] if keys_set else ...
+            rule = "a motion needs one of speed, angle and harmonics"
             beyond_one = f", not {' and '.join(keys_set)}" if keys_set else ""
             yield Breach(tuple(keys_set[-1:]), value, f"{rule}{beyond_one}", "give exactly one of them")
         elif keys_set == ["harmonics"]:

@@ -15,9 +15,15 @@ _POUND = Fraction("0.45359237")
 _GRAVITY = Fraction("9.80665")
 _MICRO = Fraction(1, 10**6)
 
-_MASS, _LENGTH, _TIME, _ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
-_FORCE, _RATE, _SPEED = (1, 1, -2, 0), (0, 0, -1, 0), (0, 0, -1, 1)
-_PRESSURE, _ENERGY = (1, -1, -2, 0), (1, 2, -2, 0)
+_MASS = (1, 0, 0, 0)
+_LENGTH = (0, 1, 0, 0)
+_TIME = (0, 0, 1, 0)
+_ANGLE = (0, 0, 0, 1)
+_FORCE = (1, 1, -2, 0)
+_RATE = (0, 0, -1, 0)
+_SPEED = (0, 0, -1, 1)
+_PRESSURE = (1, -1, -2, 0)
+_ENERGY = (1, 2, -2, 0)
 
 _SYMBOLS: tuple[tuple[str, Fraction | int, Exponents], ...] = (
     ("kg kilogram", 1, _MASS),

@@ -139,7 +139,8 @@ class Model(Table):
 
         A record may be far longer than a model file. ``loads(text, stored=points)`` gives an equal model.
         """
-        tables, points = self.to_tables(), {}
+        tables = self.to_tables()
+        points = {}
         parts: tuple[Torque | Motion, ...] = (*self.torques, *self.motions)
         for row, part in zip((*tables.get("torque", ()), *tables.get("motion", ())), parts, strict=True):
             for key in {"signal", "speed", "angle"} & set(row):
@@ -346,7 +347,8 @@ def _twice(kind: str, rows: Sequence[Mapping[str, Any]], seen: dict[str, str], s
 
 def _elements_twice(table: Mapping[str, Any]) -> Iterator[Breach]:
     """Yield a breach for every element whose name was used before."""
-    scope, seen = " and ".join(component.plural for component in COMPONENTS.values()), dict[str, str]()
+    scope = " and ".join(component.plural for component in COMPONENTS.values())
+    seen = dict[str, str]()
     for kind, component in COMPONENTS.items():
         for index, row in enumerate(_rows(table, kind)):
             for location, name in component.element_names(row):

@@ -35,7 +35,8 @@ class AtSpeed(float):
     def __new__(cls, value: float, speeds: tuple[float, ...], values: tuple[float, ...]) -> AtSpeed:
         """Make the number; ``value`` is that of the model's speed."""
         made = super().__new__(cls, value)
-        made.speeds, made.values = speeds, values
+        made.speeds = speeds
+        made.values = values
         return made
 
     def __getnewargs__(self) -> tuple[float, tuple[float, ...], tuple[float, ...]]:  # type: ignore[override]

@@ -224,7 +224,8 @@ def _state_unit(kind: str, subject: str, model: Model) -> str:
 
 def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
     """Words of a path, by what its first part holds."""
-    section, rest = parts[0], list(parts[1:])
+    section = parts[0]
+    rest = list(parts[1:])
     if section in ("inertia", *COMPONENTS) and len(rest) > 1:
         owner = rest[0] if section == "inertia" else f"{section} {rest[0]}"
         return _of_part(rest[1:], owner, _row(tables, section, rest[0]))
@@ -241,16 +242,19 @@ def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
 
 def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     """Words of a key of a part; the innermost key is named first, then what contains it."""
-    key, rest = keys[0], list(keys[1:])
+    key = keys[0]
+    rest = list(keys[1:])
     of = f" of {owner}" if owner else ""
     if key in ("stages", "coast_stages") and len(rest) > 1:
         side = "stage" if key == "stages" else "coast stage"
         return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
     if key in ("transmission_error", "kinematic_error") and len(rest) > 1:
-        sines, named = table.get(key, ()), owner
+        sines = table.get(key, ())
+        named = owner
         if isinstance(sines, Mapping):  # of a planetary set, by sun and ring
             side = rest.pop(0)
-            sines, named = sines.get(side, ()), f"{owner}, {side}"
+            sines = sines.get(side, ())
+            named = f"{owner}, {side}"
         return f"{_key(key)} {_sine(rest, sines, named, 'of')}"
     if key == "alternation" and rest:
         return f"{_ALTERNATION.get(rest[0], _key(rest[0]))} of the alternation{of}"
@@ -268,7 +272,8 @@ def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> 
     which = next((i for i, row in enumerate(alike) if row is table), 0)
     number = f" ({which + 1} of {len(alike)})" if len(alike) > 1 else ""
     owner = f"{table.get('on', _number(parts[0]))}{number}"
-    key, rest = parts[1], list(parts[2:])
+    key = parts[1]
+    rest = list(parts[2:])
     if key == "mean" and not rest:
         return f"mean torque on {owner}"
     if key == "harmonics" and len(rest) > 1:
@@ -288,7 +293,8 @@ def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> 
 
 def _sine(parts: Sequence[str], sines: Sequence[Mapping[str, Any]], owner: str, link: str) -> str:
     """Words of one sine, or of a key of it: by its order, unless that varies or another sine has the same."""
-    key, deeper = parts[1] if len(parts) > 1 else "", list(parts[2:])
+    key = parts[1] if len(parts) > 1 else ""
+    deeper = list(parts[2:])
     after = f", {_entry(deeper)}" if deeper else ""
     index = int(parts[0]) if parts[0].isdigit() else -1
     orders = [sine.get("order") for sine in sines]
@@ -344,7 +350,9 @@ def dimension_at(path: str) -> Dimension | None:
     last = ""  # the key of a table over speed or time, if the path ends in one
     for part in path.split("."):
         inner = [child for node in annotations for child in _below(node, part)]
-        annotations, last = inner or annotations, "" if inner else part  # not found: a name, an index, that key
+        # not found: a name, an index, that key
+        annotations = inner or annotations
+        last = "" if inner else part
     readers = [reader for node in annotations for reader in _walk(node)]
     quantity = next((reader for reader in readers if isinstance(reader, Quantity)), None)
     record = next((reader for reader in readers if isinstance(reader, OverTime)), None)

@@ -104,9 +104,13 @@ def _values(model: Model) -> Iterator[tuple[str, str, float]]:
 
 def _of_element(element: Element) -> Iterator[tuple[str, str, float]]:
     """Yield the radii, stages, gaps and errors of an element."""
-    stiffness, gap, error = ("torsional stiffness", "clearance", "kinematic error")
+    stiffness = "torsional stiffness"
+    gap = "clearance"
+    error = "kinematic error"
     if element.along_line:
-        stiffness, gap, error = ("mesh stiffness", "backlash", "transmission error")
+        stiffness = "mesh stiffness"
+        gap = "backlash"
+        error = "transmission error"
         for radius in element.radii:
             yield f"{element.path}.radii", "radius", radius
     for piece in (*element.drive, *element.coast):

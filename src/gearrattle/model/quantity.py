@@ -23,7 +23,8 @@ from gearrattle.model.table import NO_TABLE, Table, breach, did_you_mean, listed
 from gearrattle.model.units import NOT_FINITE, Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
-SMALLEST, LARGEST = 1e-30, 1e30
+SMALLEST = 1e-30
+LARGEST = 1e30
 """Of numbers in SI, or without a unit: within, products of five of them and their inverses stay finite."""
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 SCHEMA_VERSION = 1
@@ -106,7 +107,8 @@ class Quantity(Reader):
         """Return the value in SI; plain numbers only in a dimensionless model."""
         if _is_number(value):
             return _bounded(_as_float(value), self.bound)
-        name, si = self.dimension.name, self.dimension.si
+        name = self.dimension.name
+        si = self.dimension.si
         if not isinstance(value, str):
             raise breach(f'must be a plain number ({si}) or a string with a unit, such as "{self.dimension.example}"')
         if dimensionless:
@@ -196,7 +198,8 @@ class Callback(Reader):
         return value
 
 
-FLAG, CALLBACK = Flag(), Callback()
+FLAG = Flag()
+CALLBACK = Callback()
 
 
 class SchemaVersion(Reader):

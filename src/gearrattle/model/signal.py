@@ -242,7 +242,8 @@ class OverTime:
 
     def _interpolation(self, table: Mapping[str, Any]) -> Interpolation:
         """Read what stands between the points."""
-        word, allowed = table.get("interpolation", INTERPOLATIONS[0]), self.interpolations
+        word = table.get("interpolation", INTERPOLATIONS[0])
+        allowed = self.interpolations
         for way in allowed:
             if word == way:
                 return way
@@ -287,7 +288,8 @@ class OverTime:
             if folder is not None:
                 reachable(names["file"], folder)
             columns = read_columns(path, {names[self.key]: self.along, names["value"]: self.dimension}, dimensionless)
-            time, value = columns.values[names[self.key]], columns.values[names["value"]]
+            time = columns.values[names[self.key]]
+            value = columns.values[names["value"]]
             if at := self._misplaced(time, settings["interpolation"]):
                 unit = self.along.si
                 rule, remedy = self._order(settings["interpolation"], is_equal=time[at] == time[at - 1])
@@ -348,7 +350,8 @@ class OverTime:
         # keys that both forms share
         numbers = {"type": "array", "minItems": min(FEWEST[way] for way in self.interpolations)}
         begins = [0.0, 0.1, 0.2, 0.3] if self.key == "time" else ["0 deg", "180 deg", "360 deg", "540 deg"]
-        quantity, along = Quantity(self.dimension).describe(), Quantity(self.along).describe()
+        quantity = Quantity(self.dimension).describe()
+        along = Quantity(self.along).describe()
         static = {"static": quantity} if self.static else {}
         shared = {
             "interpolation": {"enum": list(self.interpolations), "default": INTERPOLATIONS[0]},

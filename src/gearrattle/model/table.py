@@ -147,7 +147,8 @@ class Table(BaseModel):
             remedy = context["remedy"] or _brackets(location, value, context["rule"])
             return Breach(location, value, context["rule"], remedy, *elsewhere).details()
         if kind == "missing":
-            rule, value = "this key is required", ...
+            rule = "this key is required"
+            value = ...
         elif kind == "extra_forbidden":
             rule = f"unknown key; allowed are {listed(cls.keys())}"
             remedy = did_you_mean(location[-1], cls.keys())

@@ -190,7 +190,8 @@ def _split(text: str, dimension: Dimension) -> tuple[Fraction, str]:
 
 def _mismatch(unit: str, measure: _Measure, dimension: Dimension) -> UnitError:
     """Explain a unit of the wrong dimension."""
-    angle, wanted = measure.exponents[3], dimension.exponents[3]
+    angle = measure.exponents[3]
+    wanted = dimension.exponents[3]
     example = _advice_newton(unit) or f'write it as in "{dimension.example}"'
     if measure.exponents[:3] == dimension.exponents[:3] and dimension is not ANGULAR_VELOCITY:
         if wanted and not angle:
@@ -244,7 +245,8 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     if not tokens:
         raise UnitError("must have a complete unit; something is missing at its end")
     # base: a product in brackets, or one symbol
-    head, rest = tokens[0], tokens[1:]
+    head = tokens[0]
+    rest = tokens[1:]
     if head == "(":
         base, rest = _product(rest)
         if not rest:
@@ -258,9 +260,11 @@ def _power(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:
     # exponent: after ^ or **, or as superscript digits
     exponent: str | None = None
     if rest and rest[0] in {"^", "**"}:
-        exponent, rest = (rest[1] if len(rest) > 1 else ""), rest[2:]
+        exponent = rest[1] if len(rest) > 1 else ""
+        rest = rest[2:]
     elif rest and rest[0][0] in "⁰¹²³⁴⁵⁶⁷⁸⁹⁻":
-        exponent, rest = rest[0].translate(_SUPERSCRIPTS), rest[1:]
+        exponent = rest[0].translate(_SUPERSCRIPTS)
+        rest = rest[1:]
     if exponent is None:
         return base, rest
     # whole powers only

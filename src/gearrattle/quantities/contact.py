@@ -47,7 +47,8 @@ class ContactShare(CrossingQuantity):
         """Return the contact share and the share of every region, for every clearance."""
         values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
-            first, times = int(layout.region_of_first_piece[k]), state["dwell"][..., pieces_of(layout, k)]
+            first = int(layout.region_of_first_piece[k])
+            times = state["dwell"][..., pieces_of(layout, k)]
             shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
             values[name, "contact share"] = outside(layout, k, shares)
             values |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
@@ -55,7 +56,8 @@ class ContactShare(CrossingQuantity):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return the contact share and the share of every region, for every clearance."""
-        rows, layout = [], sums.steady.layout
+        rows = []
+        layout = sums.steady.layout
         for (name, quantity), share in self.values_of(sums).items():
             region = quantity.removeprefix("share of region ")
             words = f"time in region {region} / time, over [discard T, end], from event times"
@@ -119,7 +121,8 @@ class ContactSides(Quantity[Inputs]):
 
 def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
     """The same from samples: an impact lies between two of them that pass from the centre into contact."""
-    first, inner = int(layout.region_of_first_piece[clearance]), centre(layout, clearance)
+    first = int(layout.region_of_first_piece[clearance])
+    inner = centre(layout, clearance)
     region = np.searchsorted(layout.corners[clearance], deflection, side="right") + first
     labels = range(first, first + layout.stiffness_of_piece[clearance].size)
     weight = np.ones(region.size)

@@ -37,7 +37,8 @@ class ImpactLoss(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the loss rate and the mean loss per impact of every gap."""
-        layout, rows = inputs.known_layout, list[Row]()
+        layout = inputs.known_layout
+        rows = list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
@@ -72,7 +73,8 @@ class ContactWork(Quantity[Inputs]):
         """Return the mean power that every element with a corner dissipates."""
         work = inputs.work
         assert work is not None
-        layout, (loss, time, share) = inputs.known_layout, work
+        layout = inputs.known_layout
+        (loss, time, share) = work
         note = f"work of contacts includes the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
             self.row(name, "contact work rate", float(loss[element]) / time, "W", note)

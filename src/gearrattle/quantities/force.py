@@ -58,7 +58,8 @@ class ForceStatistics(Quantity[Inputs]):
                 continue
             # rms, spread, crest factor and kurtosis
             summary = inputs.summary("force", name)
-            level, spread = summary.rms, summary.spread
+            level = summary.rms
+            spread = summary.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
             crest = summary.peak / level if level > 0.0 else math.nan
             peaked = sampled(name, summary, summary.peak) if level > 0.0 else f"{name}: no force"

@@ -68,7 +68,8 @@ class ImpactStatistics(CrossingQuantity):
         """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""
         values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
-            count, drive = state["count"][..., k], state["drive"][..., k]
+            count = state["count"][..., k]
+            drive = state["drive"][..., k]
             values |= {
                 (name, "impacts per cycle"): count / cycles,
                 (name, "drive-side impacts per cycle"): drive / cycles,
@@ -83,8 +84,10 @@ class ImpactStatistics(CrossingQuantity):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return the impact statistics of every clearance."""
-        scope, state = sums.steady, sums.states["crossings"]
-        rows, layout = [], scope.layout
+        scope = sums.steady
+        state = sums.states["crossings"]
+        rows = []
+        layout = scope.layout
         hit = {name for k, name in enumerate(layout.clearance_names) if state["count"][k]}
         for (name, quantity), value in self.values_of(sums).items():
             statistic, _, what = quantity.partition(" ")
@@ -114,7 +117,8 @@ def _unit(layout: Layout, element: int, what: str) -> str:
 
 def _note(state: State, scope: Scope, clearance: int, what: str) -> str:
     """Say what there is to know about contacts that are cut short, and values that do not exist."""
-    name, summary = scope.layout.clearance_names[clearance], summarise_impacts(state, scope.layout, clearance)
+    name = scope.layout.clearance_names[clearance]
+    summary = summarise_impacts(state, scope.layout, clearance)
     if what == "contact impulse":
         if np.isnan(summary.hardness.mean_impulse):
             return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"

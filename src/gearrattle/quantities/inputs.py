@@ -195,7 +195,8 @@ class Inputs:
             return 0.0
         signal = self.signals[quantity, subject]
         parts = thinned(signal[:-1]) if isinstance(signal, np.ndarray) else []
-        levels, whole = [level(summary_of(closed(some))) for some in parts], level(self.summary(quantity, subject))
+        levels = [level(summary_of(closed(some))) for some in parts]
+        whole = level(self.summary(quantity, subject))
         return max((abs(other - whole) for other in levels), default=math.nan)
 
     def velocity_errors(self, subject: str) -> Array:
@@ -246,7 +247,8 @@ class Inputs:
         known = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
         if known["velocity"] is None:
             known["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
-        angle, velocity = known["angle"], known["velocity"]
+        angle = known["angle"]
+        velocity = known["velocity"]
         if isinstance(angle, np.ndarray) and isinstance(velocity, np.ndarray):
             along = np.linspace(0.0, 1.0, angle.size)
             bend = 0.5 * (velocity[-1] - velocity[0]) * self.duration * (along - 1.0)
@@ -267,7 +269,9 @@ class Inputs:
         shown = resolved(self.orders, self.speed, self.interval)
         if shown.any():
             periods = 1 if self.period is None else max(1, round(self.duration / self.period))
-            away, time = samples[:-1, None] - np.mean(samples[:-1]), self.time[:-1]  # a mean would cost digits
+            # a mean would cost digits
+            away = samples[:-1, None] - np.mean(samples[:-1])
+            time = self.time[:-1]
             sums = order_sums(away, time, self.speed, self.orders[shown], periods=periods)
             amplitudes[shown] = amplitudes_from(*sums)[:, 0]
         return amplitudes
@@ -292,7 +296,8 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     if motion.exact is None:
         return []
     layout = motion.layout
-    names, gears = layout.inertia_names, loose_gears(layout)
+    names = layout.inertia_names
+    gears = loose_gears(layout)
     asked = {("velocity", name) for name in names}
     asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
     asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}

@@ -36,12 +36,14 @@ class ImpactIntensity(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return mean restitution and mean intensity of every gap."""
-        layout, rows = inputs.known_layout, list[Row]()
+        layout = inputs.known_layout
+        rows = list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
             element = int(layout.clearance[k])
-            mesh, mass = bool(layout.is_mesh[element]), reduced_inertia(layout, element)
+            mesh = bool(layout.is_mesh[element])
+            mass = reduced_inertia(layout, element)
             contacts = inputs.contacts(k)
             cut = about(name, contacts, inputs.duration)
             unknown = "" if contacts.whole else f"{name}: no impact begins and ends in the window"

@@ -40,7 +40,8 @@ class SpeedIrregularity(Quantity[Inputs]):
         for quantity, name, average in _speeds(inputs):
             signal = inputs.signals[quantity, name]
             summary = inputs.summary(quantity, name)
-            width, missed = summary.swing, sampled(name, summary, 0.5 * summary.swing)
+            width = summary.swing
+            missed = sampled(name, summary, 0.5 * summary.swing)
             known = average is not None and math.isfinite(average) and average > 0.0
             note = missed if known else f"{name}: its mean speed is not known: give a model, or the speed"
             relative = width / average if known and average else math.nan

@@ -48,7 +48,8 @@ class LooseGear(Quantity[Sums]):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
-        state, layout = sums.states["peaks"], sums.steady.layout
+        state = sums.states["peaks"]
+        layout = sums.steady.layout
         peak = state["peak"]
         rows = []
         # torque ratio of the driver's peak acceleration
@@ -64,7 +65,8 @@ class LooseGear(Quantity[Sums]):
             # margin, and notes on peaks that samples may miss
             margin = decibels(ratio)
             element = layout.element_names[mesh]
-            loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
+            loose_name = layout.inertia_names[loose]
+            driver_name = layout.inertia_names[driver]
             note = _short(element, "the peak between two of them", beyond)
             ratio_note = note
             if changes_drag(layout, gear):
@@ -116,7 +118,8 @@ def add_peaks(trajectory: Trajectory, before: State | None) -> State:
     gears change, also ratio and ratio_miss (n,): the largest torque ratio of each, and by how much it may be passed.
     """
     samples = steady(trajectory).closed(trajectory.acceleration)
-    peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
+    peak = np.max(np.abs(samples), axis=0)
+    exact = _exact_peaks(trajectory)
     drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
     miss = np.zeros(peak.size)
     for driver in drivers:

@@ -35,7 +35,8 @@ class LooseMotion(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return rms and peak of every loose gear."""
-        rows, accelerations = list[Row](), inputs.of("acceleration")
+        rows = list[Row]()
+        accelerations = inputs.of("acceleration")
         for gear in loose_gears(inputs.known_layout):
             name = inputs.known_layout.inertia_names[gear.loose]
             signal = accelerations.get(name)
@@ -46,7 +47,8 @@ class LooseMotion(Quantity[Inputs]):
             cannot = inputs.lacks("engine orders") or (
                 "" if signal is None or isinstance(signal, np.ndarray) else WHOLE
             )
-            above, error = None, math.nan
+            above = None
+            error = math.nan
             if full is not None and not cannot:
                 above, error = _summary_above(inputs, np.asarray(signal))
             rows += self._levels(name, "acceleration above the engine orders", above, note or cannot, error)

@@ -116,7 +116,8 @@ def metrics(
             rule = "a run brings its own model and speed"
             raise ModelError(Problem("model" if model is not None else "speed", "given", rule, "leave it out"))
         if isinstance(source, Run):
-            inputs, units = inputs_of(source, orders), source.model.units
+            inputs = inputs_of(source, orders)
+            units = source.model.units
         else:
             inputs, units = _inputs_of_chunks(source, orders)
     else:
@@ -174,7 +175,8 @@ def _left_out() -> str:
 
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
     """Return the inputs of metrics of a run. ModelError if no cycle remains after the discarded ones."""
-    model, trajectory = run.model, run.trajectory
+    model = run.model
+    trajectory = run.trajectory
     return inputs_of_motion(trajectory, orders_of(model, orders))
 
 

@@ -141,7 +141,8 @@ def _part(
     scope: Scope, element: int, judged: tuple[ImpactSummary, Mapping[Key, float | str]], margins: Mapping[str, float]
 ) -> Part:
     impacts, values = judged
-    layout, window = scope.layout, scope.window
+    layout = scope.layout
+    window = scope.window
     name = layout.element_names[element]
     clearance = layout.clearance.tolist().index(element)
     return Part(

@@ -26,9 +26,11 @@ class PeakToPeak(Quantity[Sums]):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return the peak-to-peak acceleration of every inertia."""
-        scope, state = sums.steady, sums.states["last cycles"]
+        scope = sums.steady
+        state = sums.states["last cycles"]
         cycles = min(LAST_CYCLES, scope.window.cycles)
-        level, short = peak_to_peak_of(state), shortened("peak-to-peak acceleration", cycles)
+        level = peak_to_peak_of(state)
+        short = shortened("peak-to-peak acceleration", cycles)
         words = f"max theta_i'' - min theta_i'' over the last {cycles} T"
         return [
             self.row(name, "peak-to-peak acceleration", value, formula=words, note=short, error=error)

@@ -132,7 +132,8 @@ class Sums:
             states.setdefault(sums, {})[key] = arrays[name]
         if "span" not in arrays:
             return cls(None, states)
-        (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
+        (start, end) = arrays["span"].tolist()
+        (first, last, cycles, per_cycle) = arrays["grid"].tolist()
         return cls(Scope(layout, Window(start, end, first, last, cycles), per_cycle, algorithm), states)
 
 
@@ -252,7 +253,8 @@ def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
 
     ModelError if no cycle remains after the discarded ones.
     """
-    window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
+    window = steady(trajectory)
+    per_cycle = trajectory.samples_per_cycle
     end = (trajectory.first_cycle + trajectory.cycles) * per_cycle
     cycles = window.cycles + (0 if before is None else before.window.cycles)
     start = window.start if before is None else before.window.start

@@ -49,7 +49,8 @@ class RattleLevel(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the level of every mesh with backlash by itself, and of all together."""
-        layout, intensities = inputs.known_layout, {}
+        layout = inputs.known_layout
+        intensities = {}
         for k, name in enumerate(layout.clearance_names):
             element = int(layout.clearance[k])
             if layout.is_mesh[element] and is_gap(layout, k):
@@ -67,7 +68,8 @@ class RattleLevel(Quantity[Inputs]):
 
     def level(self, intensity: float) -> float:
         """Return the level [dB] of an intensity [N]."""
-        base, kappa = (0.0 if self.base is None else self.base), (1.0 if self.kappa is None else self.kappa)
+        base = 0.0 if self.base is None else self.base
+        kappa = 1.0 if self.kappa is None else self.kappa
         return 10.0 * math.log10(10.0 ** (0.1 * base) + kappa * intensity)
 
 

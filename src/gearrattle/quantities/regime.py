@@ -47,7 +47,8 @@ class ImpactRegime(CrossingQuantity):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return the regime of every mesh and clearance."""
-        words, layout = get_args(Regime), sums.steady.layout
+        words = get_args(Regime)
+        layout = sums.steady.layout
         return [
             self.row(name, quantity, words[int(code)], formula=self.formula + _centre(layout, name))
             for (name, quantity), code in self.values_of(sums).items()

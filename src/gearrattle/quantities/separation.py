@@ -41,12 +41,15 @@ class SeparationRatio(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return ratio and margin of every loose gear."""
-        rows, accelerations = list[Row](), inputs.of("acceleration")
+        rows = list[Row]()
+        accelerations = inputs.of("acceleration")
         for gear in loose_gears(inputs.known_layout):
-            mesh, driver = inputs.known_layout.element_names[gear.mesh], inputs.known_layout.inertia_names[gear.driver]
+            mesh = inputs.known_layout.element_names[gear.mesh]
+            driver = inputs.known_layout.inertia_names[gear.driver]
             if driver not in accelerations:
                 note = f"{mesh}: no acceleration of its driver {driver}"
-                ratio = missed = math.nan
+                ratio = math.nan
+                missed = math.nan
             else:
                 ratio, missed = inputs.largest_torque_ratio(gear)
                 note = self._note(inputs, gear, ratio, missed)
@@ -60,7 +63,8 @@ class SeparationRatio(Quantity[Inputs]):
     def _note(self, inputs: Inputs, gear: LooseGear, ratio: float, missed: float) -> str:
         """Say what a ratio leaves out; empty for nothing."""
         layout = inputs.known_layout
-        mesh, loose = layout.element_names[gear.mesh], layout.inertia_names[gear.loose]
+        mesh = layout.element_names[gear.mesh]
+        loose = layout.inertia_names[gear.loose]
         if math.isnan(ratio):
             return f"{mesh}: the drag torque of {loose} is a table over the speed, which is not known, or not covered"
         if math.isinf(ratio):
@@ -88,7 +92,8 @@ class HarmonicSeparation(Quantity[Inputs]):
         """Return the ratio of every order, and the order of the largest, of every loose gear."""
         rows: list[Row] = []
         for gear in loose_gears(inputs.known_layout):
-            mesh, driver = inputs.known_layout.element_names[gear.mesh], inputs.known_layout.inertia_names[gear.driver]
+            mesh = inputs.known_layout.element_names[gear.mesh]
+            driver = inputs.known_layout.inertia_names[gear.driver]
             velocities = inputs.velocities_at(driver)
             if velocities is None:
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"

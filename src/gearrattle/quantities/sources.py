@@ -41,7 +41,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
 
     ModelError if no cycle remains after the discarded ones.
     """
-    window, layout = steady(trajectory), trajectory.layout
+    window = steady(trajectory)
+    layout = trajectory.layout
     channels = [
         Channel(f"{quantity}.{name}", quantity, name, unit, window.closed(getattr(trajectory, quantity))[:, i])
         for quantity, unit in (("angle", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s^2"))
@@ -73,7 +74,8 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
     ModelError
         if no cycle remains after the discarded ones.
     """
-    window, recording = steady(trajectory), recording_of(trajectory)
+    window = steady(trajectory)
+    recording = recording_of(trajectory)
     return Inputs(
         source=trajectory.cost.algorithm,
         time=recording.time,
@@ -130,7 +132,8 @@ class ChunkInputs(Inputs):
         return state.amplitudes(state.products[:, samples.column], trend)
 
     def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
-        angle, velocity = self.signals.get(("angle", subject)), self.signals.get(("velocity", subject))
+        angle = self.signals.get(("angle", subject))
+        velocity = self.signals.get(("velocity", subject))
         if isinstance(angle, Summary) and isinstance(velocity, Summary):
             state: SignalSums = self._states["signals"]
             amplitudes = state.velocities(angle.column, velocity.column)
@@ -160,7 +163,8 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
     """Return which signals of a chunk are known between samples, and their statistics; None for none."""
     if trajectory.exact is None or trajectory.discard == trajectory.cycles:
         return None
-    names, known = _channel_names(trajectory.layout), asked_of(trajectory)
+    names = _channel_names(trajectory.layout)
+    known = asked_of(trajectory)
     marked = np.array([quantity != "velocity" for quantity, _ in known])
     statistics = trajectory.exact.statistics(trajectory, known, with_moments=marked) if known else None
     return None if statistics is None else ([names.index(signal) for signal in known], statistics)
@@ -300,7 +304,8 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     if time.size < 3:
         raise ModelError(Problem(recording.source, counted(time.size, "sample"), "metrics need three samples at least"))
     even = np.linspace(time[0], time[-1], time.size)
-    interval, stray = float(even[1] - even[0]), float(np.max(np.abs(time - even)))
+    interval = float(even[1] - even[0])
+    stray = float(np.max(np.abs(time - even)))
     if stray > _ROUNDED * interval:
         remedy = "resample the recording, for example by rate in a mapping"
         problem = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"

@@ -54,21 +54,24 @@ class AccelerationSpectrum(Quantity[Sums]):
 
     def occasional(self, layout: Layout) -> list[Row]:
         """Return the density's peak, which takes four samples, and the strongest lines that nothing excites."""
-        rows, nan = [], float("nan")
+        rows = []
+        nan = float("nan")
         for inertia in layout.inertia_names:
             rows += [
                 self.row(inertia, "order of the density's peak", nan, unit="1"),
                 self.row(inertia, "density at its peak", nan, unit="(rad/s^2)^2/Hz"),
             ]
             for kind in ("super-harmonic", "sub-harmonic") if layout.orders.size else ():
-                order, amplitude = f"order of the strongest {kind}", f"amplitude of the strongest {kind}"
+                order = f"order of the strongest {kind}"
+                amplitude = f"amplitude of the strongest {kind}"
                 rows.append(self.row(inertia, order, nan, unit="1", note=f"no {kind} seen"))
                 rows.append(self.row(inertia, amplitude, nan, note=f"no {kind} seen"))
         return rows
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return density, order amplitudes, super- and sub-harmonics for every inertia."""
-        scope, state = sums.steady, sums.states["spectra"]
+        scope = sums.steady
+        state = sums.states["spectra"]
         layout = scope.layout
         # amplitudes at the excited orders, by least squares
         amplitudes = np.full((layout.orders.size, len(layout.inertia_names)), np.nan)
@@ -77,9 +80,11 @@ class AccelerationSpectrum(Quantity[Sums]):
             amplitudes[shown] = np.abs(amplitudes_from(state["gram"], state["moments"]))
         # power spectral density by Welch's method
         try:
-            density, too_short = density_of(state, scope), ""
+            density = density_of(state, scope)
+            too_short = ""
         except ModelError as error:
-            density, too_short = None, f"no power spectral density: {error}"
+            density = None
+            too_short = f"no power spectral density: {error}"
         rows: list[Row] = []
         # rows of every inertia: density, orders, lines that nothing excites
         for i, inertia in enumerate(layout.inertia_names):
@@ -114,7 +119,8 @@ class AccelerationSpectrum(Quantity[Sums]):
 
     def _unexcited(self, scope: Scope, inertia: str, signal: Array) -> list[Row]:
         # cycles of the signal, and the rule by which a line counts
-        layout, per_cycle = scope.layout, scope.samples_per_cycle
+        layout = scope.layout
+        per_cycle = scope.samples_per_cycle
         if layout.orders.size == 0:
             return []
         fundamental = 2.0 * np.pi / (layout.omega * layout.period)
@@ -163,7 +169,8 @@ def add_spectra(trajectory: Trajectory, before: State | None) -> State:
     window = steady(trajectory)
     layout = trajectory.layout
     per_cycle = trajectory.samples_per_cycle
-    signal, time = window.periodic(trajectory.acceleration), window.periodic(trajectory.time)
+    signal = window.periodic(trajectory.acceleration)
+    time = window.periodic(trajectory.time)
     shown = layout.orders[_shown(layout, per_cycle)]
     gram, moments = order_sums(signal, time, layout.omega, shown, periods=window.cycles)
     state = {
@@ -173,7 +180,8 @@ def add_spectra(trajectory: Trajectory, before: State | None) -> State:
         **_segments(signal, per_cycle, layout.period, before),
     }
     if before is not None:
-        state["gram"], state["moments"] = before["gram"] + gram, before["moments"] + moments
+        state["gram"] = before["gram"] + gram
+        state["moments"] = before["moments"] + moments
         longest = max(len(before["last"]), len(signal))
         state["last"] = np.concatenate([before["last"], signal])[-longest:]
     return state
@@ -190,13 +198,16 @@ def _segments(signal: Array, per_cycle: int, period: float, before: State | None
         signal = np.concatenate([before["rest"], signal])
     length = CYCLES_PER_SEGMENT * per_cycle
     hop = length - length // 2
-    density, segments = np.zeros((length // 2 + 1, signal.shape[1])), 0
+    density = np.zeros((length // 2 + 1, signal.shape[1]))
+    segments = 0
     if len(signal) >= length:
         spectrum = psd(signal, period, per_cycle)
-        density, segments = spectrum.density * spectrum.segments, spectrum.segments
+        density = spectrum.density * spectrum.segments
+        segments = spectrum.segments
         signal = signal[segments * hop :]
     if before is not None:
-        density, segments = density + before["density"], segments + int(before["segments"])
+        density = density + before["density"]
+        segments = segments + int(before["segments"])
     return {"density": density, "segments": np.array(float(segments)), "rest": signal.copy()}
 
 

@@ -40,7 +40,8 @@ class Transmissibility(Quantity[Sums]):
 
     def rows(self, sums: Sums) -> list[Row]:
         """Return TR_rms and TR_peak of every inertia; NaN, with a note, where the reference does not move."""
-        scope, state = sums.steady, sums.states["last cycles"]
+        scope = sums.steady
+        state = sums.states["last cycles"]
         layout = scope.layout
         cycles = min(LAST_CYCLES, scope.window.cycles)
         reference = layout.inertia_names[layout.reference]
@@ -53,9 +54,11 @@ class Transmissibility(Quantity[Sums]):
             base = float(level.value[layout.reference])
             still = "" if base > 0.0 else f"{quantity}: {reference} shows no acceleration to refer to"
             for i, inertia in enumerate(layout.inertia_names):
-                value = error = float("nan")
+                value = float("nan")
+                error = value
                 if base > 0.0:
-                    value, error = float(level.value[i]) / base, float(level.error[i]) / base
+                    value = float(level.value[i]) / base
+                    error = float(level.error[i]) / base
                     error += value * float(level.error[layout.reference]) / base if i != layout.reference else -error
                 words = f"{over}, last {cycles} T"
                 rows.append(self.row(inertia, quantity, value, formula=words, note=still or short, error=error))

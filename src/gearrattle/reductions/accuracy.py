@@ -118,17 +118,20 @@ def frequency_error(request: Request, basis: Array) -> Worst:
     first = _worst_in(request, basis, states)
     most = min(_MOST_STATES, most_states(request.system))
     order = sorted(range(len(states)), key=lambda i: (first[i].error, not np.isnan(first[i].frequency)), reverse=True)
-    worst, tried = first[order[0]], len(states)
+    worst = first[order[0]]
+    tried = len(states)
     if worst.error in (0.0, np.inf):
         return worst._replace(states=tried)
     for begin in order[:_STARTS]:
-        best, here = first[begin], states[begin]
+        best = first[begin]
+        here = states[begin]
         for fine in _SEARCH if tried < most else ():
             near = neighbours(request.system, request.clearances, here, fine)
             tried += len(near)
             for state, there in zip(near, _worst_in(request, basis, near), strict=True):
                 if there.error > best.error:
-                    best, here = there, state
+                    best = there
+                    here = state
         worst = max(worst, best, key=lambda candidate: candidate.error)
     return worst._replace(states=tried)
 
@@ -174,7 +177,8 @@ def _response_errors(
     """Largest error of level [dB], and of amplitude over the peak."""
     if not request.driven:
         return np.nan, np.nan
-    end, watch = request.up_to, np.eye(request.system.size)[list(watched)]
+    end = request.up_to
+    watch = np.eye(request.system.size)[list(watched)]
     grids = [np.logspace(-_DECADES, 0.0, _GRID) * end, np.linspace(0.0, end, 2 * _GRID + 1)[1:]]
     peaks = np.concatenate([linear.frequencies(), reduced.frequencies()])
     start = np.unique(np.concatenate([*grids, peaks[(peaks >= grids[0][0]) & (peaks <= end)]]))
@@ -205,7 +209,8 @@ def _refined(errors: Callable[[Array], tuple[Array, Array, Array]], omega: Array
         reached = tops > _SILENT * tops.max()
         levels = np.where(reached & np.isfinite(levels) & (amplitudes >= _AUDIBLE * tops), levels, 0.0)
         shares = np.where(reached, differences / np.where(reached, tops, 1.0), 0.0)
-        level, share = max(level, float(levels.max())), max(share, float(shares.max()))
+        level = max(level, float(levels.max()))
+        share = max(share, float(shares.max()))
         at = np.unique([np.argmax(curve, axis=0) for curve in (levels, shares)])
         sides = [(omega[max(i - 1, 0)], omega[min(i + 1, omega.size - 1)]) for i in at]
         omega = np.unique(np.concatenate([np.linspace(*side, _BETWEEN) for side in sides]))

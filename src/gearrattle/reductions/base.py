@@ -57,7 +57,8 @@ class Request:
         """Return the system with every kept clearance taken out, all other elements in their last drive stage."""
         outer = np.array([law.stiffness[-1] for law in self.system.laws], dtype=float)
         damping = np.array([law.damping[-1] for law in self.system.laws], dtype=float)
-        outer[list(self.clearances)], damping[list(self.clearances)] = 0.0, 0.0
+        outer[list(self.clearances)] = 0.0
+        damping[list(self.clearances)] = 0.0
         return linearised(self.system, outer, damping)
 
 

@@ -151,7 +151,8 @@ def condense(
     """
     # check names and method
     check_model(model)
-    end, names = band_end(model, up_to), [element.name for element in model.elements]
+    end = band_end(model, up_to)
+    names = [element.name for element in model.elements]
     problems = unknown("keep", keep or (), names)
     if method not in REDUCTIONS:
         rule = f"must be one of {', '.join(REDUCTIONS)}"

@@ -16,7 +16,8 @@ from gearrattle.reductions.statics import constraint_modes, held
 
 def subspace(request: Request) -> Subspace:
     """Condense onto the masters and add fixed-interface modes up to margin x up_to."""
-    masters, linear = request.masters(), request.without_clearances()
+    masters = request.masters()
+    linear = request.without_clearances()
     static = constraint_modes(linear, masters)
     omega, shapes, others = held(linear, masters)
     inside = (omega > 0.0) & (omega <= request.margin * request.up_to)

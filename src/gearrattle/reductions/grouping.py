@@ -75,7 +75,8 @@ def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
         into = owner[a]
         for i, o in enumerate(owner):
             if o == absorbed:
-                owner[i], ratio[i] = into, ratio[i] * scale
+                owner[i] = into
+                ratio[i] = ratio[i] * scale
     grouping = Grouping(tuple(owner), tuple(ratio))
     for body in grouping.kept:
         first = owner.index(body)

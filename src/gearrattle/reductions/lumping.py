@@ -38,7 +38,8 @@ class Refused(Exception):
     """Refusal to merge a forced element: its index, and a key of ``REASONS``."""
 
     def __init__(self, element: int, reason: str) -> None:
-        self.element, self.reason = element, reason
+        self.element = element
+        self.reason = reason
         super().__init__(f"element {element}: {reason}")
 
 
@@ -240,7 +241,8 @@ def _fate(reason: str, shares: Array, frequencies: Array) -> Fate:
 
 def _shares(request: Request) -> tuple[Array, Array]:
     """(p, m) share of every element in every elastic mode within margin x up_to of every contact state; their (p,)."""
-    shares, at = [np.zeros((0, len(request.system.laws)))], [np.zeros(0)]
+    shares = [np.zeros((0, len(request.system.laws)))]
+    at = [np.zeros(0)]
     for state in contact_states(request.system, request.clearances, request.up_to):
         linear = linearised(request.system, state.stiffness, state.damping)
         omega, shapes = linear.natural()
@@ -284,5 +286,6 @@ def _forced(rules: _Rules, forced: tuple[int, ...], reasons: list[str]) -> tuple
         answer = rules.bodies((*merged, k))
         if isinstance(answer, str):
             raise Refused(k, answer)
-        merged, reasons[k] = (*merged, k), "asked"
+        merged = (*merged, k)
+        reasons[k] = "asked"
     return merged

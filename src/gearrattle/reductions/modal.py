@@ -23,7 +23,8 @@ def subspace(request: Request) -> Subspace:
     linear = request.without_clearances()
     omega, shapes = linear.natural()
     inside = omega <= request.margin * request.up_to
-    left, rates = shapes[:, ~inside], omega[~inside]
+    left = shapes[:, ~inside]
+    rates = omega[~inside]
     ends = np.abs(request.system.rows[list(request.clearances)]) > 0.0
     at = sorted({*np.flatnonzero(ends.any(axis=0)).tolist(), *request.driven})
     participation = left[at].T / rates[:, None] ** 2

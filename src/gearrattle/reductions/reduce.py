@@ -174,7 +174,8 @@ def _reduction(
     """Write the new model and its record."""
     names = [element.name for element in model.elements]
     bodies = [body.name for body in model.inertias]
-    grouping, size = lumps.grouping, len(lumps.grouping.kept)
+    grouping = lumps.grouping
+    size = len(lumps.grouping.kept)
     title = f"{model.name or 'driveline'}: {size} of {counted(len(bodies), 'body', 'bodies')}"
     removed = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     smaller = lumped_model(model, grouping.owner, grouping.ratio, removed, title)
@@ -196,7 +197,8 @@ def _reduction(
 def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list[str]:
     """Notes of the record beside its numbers."""
     # elements that were merged: clearances and friction given up
-    elements, notes = model.elements, []
+    elements = model.elements
+    notes = []
     merged = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     if not merged:
         notes.append("nothing could be merged: the model is as large as it was.")

@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 LADDER = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 """Contact ratios between open and closed; a frequency changes by at most 1.6 from rung to rung."""
 _MOST_COMBINATIONS = 64
-_WORK, _FEWEST_STATES = 5e8, 64  # sum of the cubes of numbers of inertias
+# sum of the cubes of numbers of inertias
+_WORK = 5e8
+_FEWEST_STATES = 64
 _AROUND = (0.03, 0.1, 0.25, 0.5, 1.0)  # the bodies behind are heavier than the two alone, so rather below than above
 _WIDE = (0.002, 0.005, 0.01, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 _NEAR = (0.85, 0.92, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.08, 1.15)

@@ -223,7 +223,8 @@ class BranchesPage(ModelPresentation[Branch]):
     @cached_property
     def _dataset(self) -> xr.Dataset:
         """The Dataset of the branch with real and imaginary parts, as netCDF has no complex numbers; and events."""
-        branch, data = self.result, self.result.data
+        branch = self.result
+        data = self.result.data
         multiplier = data[_MULTIPLIER]
         added: dict[str, Any] = {
             "multiplier_real": (multiplier.dims, multiplier.values.real.copy()),
@@ -297,7 +298,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def _event_table(self) -> Table:
         # a row a family of neighbouring events, or a single event
-        shown, rows = measure(self.result), list[tuple[str, ...]]()
+        shown = measure(self.result)
+        rows = list[tuple[str, ...]]()
         events = self.result.events
         is_whole = self._deviations is not None
         for family in () if is_whole else families_of(self.result):
@@ -315,7 +317,8 @@ class BranchesPage(ModelPresentation[Branch]):
             rows = [self._event_row(row) for row in range(len(events))]
         # columns and the note on families
         head: tuple[str, ...] = ("row", "branch", "event", shown.title, "at clearance", "at the corner")
-        words, note = frozenset({2, 4, 5}), ""
+        words = frozenset({2, 4, 5})
+        note = ""
         if len(rows) < len(events):
             note = (
                 f"Events nearer to each other than {self.result.narrow:g} of the range stand in one line; summary.json "
@@ -342,7 +345,8 @@ class BranchesPage(ModelPresentation[Branch]):
 
     def _selected(self) -> Sequence[tuple[str, Orbit]]:
         """Motions at the ends of the first branch, and at the events that change the stability."""
-        branch, shown = self.result, measure(self.result)
+        branch = self.result
+        shown = measure(self.result)
         first = slices_of(branch)[0]
         chosen = [(float(branch.points[i].parameter), "end", branch.orbit(i)) for i in (first.start, first.stop - 1)]
         of_curves = [
@@ -398,7 +402,8 @@ def _gaps(branch: Branch) -> list[tuple[float, float]]:
     low, high = sorted(branch.range)
     of_curves = [[*curve.points, *(event.point for event in curve.events)] for curve in branch.curves]
     values = [[point.parameter for point in points] for points in of_curves]
-    reached, gaps = low, list[tuple[float, float]]()
+    reached = low
+    gaps = list[tuple[float, float]]()
     for begin, end in [*sorted((min(own), max(own)) for own in values), (high, high)]:
         if begin - reached > _NARROW * (high - low):
             gaps.append((reached, begin))

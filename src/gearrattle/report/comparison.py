@@ -108,7 +108,8 @@ def _with_distinct_labels(comparison: Comparison) -> Comparison:
 
 def _table(comparison: Comparison) -> xr.Dataset:
     """Return the table of the comparison, with units."""
-    table, error_unit = table_of(comparison), _error_unit(comparison.rows)
+    table = table_of(comparison)
+    error_unit = _error_unit(comparison.rows)
     data = table.to_xarray()
     for name, (unit, _) in COLUMNS.items():
         if unit:
@@ -133,10 +134,12 @@ def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
     ended = [row for row in rows if row.error is not None]
     if not ended or ended[0].error is None:
         return xr.Dataset()
-    first, by_inertia = ended[0].error, ("algorithm", "inertia")
+    first = ended[0].error
+    by_inertia = ("algorithm", "inertia")
     errors = [row.error for row in ended if row.error is not None]
     moved = [row.transmissibility for row in ended]
-    missing, ratio = np.full(len(first.inertias), np.nan), {"units": "1"}
+    missing = np.full(len(first.inertias), np.nan)
+    ratio = {"units": "1"}
     coherences = [
         [np.nan if row.coherence is None else row.coherence[name].mean for name in first.inertias] for row in ended
     ]

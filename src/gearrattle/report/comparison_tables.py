@@ -23,7 +23,8 @@ def short_table(comparison: Comparison) -> Table:
         if row.cost is None or row.error is None or row.impacts is None:
             rows.append((row.label, *["–"] * 7, verdict))
             continue
-        impacts, off = row.impacts.total, "–"
+        impacts = row.impacts.total
+        off = "–"
         if row.statistics is not None and row.statistics.decided:
             off = f"{row.statistics.different}/{row.statistics.decided}"
         work = (f"{row.cost.steps}", f"{row.cost.function_calls}", f"{row.cost.wall_time:.3g}")
@@ -165,7 +166,8 @@ def statistics_tables(comparison: Comparison) -> Iterator[Table]:
 def coherence_table(comparison: Comparison) -> Table:
     """Kappa of every inertia, with what chance gives."""
     some = next((row.coherence for row in comparison.rows if row.coherence), {})
-    names, first = list(some), next(iter(some.values()), None)
+    names = list(some)
+    first = next(iter(some.values()), None)
     rows = tuple(
         (row.label, *(_number(row.coherence[name].mean) for name in names))
         for row in comparison.rows[1:]

@@ -73,7 +73,8 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
-        names, unit = [str(name) for name in self.result.index], {"units": "1"}
+        names = [str(name) for name in self.result.index]
+        unit = {"units": "1"}
         variables: dict[str, Any] = {"ratio": ("clearance", self.result.to_numpy(), unit)}
         for name in ("low", "high"):
             if name in self.result.attrs:

@@ -63,7 +63,8 @@ class ContentsPage(Presentation[Contents]):
         table = self.result.table
         columns: dict[str, Any] = {}
         for name, column in table.items():
-            key, attributes = str(name), {"units": _UNITS[str(name)]} if name in _UNITS else {}
+            key = str(name)
+            attributes = {"units": _UNITS[str(name)]} if name in _UNITS else {}
             if key == "first":
                 columns[key] = (("channel_number", "first_sample"), stacked(column.tolist()))
             elif column.dtype.kind in "iufb":

@@ -17,7 +17,8 @@ from gearrattle.report.tables import Table
 def energy_table(findings: Findings) -> Table | None:
     """Return where the energy of the whole run went; None without an audit."""
     # work of torques, errors and prescribed motions
-    energy, layout = findings.motion.trajectory.energy, findings.motion.trajectory.layout
+    energy = findings.motion.trajectory.energy
+    layout = findings.motion.trajectory.layout
     if energy is None:
         return None
     unit = "J" if findings.model.units == "SI" else ""
@@ -50,7 +51,8 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
 
     ``error_work`` is what transmission errors and prescribed motions put in through each element.
     """
-    energy, layout = findings.motion.trajectory.energy, findings.motion.trajectory.layout
+    energy = findings.motion.trajectory.energy
+    layout = findings.motion.trajectory.layout
     if energy is None:
         return None
     inertia_names = free_names(findings.model)

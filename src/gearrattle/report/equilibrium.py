@@ -40,7 +40,8 @@ class EquilibriumPage(Presentation[Equilibrium]):
         return f"Under the mean loads, transmission errors at zero, {where}{moves}."
 
     def answer(self) -> tuple[Table, ...]:
-        rest, si = self.result, self.result.model.units == "SI"
+        rest = self.result
+        si = self.result.model.units == "SI"
         meshes = {element.name for element in rest.model.elements if element.along_line}
         elements = tuple(
             (
@@ -70,7 +71,8 @@ class EquilibriumPage(Presentation[Equilibrium]):
         return [] if chart is None else [chart]
 
     def content(self) -> dict[str, Any]:
-        rest, names = self.result, free_names(self.result.model)
+        rest = self.result
+        names = free_names(self.result.model)
         return {
             "model": {"name": rest.model.name, "units": rest.model.units},
             "angle": dict(zip(names, rest.angle.tolist(), strict=True)),
@@ -81,7 +83,8 @@ class EquilibriumPage(Presentation[Equilibrium]):
         }
 
     def numbers(self) -> Arrays:
-        rest, si = self.result, self.result.model.units == "SI"
+        rest = self.result
+        si = self.result.model.units == "SI"
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
         balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}

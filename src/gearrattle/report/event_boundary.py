@@ -34,7 +34,8 @@ class EventBoundaryPage(Presentation["xr.Dataset"]):
 
     @property
     def sentence(self) -> str:
-        (across, up), (first, last) = self._measures, self._ends()
+        (across, up) = self._measures
+        (first, last) = self._ends()
         words = (
             f"The {self._event} is followed over {up.words} from {up.with_unit(first[1], 5)} to "
             f"{up.with_unit(last[1], 5)}: {across.words} from {across.with_unit(first[0], 5)} to "
@@ -79,7 +80,8 @@ class EventBoundaryPage(Presentation["xr.Dataset"]):
         return (event_boundary_chart(self.result, self._event, self._special, *self._measures),)
 
     def answer(self) -> tuple[Table, ...]:
-        (across, up), data = self._measures, self.result
+        (across, up) = self._measures
+        data = self.result
         points = data.sizes["point"]
         special = data["special"].values.tolist()
         step = max(1, -(-(points - 1) // (_MOST_ROWS - 1)))

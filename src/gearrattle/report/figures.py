@@ -114,7 +114,8 @@ class Figures(Mapping[str, "Figure"]):
         return list(self) if only is None else [name for name in self if name in set(only)]
 
     def _saved(self, file: Path, dpi: float) -> bytes:
-        name, kind = file.name.rpartition(".")[0], file.suffix[1:]
+        name = file.name.rpartition(".")[0]
+        kind = file.suffix[1:]
         return saved(self[name], kind, dpi=dpi, title=self.titles[name], subject=self.captions[name])
 
 

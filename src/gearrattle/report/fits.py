@@ -84,7 +84,8 @@ class FitPage(ModelPresentation[Fit]):
         import xarray as xr
 
         # profile intervals, minima, and exponents of undetermined combinations
-        fit, paths = self.result, texts(p.path for p in self.result.parameters)
+        fit = self.result
+        paths = texts(p.path for p in self.result.parameters)
         ends = [(math.nan, math.nan) if p.interval is None else p.interval for p in fit.parameters]
         values = [[minimum.values[p.path] for p in fit.parameters] for minimum in fit.minima]
         exponents = [[c.exponents.get(p.path, 0.0) for p in fit.parameters] for c in fit.undetermined]
@@ -148,7 +149,8 @@ class FitPage(ModelPresentation[Fit]):
                 continue
             across = by_label[name + _PARTS[1]]
             line = complex(along.fitted, across.fitted)
-            size, turn = abs(line), math.degrees(math.atan2(line.imag, line.real))
+            size = abs(line)
+            turn = math.degrees(math.atan2(line.imag, line.real))
             rows.append(
                 (
                     name,
@@ -185,7 +187,8 @@ class FitPage(ModelPresentation[Fit]):
         for label, samples in responses.items():
             squares = np.array([r.residual for r in samples]) ** 2
             worst = samples[int(squares.argmax())].label.split(": ")[1]
-            rms, largest = math.sqrt(squares.mean()), math.sqrt(squares.max())
+            rms = math.sqrt(squares.mean())
+            largest = math.sqrt(squares.max())
             rows.append((label, f"{len(samples) // 2}", f"{rms:.3g}", f"{largest:.3g}", f"{worst} rad/s"))
         head = ("response", "samples", "residuals, standard errors rms", "largest", "at")
         return Table(head, tuple(rows), title="Responses")

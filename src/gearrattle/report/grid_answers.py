@@ -42,7 +42,8 @@ _TOLD = (
     "high",
     "swing",
 )
-_MOST_DECIDING, _MOST_LINES = 3, 12
+_MOST_DECIDING = 3
+_MOST_LINES = 12
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:
@@ -86,7 +87,8 @@ def _is_scattered(data: xr.Dataset) -> bool:
 
 def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
     """Probability of rattle by part, with its interval."""
-    probability, subject = rattle_probability(data, output), subject_of(data, output)
+    probability = rattle_probability(data, output)
+    subject = subject_of(data, output)
     keys = ("probability", "low", "high", "rattling", "samples")
     names = [str(name) for name in probability[subject].values] if subject else [""]  # those that can separate
     return {
@@ -102,7 +104,8 @@ def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
     """For every output and subject that vary: the values that decide it most, the strongest first."""
     deciding = []
     for output in outputs_in(data):
-        result, subject = sensitivities(data, output), subject_of(data, output)
+        result = sensitivities(data, output)
+        subject = subject_of(data, output)
         measure = next(name for name in _MEASURES if name in result)
         for name in subject_names(data, output):
             one = result.sel({subject: name}) if subject else result

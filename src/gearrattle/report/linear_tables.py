@@ -53,7 +53,8 @@ def region_in_words(label: int) -> str:
 
 def modes_tables(findings: Findings) -> list[Table]:
     """Return natural frequencies and shapes about the static rest and, if they differ, with all clearances closed."""
-    rest, contact = findings.modes, findings.modes_contact
+    rest = findings.modes
+    contact = findings.modes_contact
     if np.array_equal(rest.frequencies, contact.frequencies):
         words = "About the static rest, where every clearance is in its outermost drive stage."
         return [_modes_table(findings, rest, "Modes", words)]

@@ -53,7 +53,8 @@ class LoopFitPage(Presentation[LoopFit]):
         return self.result.to_dict()
 
     def numbers(self) -> Arrays:
-        fit, names = self.result, list(self.result.values)
+        fit = self.result
+        names = list(self.result.values)
         deflection, torque = fit.measured
         missing = dict.fromkeys(names, np.nan)
         return Arrays(

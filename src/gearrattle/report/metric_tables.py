@@ -14,9 +14,11 @@ from gearrattle.report.verdict_tables import errors_note, grid
 def metric_tables(measured: Sequence[Row]) -> list[Table]:
     """Return one table a metric that has values; what the others lack stands in one last table."""
     metrics = {metric.name: metric for metric in (EventMetric(), *METRICS)}
-    made, lacking = [], []
+    made = []
+    lacking = []
     for name, group in groupby(measured, key=lambda row: row.name):
-        rows, metric = list(group), metrics[name]
+        rows = list(group)
+        metric = metrics[name]
         if not rows[0].subject:
             lacking.append((metric.title, rows[0].note))
             continue

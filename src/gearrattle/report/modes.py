@@ -50,7 +50,8 @@ class ModesPage(Presentation[Modes]):
         """
         super().__init__(result)
         self.diagram = campbell(result.model) if diagram is None else diagram
-        self.setting, self.lists_crossings = setting, lists_crossings
+        self.setting = setting
+        self.lists_crossings = lists_crossings
         self.si = result.model.units == "SI"
 
     @property
@@ -95,9 +96,11 @@ class ModesPage(Presentation[Modes]):
         }
 
     def numbers(self) -> Arrays:
-        modes, unit = self.result, "rad/s" if self.si else "1"
+        modes = self.result
+        unit = "rad/s" if self.si else "1"
         inertia, participation = ("kg m^2", "1/(kg m^2)") if self.si else ("1", "1")
-        by_inertia, by_element = ("inertia", "mode"), ("element", "mode")
+        by_inertia = ("inertia", "mode")
+        by_element = ("element", "mode")
         return Arrays(
             {
                 "frequency": ("mode", modes.frequencies, {"units": unit}),
@@ -120,7 +123,8 @@ class ModesPage(Presentation[Modes]):
 
     def _shapes(self) -> tuple[Picture, ...]:
         """Draw the lowest modes on the driveline."""
-        model, modes = self.result.model, self.result
+        model = self.result.model
+        modes = self.result
         layout = assemble(model).layout
         drawings = []
         for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
@@ -156,7 +160,8 @@ class CampbellPage(Presentation[Campbell]):
 
     def numbers(self) -> Arrays:
         # crossings of orders and natural frequencies, a variable a field
-        diagram, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
+        diagram = self.result
+        unit = "rad/s" if self.result.units == "SI" else "1"
         columns = {
             "speed": unit,
             "order": "1",
@@ -195,7 +200,8 @@ class CampbellPage(Presentation[Campbell]):
 def diagram_section(diagram: Campbell) -> Section:
     """Return the Campbell diagram with the table of its crossings."""
     si = diagram.units == "SI"
-    chart, crossings = campbell_chart(diagram, si=si), crossings_table(diagram, si=si)
+    chart = campbell_chart(diagram, si=si)
+    crossings = crossings_table(diagram, si=si)
     none = () if crossings.rows else ("No order line meets a natural frequency in this range.",)
     return Section("campbell", chart.title, words=none, charts=(chart,), tables=(crossings,))
 
@@ -218,7 +224,8 @@ def _modes_sentence(modes: Modes, si: bool) -> str:
 
 def _crossings_sentence(diagram: Campbell) -> str:
     """Say how many crossings there are, and which is nearest to the model's speed."""
-    si, near = diagram.units == "SI", diagram.nearest()
+    si = diagram.units == "SI"
+    near = diagram.nearest()
     low, high = (turning(speed, si=si) for speed in diagram.speeds)
     if near is None:
         return f"No order meets a natural frequency between {low} and {high}."

@@ -12,7 +12,8 @@ from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-MOST_CROSSINGS, MOST_NAMES = 120, 5
+MOST_CROSSINGS = 120
+MOST_NAMES = 5
 
 
 def rate(frequency: float, *, si: bool) -> str:
@@ -44,7 +45,8 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
     head = ("mode", "frequency" + (", Hz" if si else ""), "order", "damping", "works in", "moves", "excited by")
     rows = []
     for mode, frequency in enumerate(modes.frequencies.tolist()):
-        rigid, damping = frequency == 0.0, float(modes.damping_ratios[mode])
+        rigid = frequency == 0.0
+        damping = float(modes.damping_ratios[mode])
         lists = modes.works_in(mode), modes.moves(mode), modes.excited_by(mode)
         rows.append(
             (

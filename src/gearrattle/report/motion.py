@@ -83,7 +83,8 @@ class SimulationReport(MotionReport):
 
     @property
     def sentence(self) -> str:
-        cost, cycles = self.result.cost, counted(self.result.trajectory.cycles, "cycle")
+        cost = self.result.cost
+        cycles = counted(self.result.trajectory.cycles, "cycle")
         return f"{cycles} by {cost.algorithm}: {counted(cost.steps, 'step')} in {cost.wall_time:.3g} s."
 
     @property

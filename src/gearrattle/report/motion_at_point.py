@@ -30,9 +30,11 @@ from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
-_FEW, _MANY = 120, 50
+_FEW = 120
+_MANY = 50
 """Points: of motions with few and with many crossings."""
-_MANY_FROM, _MOST_CLEARANCES = 8, 4
+_MANY_FROM = 8
+_MOST_CLEARANCES = 4
 """Crossings that are many; clearances whose motions are shown."""
 _MOST_IMPACTS = 6
 """Impacts of a motion that are named."""
@@ -106,8 +108,10 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
 
 def _words(branch: Branch, i: int, modulus: float, orbit: Orbit) -> str:
     """Where a point is and what its motion does."""
-    shown, data = measure(branch), branch.data.isel(point=i)
-    number, cycles = int(data["branch"]), int(data["cycles"])
+    shown = measure(branch)
+    data = branch.data.isel(point=i)
+    number = int(data["branch"])
+    cycles = int(data["cycles"])
     which = f"branch {number}, " if len(branch.curves) > 1 else ""
     stability = "stable" if bool(data["stable"]) else "unstable"
     where = f"{shown.words} = {shown.with_unit(float(data['value']), 6)}"
@@ -165,7 +169,9 @@ def _frame(branch: Branch, orbits: list[Orbit], k: int) -> dict[str, Any]:
     curves = np.concatenate([_curve(orbit, k) for orbit in orbits], axis=1)
     across = scale(np.concatenate([curves[0], layout.corners[k]]), unit["deflection"])
     up = scale(curves[1], unit["rate"])
-    x, y, corners = curves[0] * across.factor, curves[1] * up.factor, layout.corners[k] * across.factor
+    x = curves[0] * across.factor
+    y = curves[1] * up.factor
+    corners = layout.corners[k] * across.factor
     room = 0.08 * (float(np.ptp(y)) or 1.0)
     bands, _ = shading(layout, k, across.factor)
     name = layout.clearance_names[k]

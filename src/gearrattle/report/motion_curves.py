@@ -51,7 +51,8 @@ def fine_curves(orbit: Orbit, count: int, scales: Array) -> list[tuple[Array, Ar
 def _with_crossings(run: Run, orbit: Orbit, k: int) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Times and points of a motion with its crossings of a clearance's corners, in order, and which are crossings."""
     trajectory = run.trajectory
-    layout, events = trajectory.layout, trajectory.events
+    layout = trajectory.layout
+    events = trajectory.events
     own = events.clearance == k
     rate = deflection_rate(orbit.model, trajectory, int(layout.clearance[k]))
     corners = layout.corners[k]

@@ -16,7 +16,9 @@ from gearrattle.report.plots.branches import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 
-_MOST_JUMPS, _MOST_NUMBERS, _MOST_BODIES = 3, 6, 8
+_MOST_JUMPS = 3
+_MOST_NUMBERS = 6
+_MOST_BODIES = 8
 _LEAST = 1e-4  # of what the most effective number does: less is left out
 
 
@@ -36,7 +38,8 @@ def moving_table(branch: Branch) -> Table:
             continue
         largest = table["per_10_percent"].abs().max()
         kept = table[table["per_10_percent"].abs() > _LEAST * largest][:_MOST_NUMBERS]
-        value, kind = numeral(jumps[event].value * shown.factor, 6), jumps[event].kind
+        value = numeral(jumps[event].value * shown.factor, 6)
+        kind = jumps[event].kind
         for path, change in zip(kept["path"], kept["per_10_percent"], strict=True):
             rows.append((value, kind, path_label(path, branch.model).words, f"{change * shown.factor:+.3g}"))
     note = "To first order, all other numbers unchanged. Python: branch.gradients(event), branch.scatter(event, ...)."

@@ -30,7 +30,8 @@ def notebook_view(result: Any) -> str:
     """
     presentation = presentation_of(result)
     tables = [shortened(table) for table in presentation.answer() if table.rows][:_TABLES]
-    charts, image = presentation.charts(), None
+    charts = presentation.charts()
+    image = None
     if charts and len(svg := draw(charts[0], legend=True)) <= _LARGEST_FIGURE:
         image = Markup(f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}")
     return (

@@ -59,7 +59,8 @@ def _write_arrays(arrays: Arrays, path: Path) -> None:
     coordinates = {name: of if isinstance(of, tuple) else (name, of) for name, of in arrays.coordinates.items()}
     with h5netcdf.File(path, "w") as file:
         for name, (dimensions, values, *attributes) in {**coordinates, **arrays.variables}.items():
-            axes, array = (dimensions,) if isinstance(dimensions, str) else dimensions, np.asarray(values)
+            axes = (dimensions,) if isinstance(dimensions, str) else dimensions
+            array = np.asarray(values)
             for axis, length in zip(axes, array.shape, strict=True):
                 if axis not in file.dimensions:
                     file.dimensions[axis] = length

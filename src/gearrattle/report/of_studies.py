@@ -58,7 +58,8 @@ class SensitivitiesPage(_OfStudy):
 
     @property
     def sentence(self) -> str:
-        data, output = self.result, str(self.result.attrs["output"])
+        data = self.result
+        output = str(self.result.attrs["output"])
         strengths = np.abs(data[self._measure()].values)
         strengths = strengths if data.attrs["subject"] else strengths[None, :]
         if not np.isfinite(strengths).any():

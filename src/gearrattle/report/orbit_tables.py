@@ -75,10 +75,12 @@ def impacts_of(orbit: Orbit) -> Impacts:
 
 def impacts_table(orbit: Orbit) -> Table:
     """Return a row for every impact, in their order."""
-    impacts, layout = impacts_of(orbit), orbit.run.trajectory.layout
+    impacts = impacts_of(orbit)
+    layout = orbit.run.trajectory.layout
     speed, energy = ([""] * len(impacts) for _ in range(2))
     for k in range(len(layout.clearance_names)):  # one unit for all impacts of a clearance
-        own, unit = np.flatnonzero(impacts.clearance == k), units_of(orbit.model, layout, k)
+        own = np.flatnonzero(impacts.clearance == k)
+        unit = units_of(orbit.model, layout, k)
         of_own = (np.abs(impacts.velocity[own]), unit["rate"]), (impacts.energy[own], unit["energy"])
         for cells, (values, of_value) in zip((speed, energy), of_own, strict=True):
             for i, text in zip(own, engineering_column(values.tolist(), of_value, 4), strict=True):
@@ -110,7 +112,8 @@ def state_table(orbit: Orbit) -> Table:
         (name, numeral(angle, 8), numeral(velocity, 8))
         for name, angle, velocity in zip(names, orbit.state["angle"], orbit.state["velocity"], strict=True)
     )
-    angle_unit, rate_unit = unit_of(orbit, "rad"), unit_of(orbit, "rad/s")
+    angle_unit = unit_of(orbit, "rad")
+    rate_unit = unit_of(orbit, "rad/s")
     head = (
         ("inertia", f"angle [{angle_unit}]", f"velocity [{rate_unit}]")
         if angle_unit

@@ -122,7 +122,8 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
     def _dataset(self) -> xr.Dataset:
         """One period of the motion, its multipliers, its state and its impacts."""
         orbit = self.result
-        data, impacts = orbit.run.data, impacts_of(orbit)
+        data = orbit.run.data
+        impacts = impacts_of(orbit)
         names = np.array([orbit.run.trajectory.layout.clearance_names[k] for k in impacts.clearance], dtype=np.str_)
         angle, rate, time = (unit_of(orbit, unit) or "1" for unit in ("rad", "rad/s", "s"))
         added = {
@@ -220,7 +221,8 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
         import xarray as xr
 
         # Floquet multipliers (motion, mode), filled up with NaN
-        orbits, model = self.result.orbits, self.result.model
+        orbits = self.result.orbits
+        model = self.result.model
         modes = max((len(orbit.multipliers) for orbit in orbits), default=0)
         multipliers = np.full((len(orbits), modes), np.nan, dtype=np.complex128)
         for row, orbit in zip(multipliers, orbits, strict=True):

@@ -150,7 +150,8 @@ class WaterfallPage(_Along):
         super().__init__(values.to_dataset(promote_attrs=True))
 
     def answer(self) -> tuple[Table, ...]:
-        peak, along = self._peak(), str(self._map_values.dims[1])
+        peak = self._peak()
+        along = str(self._map_values.dims[1])
         unit = " [Hz]" if along == "frequency" and self.si else ""
         head = (f"largest{f' [{self.unit}]' if self.unit else ''}", f"{along}{unit}", "at")
         return (Table(head, ((f"{peak['amplitude']:.5g}", f"{peak[along]:.5g}", self._place(peak)),), frozenset()),)
@@ -169,14 +170,16 @@ class WaterfallPage(_Along):
         return self._map_values
 
     def _largest(self) -> str:
-        peak, along = self._peak(), str(self._map_values.dims[1])
+        peak = self._peak()
+        along = str(self._map_values.dims[1])
         value = f"{peak['amplitude']:.5g} {self.unit}".rstrip()
         where = f"order {peak[along]:.5g}" if along == "order" else f"{peak[along]:.5g}{' Hz' if self.si else ''}"
         return f"Largest: {value} at {where}, {self._place(peak)}."
 
     def _peak(self) -> dict[str, float]:
         """Return where the map is largest; NaN stands where an order lies beyond the highest frequency."""
-        data, along = self._map_values, str(self._map_values.dims[1])
+        data = self._map_values
+        along = str(self._map_values.dims[1])
         row, column = divmod(int(np.nanargmax(data.values)), data.shape[1])
         peak = {along: float(data[along][column]), "amplitude": float(data.values[row, column])}
         return peak | {name: float(data[name][row]) for name in ("time", "speed") if name in data.coords}

@@ -31,7 +31,8 @@ class ReductionPage(ModelPresentation[Reduction]):
 
     @property
     def sentence(self) -> str:
-        reduction, units = self.result, self.result.model.units
+        reduction = self.result
+        units = self.result.model.units
         left = len(reduction.model.inertias)
         before = counted(left + sum(len(members) for members in reduction.groups.values()), "body", "bodies")
         sentence = f"{before} become {left}, for up to {frequency_text(reduction.up_to, units)}."
@@ -49,7 +50,8 @@ class ReductionPage(ModelPresentation[Reduction]):
         return self.result.to_dict()
 
     def numbers(self) -> Arrays:
-        reduction, unit = self.result, "rad/s" if self.result.model.units == "SI" else "1"
+        reduction = self.result
+        unit = "rad/s" if self.result.model.units == "SI" else "1"
         pairs = [(kept, body, ratio) for kept, members in reduction.groups.items() for body, ratio in members.items()]
         return Arrays(
             {
@@ -73,7 +75,8 @@ class ReductionPage(ModelPresentation[Reduction]):
         return Table(("body kept", "takes", "angle"), tuple(rows), frozenset({0, 1}), "Bodies", note)
 
     def _elements(self) -> Table:
-        units, rows = self.result.model.units, []
+        units = self.result.model.units
+        rows = []
         for name, fate in self.result.elements.items():
             strain = (
                 ("–", "–") if math.isnan(fate.share) else (f"{100 * fate.share:.3g} %", frequency_text(fate.at, units))
@@ -182,7 +185,8 @@ def _frequencies(error: ReductionError, units: str) -> Table:
 
 def _frequency_charts(error: ReductionError, units: str) -> list[Chart]:
     """Draw how far the natural frequencies in the band are off; empty without one."""
-    full, smaller = np.array(error.frequencies), np.array(error.reduced_frequencies)
+    full = np.array(error.frequencies)
+    smaller = np.array(error.reduced_frequencies)
     allowed = 100.0 * error.limit
     chart = row_chart(
         "frequencies",

@@ -92,7 +92,8 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
         return self._jump_table(), *BranchesPage(self.result.branch).answer()
 
     def _jump_table(self) -> Table:
-        (_, speed), shown = self._speed, self._shown
+        (_, speed) = self._speed
+        shown = self._shown
         unit = f" [{shown.unit}]" if shown.unit else ""
         head = (
             "going",

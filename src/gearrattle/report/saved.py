@@ -61,7 +61,8 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
     """
     from gearrattle.report.kinds import presentation_of
 
-    presentation, target = presentation_of(result), Path(path)
+    presentation = presentation_of(result)
+    target = Path(path)
     check_target(target, presentation.endings, "path")
     with destination(target, presentation.endings) as staging:
         written = put_into(presentation, target, staging)

@@ -43,7 +43,8 @@ class ScalingPage(ModelPresentation[Nondimensional]):
         return f"One stands for {', '.join(f'{name} {value:.6g} {_UNITS[name]}' for name, value in scales)}."
 
     def answer(self) -> tuple[Table, ...]:
-        scaling, r_lambda = self.result, numeral(self.stiff.r_lambda)
+        scaling = self.result
+        r_lambda = numeral(self.stiff.r_lambda)
         scales = tuple((name, f"{value:.6g} {_UNITS[name]}") for name, value in asdict(scaling.scales).items())
         coefficients = tuple((name, f"{value:.6g}") for name, value in scaling.coefficients.items())
         conditions = tuple((name, f"{value:.4g}", r_lambda) for name, value in self.stiff.condition.items())
@@ -78,7 +79,8 @@ class ScalingPage(ModelPresentation[Nondimensional]):
         }
 
     def numbers(self) -> Arrays:
-        scales, coefficients = asdict(self.result.scales), self.result.coefficients
+        scales = asdict(self.result.scales)
+        coefficients = self.result.coefficients
         return Arrays(
             {
                 **{f"scale_{name}": ((), value, {"units": _UNITS[name]}) for name, value in scales.items()},

@@ -65,7 +65,8 @@ class ScreeningPage(Presentation["xr.Dataset"]):
     def content(self) -> dict[str, Any]:
         """Return everything for machines: speeds in rad/s; infinite ratios become None."""
         # gears with speed and load of their largest margin
-        data, gears = self.result, []
+        data = self.result
+        gears = []
         for gear in gears_of(data):
             position = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
             gears.append({**asdict(gear), **position})

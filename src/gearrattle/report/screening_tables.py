@@ -169,7 +169,8 @@ def decibels(margin: float, least: float | None = None) -> str:
         return "–"
     if margin == np.inf:
         return "within its gap"
-    largest, smallest = numeral(margin, 3), numeral(margin if least is None else least, 3)
+    largest = numeral(margin, 3)
+    smallest = numeral(margin if least is None else least, 3)
     return f"{largest} dB" if largest == smallest else f"{smallest} to {largest} dB"
 
 

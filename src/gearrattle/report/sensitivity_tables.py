@@ -35,7 +35,8 @@ def output_tables(dataset: xr.Dataset, measured: xr.Dataset) -> list[Table]:
 
     ``measured`` holds the values that scatter, with their words and units.
     """
-    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
+    subject = str(dataset.attrs["subject"])
+    output = str(dataset.attrs["output"])
     tables = []
     for name in [str(name) for name in dataset[subject].values] if subject else [""]:
         one = dataset.sel({subject: name}) if subject else dataset
@@ -60,7 +61,8 @@ def _rank_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
     order = np.argsort(-np.abs(np.nan_to_num(dataset["rank_regression"].values)), kind="stable")
     columns = [dataset[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
     names = [words[str(path)].words for path in dataset["value"].values[order]]
-    limit, shares = float(dataset["chance_correlation"]), float(dataset["chance_first_order"])
+    limit = float(dataset["chance_correlation"])
+    shares = float(dataset["chance_first_order"])
     rows = [
         (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
         for name, *row in zip(names, *columns, strict=True)
@@ -92,7 +94,8 @@ def _index_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
 
 
 def _pair_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
-    shares, half = dataset["second_order"].values, dataset["second_order_half_width"].values
+    shares = dataset["second_order"].values
+    half = dataset["second_order_half_width"].values
     names = [words[str(path)].words for path in dataset["value"].values]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if np.isfinite(shares[i, j])]
     pairs.sort(key=lambda pair: -abs(float(shares[pair])))

@@ -63,7 +63,8 @@ class _OverFrequency(Presentation["xr.Dataset"]):
 
     def content(self) -> dict[str, Any]:
         """Return attributes, and the highest peaks, ascending."""
-        data, names = self.result, self._channel_words()
+        data = self.result
+        names = self._channel_words()
         values = data[names[0]].values
         inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] > values[2:])) + 1
         highest = sorted(sorted(inner.tolist(), key=lambda k: -values[k])[:_MOST])
@@ -154,7 +155,8 @@ class CrossDensityPage(_OverFrequency):
 
     @property
     def sentence(self) -> str:
-        attributes, magnitude = self.result.attrs, self.result["cross_magnitude"].values[1:]
+        attributes = self.result.attrs
+        magnitude = self.result["cross_magnitude"].values[1:]
         at = float(self.result["frequency"].values[1:][int(np.argmax(magnitude))])
         unit = " Hz" if self.si else ""
         return (
@@ -181,7 +183,8 @@ class CoherencePage(_OverFrequency):
 
     @property
     def sentence(self) -> str:
-        attributes, threshold = self.result.attrs, float(self.result.attrs["threshold"])
+        attributes = self.result.attrs
+        threshold = float(self.result.attrs["threshold"])
         coherence = np.nan_to_num(self.result["coherence"].values[1:])
         share = 100.0 * float(np.mean(coherence > threshold)) if coherence.size else math.nan
         return (

@@ -50,7 +50,8 @@ def coherence_table(content: dict[str, Any], *, si: bool = True) -> Table:
 
 def summary_of(data: xr.Dataset, *, si: bool) -> str:
     """Say in a sentence or two how large the signal is, where its power is, and how far the reference explains it."""
-    frequency, density = data["frequency"].values[1:], data["psd"].values[1:]
+    frequency = data["frequency"].values[1:]
+    density = data["psd"].values[1:]
     unit = raised(str(data.attrs["units"])).removesuffix("1")
     sentence = f"The rms of {data.attrs['channel']} is {_with(data.attrs['rms'], unit)}"
     total = float(np.sum(density))
@@ -60,7 +61,8 @@ def summary_of(data: xr.Dataset, *, si: bool) -> str:
         sentence += f", and its density is highest at {_with(frequency[int(np.argmax(density))], 'Hz' if si else '')}"
     if "coherence" not in data:
         return f"{sentence}."
-    alike, threshold = data["coherence"].values[1:], float(data.attrs["threshold"])
+    alike = data["coherence"].values[1:]
+    threshold = float(data.attrs["threshold"])
     explained = float(np.sum(density * np.nan_to_num(alike))) / total if total > 0.0 else math.nan
     above = float(np.mean(np.nan_to_num(alike) > threshold))
     share = "" if math.isnan(explained) else f", weighted by it {100.0 * explained:.0f} % of the power"

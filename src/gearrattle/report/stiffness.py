@@ -88,7 +88,8 @@ class StiffnessPage(Presentation[Stiffness]):
         return [chart for chart in (eigenvalue_chart(self.result), over) if chart is not None]
 
     def content(self) -> dict[str, Any]:
-        result, content = self.result, {}
+        result = self.result
+        content = {}
         if self.over is not None:
             content["over"] = {"contact_ratio": self.over.ratios, "r_lambda": self.over.r_lambda}
         return {
@@ -103,7 +104,8 @@ class StiffnessPage(Presentation[Stiffness]):
         }
 
     def numbers(self) -> Arrays:
-        result, rate = self.result, {"units": "1/s" if self.si else "1"}
+        result = self.result
+        rate = {"units": "1/s" if self.si else "1"}
         variables = {
             "r_lambda": ((), result.r_lambda, {"units": "1"}),
             "eigenvalue": (("part", "eigenvalue_number"), _parts(result.eigenvalues), rate),
@@ -126,7 +128,8 @@ class StiffnessPage(Presentation[Stiffness]):
 
     def _region_columns(self) -> dict[str, Any]:
         eigenvalues = [region.eigenvalues.elastic for region in self.regions]
-        by_region, rate = ("region", "region_eigenvalue"), {"units": "1/s" if self.si else "1"}
+        by_region = ("region", "region_eigenvalue")
+        rate = {"units": "1/s" if self.si else "1"}
         return {
             "region_label": (("region", "clearance"), [list(region.labels.values()) for region in self.regions]),
             "region_r_lambda": ("region", [r.eigenvalues.r_lambda for r in self.regions], {"units": "1"}),

@@ -35,7 +35,8 @@ _MOST = 40
 
 def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
     """Return the number of cases by subject and by the word of the code, such as a regime."""
-    words, subject = words_of(data[output]), subject_of(data, output)
+    words = words_of(data[output])
+    subject = subject_of(data, output)
     names = subject_names(data, output) if subject else [output]
     codes = values_of(data, output).transpose(*([subject] if subject else []), ...).values.reshape(len(names), -1)
     return {
@@ -89,7 +90,8 @@ def probability_table(data: xr.Dataset) -> Table:
 def probabilities_table(dataset: xr.Dataset) -> Table:
     """Probability of rattle by part and position on the axes, from ``rattle_probability``."""
     # axes and subjects
-    subject, dims = str(dataset.attrs["subject"]), [str(name) for name in dataset["probability"].dims]
+    subject = str(dataset.attrs["subject"])
+    dims = [str(name) for name in dataset["probability"].dims]
     axes = [name for name in dims if name != subject]
     labels = {axis: labels_of(dataset, axis) if axis in dataset.coords else _numbers(dataset, axis) for axis in axes}
     names = [str(name) for name in dataset[subject].values] if subject else [str(dataset.attrs["output"])]

@@ -66,8 +66,10 @@ def switches(trajectory: Trajectory) -> dict[str, int]:
     """Return how often each slider began or ceased to slip, and each limit of contact damping to act."""
     if trajectory.auxiliaries is None:
         return {}
-    layout, watch = trajectory.layout, trajectory.auxiliaries.passages.watch
-    first, names = len(layout.clearance), layout.auxiliary_names
+    layout = trajectory.layout
+    watch = trajectory.auxiliaries.passages.watch
+    first = len(layout.clearance)
+    names = layout.auxiliary_names
     counts = np.bincount(watch[watch >= first] - first, minlength=len(names))
     return dict(zip(names, counts.tolist(), strict=True))
 

@@ -42,10 +42,12 @@ class TippingPage(Presentation["pd.DataFrame"]):
     @property
     def sentence(self) -> str:
         table: pd.DataFrame = self.result
-        pulse, parts = self._pulse, []
+        pulse = self._pulse
+        parts = []
         for way in _WAYS:
             if table[way].notna().any():
-                sizes, shares = np.abs(table[way].to_numpy()), table["share"].to_numpy()
+                sizes = np.abs(table[way].to_numpy())
+                shares = table["share"].to_numpy()
                 least = int(np.nanargmin(sizes))
                 at = f"at {numeral(float(shares[least]))} of {table.attrs['cycles']} T"
                 parts.append(f"{pulse.with_unit(float(sizes[least]))} {way} ({at})")
@@ -67,7 +69,8 @@ class TippingPage(Presentation["pd.DataFrame"]):
         return (tipping_chart(self.result, self._pulse),)
 
     def answer(self) -> tuple[Table, ...]:
-        table, pulse = self.result, self._pulse
+        table = self.result
+        pulse = self._pulse
         ways = (table[way].to_numpy() * pulse.factor for way in _WAYS)
         columns = np.stack([table["share"].to_numpy(), table["time"].to_numpy(), *ways], axis=1).tolist()
         rows = tuple(tuple(numeral(value, 6) for value in row) for row in columns)

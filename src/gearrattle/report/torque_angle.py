@@ -28,7 +28,8 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
 
     @property
     def sentence(self) -> str:
-        loop, angle = self.result, self._unit("rad")
+        loop = self.result
+        angle = self._unit("rad")
         ends = (engineering(float(end), angle) for end in (loop.deflection.min(), loop.deflection.max()))
         loss = f"takes {engineering(loop.loss, self._unit('J'))}" if loop.loss else "takes nothing"
         return f"From {' to '.join(ends)} and back, friction {loss} a cycle."
@@ -55,7 +56,8 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
         return {"element": loop.element, **arrays, "loss": loop.loss, "units": loop.units}
 
     def numbers(self) -> Arrays:
-        loop, torque = self.result, {"units": self._unit("N m") or "1"}
+        loop = self.result
+        torque = {"units": self._unit("N m") or "1"}
         return Arrays(
             {
                 "deflection": ("point", loop.deflection, {"units": self._unit("rad") or "1"}),
@@ -69,7 +71,8 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
         return unit if self.result.units == "SI" else ""
 
     def _chart(self) -> Chart:
-        loop, unit = self.result, self._unit("N m")
+        loop = self.result
+        unit = self._unit("N m")
         factor, across = (180.0 / np.pi, "°") if self.result.units == "SI" else (1.0, "")
         x = loop.deflection * factor
         lines = (

@@ -72,7 +72,8 @@ class ValidationPage(Presentation[Validation]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
-        validation, pairs = self.result, self.result.pairs
+        validation = self.result
+        pairs = self.result.pairs
         rows = [self._levels(), _orders(pairs), _bands(pairs), _budget(pairs)]
         if validation.impacts:
             rate = dict.fromkeys(("exact", "exact_error", "measured", "simulated", "low", "high"), "1/cycle")

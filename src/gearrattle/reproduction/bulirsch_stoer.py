@@ -13,7 +13,8 @@ from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, ro
 
 CYCLES = 40
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12)
-LOOSE, TIGHT = 1e-3, 1e-6
+LOOSE = 1e-3
+TIGHT = 1e-6
 QUICK = (LOOSE, TIGHT)
 _ALIKE = 0.2
 OTHERS = ("rkf", "rkv")
@@ -140,7 +141,8 @@ def _incompatible(measurements: Measurements) -> Row:
 
 
 def _row(measurements: Measurements) -> Row:
-    ended, failed = 0, []
+    ended = 0
+    failed = []
     for case in (2, 3):
         for kind, loaded in KINDS.items():
             for tolerance in tolerances(measurements.scope):

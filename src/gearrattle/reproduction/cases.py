@@ -27,7 +27,9 @@ DAMPING = {"clutch": 0.225, "spline": 0.0075, "gear": 4500.0}
 RADIUS = 0.05
 _HARMONICS = ((1, 202.5), (2, 81.0), (3, 50.625), (4, 24.3), (5, 12.15))
 _CLUTCH = {1: (0.10, 0.25), 2: (0.01, 0.025), 3: (0.001, 0.01)}  # Table 2: alpha, beta
-_CLUTCH_WIDTH, _SPLINE_WIDTH = 0.16, 0.05867  # Table 2 in units of psi_c = 1e-3 rad
+# Table 2 in units of psi_c = 1e-3 rad
+_CLUTCH_WIDTH = 0.16
+_SPLINE_WIDTH = 0.05867
 _ERROR = {"order": 20, "amplitude": 5e-6, "phase": 0.0}  # Table 2: 0.1 half-gaps; sec. 9: order 20
 
 

@@ -90,12 +90,14 @@ def _scatter(times: Iterable[Sequence[float]]) -> float:
 def _cost_of_a_call(lines: Sequence[Performance]) -> str:
     """Return the printed run time over the printed calls, lowest to highest, with the algorithms."""
     costs = {line.label: 1e3 * line.seconds / line.calls for line in lines if line.calls}
-    low, high = min(costs, key=costs.__getitem__), max(costs, key=costs.__getitem__)
+    low = min(costs, key=costs.__getitem__)
+    high = max(costs, key=costs.__getitem__)
     return f"{costs[low]:.2f} ({low}) to {costs[high]:.2f} ms ({high})"
 
 
 def _trials_fail(measurements: Measurements, case: int, kind: str) -> Row:
-    rates, figures = [], {}
+    rates = []
+    figures = {}
     for name in ("rkf", "rkv", "rkv-events"):
         run = measurements.run(of_tables(measurements.scope, case, name, loaded=KINDS[kind]))
         if run is not None:
@@ -143,7 +145,8 @@ def _trial_steps(measurements: Measurements) -> Row:
 
 def _bottoms_out(measurements: Measurements) -> Row:
     """Sec. 9: a variable step bottoms out at discontinuities."""
-    parts, least = [], 1.0
+    parts = []
+    least = 1.0
     for name in ("rkf", "rkv", "bulirsch-stoer"):
         run = measurements.run(of_tables(measurements.scope, 3, name, loaded=False))
         if run is not None and run.cost.smallest_step is not None:

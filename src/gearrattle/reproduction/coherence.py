@@ -60,7 +60,8 @@ def kappa(
     """(4,) mean coherences of a run with a reference, by default with an anti-aliasing filter before decimation; None
     without either run.
     """
-    mine, theirs = measurements.run(setup), measurements.run(reference)
+    mine = measurements.run(setup)
+    theirs = measurements.run(reference)
     if mine is None or theirs is None:
         return None
     coherences = compare_coherence(mine.trajectory, theirs.trajectory, anti_alias=filtered)

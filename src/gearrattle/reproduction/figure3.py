@@ -27,11 +27,13 @@ from gearrattle.reproduction.sweep import GEAR, Stop, Tick, history, loose_gear,
 from gearrattle.signals import steady
 from gearrattle.signals.regions import Regime
 
-FREQUENCY, MEAN = 0.8, 0.1
+FREQUENCY = 0.8
+MEAN = 0.1
 """Of the mesh alone: below its resonance, a tenth of the force at a half-gap's deflection."""
 WORDS: dict[Regime, str] = {"quiet": "no impact", "single-sided": "single-sided", "double-sided": "double-sided"}
 _HEIGHT: dict[Regime, float] = {"quiet": 0.0, "single-sided": 1.0, "double-sided": 2.0}
-_APART, _SHOWN = 0.06, 1
+_APART = 0.06
+_SHOWN = 1
 _FINE = 2048
 
 

@@ -32,10 +32,12 @@ from gearrattle.trajectory import Array
 
 LOAD = 0.1
 """Mean load of the single-sided motions, in units of K b."""
-SINGLE, DOUBLE = ((0.8, 0.02, 1.0), (2.0, 0.2, 8.0)), ((1.5, 1.0, 60.0), (2.0, 2.0, 60.0))
+SINGLE = ((0.8, 0.02, 1.0), (2.0, 0.2, 8.0))
+DOUBLE = ((1.5, 1.0, 60.0), (2.0, 2.0, 60.0))
 """Frequencies over the resonance in contact, with lowest and highest amplitude [K b]. Some of these loads lead to the
 other regime; those motions are left out."""
-NEAR, MOST = 0.05, 0.9
+NEAR = 0.05
+MOST = 0.9
 _SIDE = (Stage(0.0, 0.0, 1.0), Stage(1.0, 0.0, None))
 GAP = staged(_SIDE, _SIDE)
 """A free gap of half-width 1 and slope 1."""
@@ -46,7 +48,8 @@ def under_load(amplitude: float, load: float) -> Describing:
     """Contact ratios of the gap under a sine [half-gaps] about the mean that carries a load [K b, not negative], by
     bisection.
     """
-    low, high = 0.0, 1.0 + load + amplitude  # the mean force grows with the mean, and is at least load at high
+    low = 0.0  # the mean force grows with the mean
+    high = 1.0 + load + amplitude  # there it is at least the load
     for _ in range(_DIGITS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if under_sine(GAP, amplitude, middle).mean_force < load else (low, middle)
@@ -55,7 +58,8 @@ def under_load(amplitude: float, load: float) -> Describing:
 
 def widest(load: float) -> float:
     """The amplitude at which a sine under a load first reaches the other side, by bisection."""
-    low, high = load, 2.0 + load
+    low = load
+    high = 2.0 + load
     for _ in range(_DIGITS):
         middle = 0.5 * (low + high)
         reached = under_sine(GAP, middle, middle - 1.0).mean_force > load  # lowest point at -1
@@ -154,7 +158,8 @@ def _falls(single: Sequence[Stop]) -> Row:
 
 
 def _saturates(double: Sequence[Stop]) -> Row:
-    largest, ranks = max(double, key=lambda stop: stop.amplitude), _ranks(double)
+    largest = max(double, key=lambda stop: stop.amplitude)
+    ranks = _ranks(double)
     h = 1.0 / largest.amplitude
     good = min(ranks) > 0.5 and min(largest.mean_slope, largest.gain) > 0.9
     summary = (

@@ -27,7 +27,8 @@ from gearrattle.signals import Spectrum, last_cycles, psd, steady
 
 HIGH_ORDER = 50.0
 """Above it lie neither torques nor the mesh order nor its first overtone: impacts and their ringing only."""
-SHOWN, BLOCK = 8, 12
+SHOWN = 8
+BLOCK = 12
 _SMOOTHING = 0.05
 _SLIGHT = 0.1
 _SLOW = 2.0
@@ -65,7 +66,8 @@ def _run(measurements: Measurements, algorithm: str, kind: str) -> Run | None:
 
 def _histories(measurements: Measurements, kind: str) -> Row:
     # runs, and the instants up to which they agree
-    item, printed_claim = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
+    item = f"Fig. 7(a), (b), RK2 and RKV, {kind}"
+    printed_claim = "slight variations between the two solutions"
     rk2, rkv, exact = (_run(measurements, name, kind) for name in ("rk2", "rkv", "exact"))
     if rk2 is None or rkv is None or exact is None:
         return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
@@ -110,7 +112,8 @@ def _histories(measurements: Measurements, kind: str) -> Row:
 
 def _different(measurements: Measurements, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
     """How many statistics of each lie outside those of exact motions begun nearby, of how many."""
-    setup, t = setup_of(measurements.scope, "exact", loaded=KINDS[kind]), exact.trajectory
+    setup = setup_of(measurements.scope, "exact", loaded=KINDS[kind])
+    t = exact.trajectory
     grid = {"cycles": t.cycles, "discard": t.discard, "samples_per_cycle": t.samples_per_cycle}
     others = exact_portraits(load_case(setup.case, setup.ratio, loaded=setup.loaded), t, grid, None)
     comparisons = {name: compare_statistics(portrait(run.trajectory), others) for name, run in runs.items()}
@@ -152,7 +155,8 @@ def high_share(run: Run) -> float:
 
 def _spectra(measurements: Measurements, kind: str) -> Row:
     # runs, and mean square above the high order against exact
-    item, printed_claim = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
+    item = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}"
+    printed_claim = "a tendency to smooth them out"
     rk2, gear, exact = (_run(measurements, name, kind) for name in ("rk2", "gear", "exact"))
     if rk2 is None or exact is None:
         return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
@@ -185,11 +189,13 @@ def _spectra(measurements: Measurements, kind: str) -> Row:
 
 def _history_chart(measurements: Measurements, kind: str) -> Chart | None:
     runs = {name: _run(measurements, name, kind) for name in ("rk2", "rkv")}
-    panels, colour = [], dict(zip(runs, COLOURS, strict=False))
+    panels = []
+    colour = dict(zip(runs, COLOURS, strict=False))
     for name, run in runs.items():
         if run is None:
             return None
-        t, gear = run.trajectory, run.trajectory.layout.clearance_names.index("gear")
+        t = run.trajectory
+        gear = run.trajectory.layout.clearance_names.index("gear")
         window = last_cycles(t, SHOWN)
         index = window.first + np.arange(window.closed(t.time).size)
         x, y = index / t.samples_per_cycle, t.deflection[index, gear] / (0.5 * np.ptp(t.layout.corners[gear]))

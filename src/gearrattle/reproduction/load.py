@@ -59,10 +59,8 @@ def crossings(measurements: Measurements, kind: str, ratio: float) -> int | None
 
 
 def _motion(measurements: Measurements, kind: str, ratio: float) -> str:
-    run, number = (
-        measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind])),
-        crossings(measurements, kind, ratio),
-    )
+    run = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind]))
+    number = crossings(measurements, kind, ratio)
     if run is None or number is None:
         return "no run"
     if number == 0:
@@ -84,7 +82,8 @@ def _pair(measurements: Measurements, kind: str, algorithm: str) -> tuple[int, i
 
 def _cost(measurements: Measurements, kind: str, label: str) -> Row:
     item = f"Sec. 9, load, {label}, {kind}"
-    printed_claim, pair = "about 30 % less computing at 0.5 than at 0.05", _pair(measurements, kind, VARIABLE[label])
+    printed_claim = "about 30 % less computing at 0.5 than at 0.05"
+    pair = _pair(measurements, kind, VARIABLE[label])
     if pair is None:
         return row(item, printed_claim, UNAVAILABLE, UNAVAILABLE)
     change = pair[1] / pair[0] - 1.0
@@ -107,7 +106,8 @@ def _why(measurements: Measurements, kind: str, algorithm: str, change: float) -
         for ratio in (LIGHT, MODERATE)
     ]
     costs = [run.cost for run in runs if run is not None]
-    crossed, rejected = [c.events for c in costs], [c.rejected_steps for c in costs]
+    crossed = [c.events for c in costs]
+    rejected = [c.rejected_steps for c in costs]
     steps = [figure(FASTEST * c.average_step, 2) for c in costs]
     fewer = (
         f"crossings go from {counted(crossed[0])} to {counted(crossed[1])}, rejected steps from "
@@ -123,7 +123,8 @@ def _why(measurements: Measurements, kind: str, algorithm: str, change: float) -
 
 def _coherence(measurements: Measurements, kind: str) -> Row:
     """Sec. 9: solution coherences are also better for moderately loaded systems."""
-    means, until = [], []
+    means = []
+    until = []
     for ratio in (LIGHT, MODERATE):
         exact = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind]))
         if exact is not None:

@@ -24,7 +24,8 @@ _COUPLINGS = (("clutch", 1, 2, 430.77), ("spline", 2, 3, 27803.0), ("shaft_35", 
 _SHAFT = ("shaft_57", 5, 7, 82231.0)
 _MESHES = (("mesh_34", 3, 4, 7.9521e5), ("mesh_56", 5, 6, 3.1347e5), ("mesh_78", 7, 8, 6.3723e5))
 _RADIUS = 0.05
-_FIT, _SHAPE = 5e-4, 0.05
+_FIT = 5e-4
+_SHAPE = 0.05
 _KEPT = ("clutch", "spline", "mesh_34")
 """What the paper's four-inertia model keeps."""
 
@@ -86,7 +87,8 @@ def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
     """Compare the first two elastic shapes, scaled as printed."""
     # computed shapes, scaled as the printed ones
     two, three = (np.asarray(linear_modes.shapes)[:, mode] for mode in (1, 2))
-    two, three = two / two[-1], three / three[1]
+    two = two / two[-1]
+    three = three / three[1]
     # the printed entry without which the others fit best
     nine = np.array(printed.PSI_2)
     at = min(range(nine.size), key=lambda k: float(np.abs(np.delete(nine, k) - two).max()))

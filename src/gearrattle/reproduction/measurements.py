@@ -127,7 +127,8 @@ def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = N
     """Make every run once, or as often as its setup says."""
     wanted = tuple(dict.fromkeys(setups))
     total = sum(seconds_of(setup) for setup in wanted)
-    done, furthest = 0.0, 0.0
+    done = 0.0
+    furthest = 0.0
     results: dict[Setup, Result] = {}
     times: dict[Setup, tuple[float, ...]] = {}
 

@@ -57,7 +57,8 @@ TABLE_4 = (
     Performance("BUS", "bulirsch-stoer", None, None, None, None),
 )
 """Case 3, three clearances, transmission error 0.10."""
-RK2_STEP, RK4_STEP = 0.001, 0.0128
+RK2_STEP = 0.001
+RK4_STEP = 0.0128
 
 TABLE_1 = {
     "xi_11": "3.333e-06",
@@ -140,9 +141,11 @@ TABLE_5 = (
 )
 """Case, quantity, experiment, simulation [rad/s^2], sigma [%]."""
 
-R_LAMBDA_DIMENSIONAL, R_LAMBDA_MIXED = 75.0, 20.0
+R_LAMBDA_DIMENSIONAL = 75.0
+R_LAMBDA_MIXED = 20.0
 """Sec. 7 of Fig. 6(b): "about seventy five" and "barely crosses twenty"."""
 LOAD_SAVING = 0.30
 """Sec. 9: computing time of variable-step algorithms at a mean of 0.5 against 0.05."""
-LIGHT, MODERATE = 0.05, 0.5
+LIGHT = 0.05
+MODERATE = 0.5
 """Sec. 9: ratios of mean to alternating load."""

@@ -29,7 +29,8 @@ from gearrattle.reproduction.record import Reproduction
 
 _A_LOAD = 0.02, 0.02
 """About how long a load of Figs. 3 and 4 takes [s]; as in ``measurements``, only ratios matter."""
-_STEPS, _READING = 6.0, 10.0
+_STEPS = 6.0
+_READING = 10.0
 """The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
 _READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
 
@@ -67,7 +68,8 @@ def _shares(scope: Scope, setups: tuple[Setup, ...], progress: Progress | None) 
         "steps": _STEPS * (0.1 if scope.quick else 1.0),
         "reading": _READING * (0.3 if scope.quick else 1.0),
     }
-    total, names = sum(seconds.values()), list(seconds)
+    total = sum(seconds.values())
+    names = list(seconds)
 
     def part(name: str) -> Progress:
         before = sum(seconds[name] for name in names[: names.index(name)])

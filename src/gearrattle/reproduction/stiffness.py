@@ -22,8 +22,10 @@ from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, ro
 from gearrattle.trajectory import Array
 
 _ROWS = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 1.0, -1.0, 0.0], [0.0, 0.0, RADIUS, -RADIUS]])
-_INERTIA, _DRAG = np.array(list(J.values())), np.array(list(DRAG.values()))
-_K, _C = np.array(list(STIFFNESS.values())), np.array(list(DAMPING.values()))
+_INERTIA = np.array(list(J.values()))
+_DRAG = np.array(list(DRAG.values()))
+_K = np.array(list(STIFFNESS.values()))
+_C = np.array(list(DAMPING.values()))
 
 
 def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = False) -> Array:
@@ -32,7 +34,8 @@ def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = 
     """
     stiffness = (_ROWS.T * (_K * [clutch, 1.0, gear])) @ _ROWS
     damping = (_ROWS.T * _C) @ _ROWS + np.diag(_DRAG)
-    zero, one = np.zeros((4, 4)), np.eye(4)
+    zero = np.zeros((4, 4))
+    one = np.eye(4)
     a = np.block(
         [[zero, one], [-stiffness / _INERTIA[:, None] / time_scale**2, -damping / _INERTIA[:, None] / time_scale]]
     )

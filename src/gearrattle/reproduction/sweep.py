@@ -79,7 +79,8 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
     contact, mean and amplitude on the deflection in units of K b.
     """
     # load on the deflection as a torque on the input gear
-    torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
+    torque = FORCE * RADIUS
+    share = J["input_gear"] / (MASS * RADIUS**2)
     mesh: dict[str, Any] = {
         "name": GEAR,
         "between": ["input_gear", "output_gear"],
@@ -121,7 +122,8 @@ def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: in
     cycles
         per load; the first two thirds are discarded, the rest is evaluated.
     """
-    stops, start = [], None
+    stops = []
+    start = None
     for rising in (True, False):
         for load in loads if rising else loads[::-1]:
             tick()
@@ -148,7 +150,8 @@ def _end(t: Trajectory) -> dict[str, list[float]]:
 
 
 def _stop(t: Trajectory, load: float, rising: bool, start: dict[str, list[float]] | None) -> Stop:
-    gear, window = t.layout.clearance_names.index(GEAR), steady(t)
+    gear = t.layout.clearance_names.index(GEAR)
+    window = steady(t)
     amplitude = float(np.ptp(window.periodic(t.deflection[:, gear]))) / (2.0 * HALF_GAP)
     ratios = {name: float(ROUTES[name](t).value[gear]) for name in ("mean-slope", "spectral")}
     return Stop(load, rising, regime(t, gear, window), amplitude, ratios["mean-slope"], ratios["spectral"], start)

@@ -28,7 +28,8 @@ def _row(line: tuple[int, str, int, int, str]) -> Row:
     comparison = of_printed(experiment, simulation)
     ours = comparison.sigma
     places = len(text.partition(".")[2])
-    item, printed_claim = f"Table 5, sigma, case {case}, {quantity}", f"{text} % of {experiment} and {simulation}"
+    item = f"Table 5, sigma, case {case}, {quantity}"
+    printed_claim = f"{text} % of {experiment} and {simulation}"
     if round(ours, places) == float(text):
         return row(item, printed_claim, f"{ours:.{places}f} %", REPRODUCED, sigma=ours)
     why = f"of the printed integers; unrounded ones allow {comparison.high:.2f} to {comparison.low:.2f} %"

@@ -236,7 +236,8 @@ def _calls_per_step() -> Row:
 def _growth_of_cost(measurements: Measurements) -> Row:
     """Sec. 9: time increases with the number of nonlinearities."""
     names = ("rkf", "rkv", "bulirsch-stoer")
-    change, theirs = {}, []
+    change = {}
+    theirs = []
     for name in names:
         for loaded in (False, True):
             runs = [measurements.run(setup_of(measurements.scope, case, name, loaded=loaded)) for case in (1, 3)]

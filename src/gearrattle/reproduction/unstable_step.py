@@ -50,7 +50,8 @@ def growth(step: float) -> float:
 
 def limit() -> float:
     """The longest stable step, by bisection."""
-    stable, unstable = 0.0, printed.RK4_STEP
+    stable = 0.0
+    unstable = printed.RK4_STEP
     while unstable - stable > _DIGITS:
         middle = 0.5 * (stable + unstable)
         stable, unstable = (middle, unstable) if growth(middle) <= 1.0 + 1e-12 else (stable, middle)
@@ -59,7 +60,8 @@ def limit() -> float:
 
 def section(measurements: Measurements) -> Section:
     """Show the growth and what it invents."""
-    factor, longest = growth(printed.RK4_STEP), limit()
+    factor = growth(printed.RK4_STEP)
+    longest = limit()
     first = row(
         "Tables 3 and 4, RK4's step",
         f"h = {printed.RK4_STEP:g}",

@@ -50,7 +50,8 @@ def align(candidate: Array, reference: Array, reach: float) -> Alignment:
         largest distance of a pair [s], above zero.
     """
     pairs = _pairs(candidate, reference, reach)
-    mine, theirs = pairs[:, 0], pairs[:, 1]
+    mine = pairs[:, 0]
+    theirs = pairs[:, 1]
     missed = np.setdiff1d(np.arange(reference.size), theirs)
     return Alignment(mine, theirs, missed, np.setdiff1d(np.arange(candidate.size), mine))
 
@@ -65,7 +66,8 @@ def _pairs(candidate: Array, reference: Array, reach: float) -> Index:
     bounds = np.concatenate([[[0, 0]], first, [[candidate.size, reference.size]]])
     pairs = []
     for (a, b), (a_end, b_end) in pairwise(bounds):
-        mine, theirs = candidate[a:a_end], reference[b:b_end]
+        mine = candidate[a:a_end]
+        theirs = reference[b:b_end]
         if mine.size == theirs.size == 1:
             inside = np.zeros((1, 2), dtype=np.intp)
         elif mine.size * theirs.size > _LARGEST_TABLE:
@@ -88,11 +90,13 @@ def _cheapest(candidate: Array, reference: Array, alone: float) -> Index:
         best[1:] = np.minimum(best[1:], cost[i, :-1] + distance[i])
         cost[i + 1] = np.minimum.accumulate(best - steps) + steps  # any number of reference events left alone
     pairs = []
-    i, j = rows, columns
+    i = rows
+    j = columns
     while i and j:
         options = (cost[i - 1, j - 1] + distance[i - 1, j - 1], cost[i - 1, j] + 1.0, cost[i, j - 1] + 1.0)
         choice = int(np.argmin(options))
         if choice == 0:
             pairs.append((i - 1, j - 1))
-        i, j = i - (choice != 2), j - (choice != 1)
+        i = i - (choice != 2)
+        j = j - (choice != 1)
     return np.array(pairs[::-1], dtype=np.intp).reshape(-1, 2)

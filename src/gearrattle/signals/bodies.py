@@ -137,7 +137,8 @@ def speed_ratios(layout: Layout) -> Array:
     ratios = np.full(len(layout.inertia_names), np.nan)
     ratios[layout.reference] = 1.0
     pairs = np.all(layout.between >= 0, axis=1) & (np.count_nonzero(layout.rows, axis=1) == 2)
-    sets, settled = layout.rows[layout.is_mesh & ~pairs], 0
+    sets = layout.rows[layout.is_mesh & ~pairs]
+    settled = 0
     held = np.any(layout.rows[np.count_nonzero(layout.rows, axis=1) == 1] != 0.0, axis=0)
     ratios[held & np.any(sets != 0.0, axis=0) & np.isnan(ratios)] = 0.0
     while settled < np.count_nonzero(~np.isnan(ratios)):
@@ -166,7 +167,8 @@ def _within_sets(rows: Array, ratios: Array) -> None:
     if not unknown.size:
         return
     known = np.flatnonzero(~np.isnan(ratios))
-    matrix, right = rows[:, unknown], -rows[:, known] @ ratios[known]
+    matrix = rows[:, unknown]
+    right = -rows[:, known] @ ratios[known]
     _, values, directions = np.linalg.svd(matrix)
     free = directions[np.count_nonzero(values > _SETTLED * values.max()) :]
     settled = np.all(np.abs(free) < _SETTLED, axis=0)

@@ -73,8 +73,10 @@ class Moments:
 
     def plus(self, other: Moments) -> Moments:
         """Return those of both pieces, the other one after this."""
-        a, b = self.weight, other.weight
-        n, d = a + b, other.mean - self.mean
+        a = self.weight
+        b = other.weight
+        n = a + b
+        d = other.mean - self.mean
         second = self.second + other.second + d**2 * a * b / n
         third = self.third + other.third + d**3 * a * b * (a - b) / n**2
         third = third + 3.0 * d * (a * other.second - b * self.second) / n
@@ -161,7 +163,8 @@ class SignalSums:
         if not count or self.gram[0, 0] < 2 * count + 1 + trend:
             return amplitudes
         chosen = np.flatnonzero(np.concatenate([np.arange(_POWERS) <= trend, shown, shown]))
-        gram, right = self.gram[np.ix_(chosen, chosen)], products[chosen]
+        gram = self.gram[np.ix_(chosen, chosen)]
+        right = products[chosen]
         scale = 1.0 / np.sqrt(np.diag(gram))  # s grows with the motion, sines do not
         weights = scale * np.linalg.lstsq(gram * np.outer(scale, scale), scale * right, rcond=None)[0]
         sines, cosines = np.split(weights[1 + trend :], 2)
@@ -171,11 +174,13 @@ class SignalSums:
     def velocities(self, angle: int, velocity: int) -> NDArray[np.complex128]:
         """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end."""
         assert self.moments is not None
-        m, span = self.moments, float(self.end - self.start)
+        m = self.moments
+        span = float(self.end - self.start)
         bend = 0.5 * float(m.last[velocity] - m.first[velocity]) * span
         rise = float(m.last[angle] - m.first[angle])
         along = self.layout.period / span  # of s, to go from 0 to 1
-        line, parabola = self.gram[:, 1] * along, self.gram[:, 2] * along**2
+        line = self.gram[:, 1] * along
+        parabola = self.gram[:, 2] * along**2
         return self.amplitudes(self.products[:, angle] - (rise - bend) * line - bend * parabola, 0)
 
 
@@ -244,8 +249,10 @@ def _sampled(kept: SignalSums, time: Array, signals: Array, exact: Exactly | Non
 
 def _waves(kept: SignalSums, time: Array) -> Array:
     """(N, 2 o) sines and cosines of the orders."""
-    omega, periods = kept.layout.omega, max(1, round((time.size * kept.interval) / kept.layout.period))
+    omega = kept.layout.omega
+    periods = max(1, round((time.size * kept.interval) / kept.layout.period))
     angle = repeating_angles(time, omega, kept.orders, periods)
     if angle is None:
-        angle, periods = omega * np.multiply.outer(time, kept.orders), 1
+        angle = omega * np.multiply.outer(time, kept.orders)
+        periods = 1
     return np.tile(np.concatenate([np.sin(angle), np.cos(angle)], axis=1), (periods, 1))

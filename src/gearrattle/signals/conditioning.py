@@ -27,7 +27,8 @@ from gearrattle.files import within_limit
 
 Array = NDArray[np.float64]
 
-PASSED, STOPPED = 0.4, 0.5
+PASSED = 0.4
+STOPPED = 0.5
 """Ends of the band that passes and of the transition, as parts of the lower rate."""
 DECIBELS = 80.0
 """Attenuation of what would fold back; the window is designed for a little more."""

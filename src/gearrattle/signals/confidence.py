@@ -87,7 +87,8 @@ def coherence_below(value: Array, truth: Array, count: float) -> Array:
     count
         averages, above 1.
     """
-    y, eta = np.arctanh(np.sqrt(np.asarray(value, np.float64))), np.arctanh(np.sqrt(np.asarray(truth, np.float64)))
+    y = np.arctanh(np.sqrt(np.asarray(value, np.float64)))
+    eta = np.arctanh(np.sqrt(np.asarray(truth, np.float64)))
     y, eta = np.broadcast_arrays(y, eta)
     return _below(y, eta, count)
 
@@ -126,7 +127,8 @@ def _below(y: Array, eta: Array, count: float) -> Array:
     stops = [np.maximum(eta - 12.0 * spread, 0.0), eta, eta + 6.0 * spread, eta + 6.0 * spread + 16.0 / (count - 1.0)]
     total = np.zeros(y.shape)
     for begin, end in pairwise(stops):
-        low, high = np.minimum(begin, y), np.minimum(end, y)
+        low = np.minimum(begin, y)
+        high = np.minimum(end, y)
         half = 0.5 * (high - low)
         at = (0.5 * (low + high))[..., None] + half[..., None] * nodes
         total += half * (_density(at, eta[..., None], count) @ weights)
@@ -140,7 +142,9 @@ def _density(y: Array, eta: Array, count: float) -> Array:
     |1 + sqrt(z) exp(i p)|^(2 n - 2) is (1 - z)^(n - 1) P_(n-1): periodic and smooth, so equal steps do.
     """
     angles = np.pi * (np.arange(int(32 + 4.0 * np.sqrt(count))) + 0.5) / int(32 + 4.0 * np.sqrt(count))
-    left, right = np.cosh(y) ** -2.0, np.cosh(eta) ** -2.0  # 1 - x, 1 - C
+    # 1 - x, 1 - C
+    left = np.cosh(y) ** -2.0
+    right = np.cosh(eta) ** -2.0
     root = np.tanh(y) * np.tanh(eta)
     gap = left + right - left * right  # 1 - x C, without cancellation
     top = 2.0 * np.log1p(root)  # at angle zero, where the mean is largest
@@ -152,11 +156,13 @@ def _density(y: Array, eta: Array, count: float) -> Array:
 
 def _quantiles(eta: Array, count: float, probability: float) -> Array:
     """Return the quantiles y of an estimate: Newton's method kept within brackets."""
-    low, high = np.zeros(eta.size), eta + 12.0 / np.sqrt(2.0 * (count - 1.0)) + 20.0 / (count - 1.0)
+    low = np.zeros(eta.size)
+    high = eta + 12.0 / np.sqrt(2.0 * (count - 1.0)) + 20.0 / (count - 1.0)
     y = eta + 0.5 / (count - 1.0)
     for _ in range(_STEPS):
         excess = _below(y, eta, count) - probability
-        low, high = np.where(excess < 0.0, y, low), np.where(excess < 0.0, high, y)
+        low = np.where(excess < 0.0, y, low)
+        high = np.where(excess < 0.0, high, y)
         slope = _density(y[:, None], eta[:, None], count)[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             better = y - excess / slope

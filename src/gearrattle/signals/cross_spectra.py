@@ -199,7 +199,8 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
     power_y = np.zeros(shape)
     cross = np.zeros(shape, np.complex128)
     for one, other in zip(groups(x, segments), groups(y, segments), strict=True):
-        first, second = transformed(one, segments), transformed(other, segments)
+        first = transformed(one, segments)
+        second = transformed(other, segments)
         power_x += np.sum(_squared(first), axis=0)
         power_y += np.sum(_squared(second), axis=0)
         cross += np.sum(np.conj(first) * second, axis=0)

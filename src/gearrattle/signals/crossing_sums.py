@@ -41,7 +41,8 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
     """
 
     # the sums of the chunks before
-    layout, log = trajectory.layout, trajectory.events
+    layout = trajectory.layout
+    log = trajectory.events
     judged = judged_of(layout)
     out = room_for(1, judged)
     if before is not None:
@@ -232,5 +233,6 @@ def sums_of(trajectory: Trajectory) -> Sums:
 
 
 def _shares(sums: Sums, layout: Layout, clearance: int, duration: float) -> dict[int, float]:
-    first, times = int(layout.region_of_first_piece[clearance]), sums["dwell"][pieces_of(layout, clearance)]
+    first = int(layout.region_of_first_piece[clearance])
+    times = sums["dwell"][pieces_of(layout, clearance)]
     return {first + piece: share for piece, share in enumerate((times / duration).tolist())}

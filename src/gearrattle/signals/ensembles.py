@@ -111,7 +111,8 @@ def _compared(densities: Array, error: Array | None) -> tuple[NDArray[np.bool_],
     pooled = densities.mean(axis=0)
     least = FLOOR * pooled.max()
     chosen = pooled > least
-    chosen[:2] = chosen[-1] = False
+    chosen[:2] = False
+    chosen[-1] = False
     floor = np.full(int(chosen.sum()), least)
     return chosen, floor if error is None else np.maximum(floor, error[chosen])
 

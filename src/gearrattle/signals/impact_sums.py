@@ -88,7 +88,8 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Hardness:
         largest = np.where(is_open, np.maximum(largest, gathered), largest)
         change = np.where(is_open, np.maximum(change, sums["met"][..., corner]), change)
     # means and largest values of speed, momentum, energy, exchanged momentum and impulse
-    mass, count = np.where(np.isfinite(of["mass"]), of["mass"], np.nan), of["count"]
+    mass = np.where(np.isfinite(of["mass"]), of["mass"], np.nan)
+    count = of["count"]
     with np.errstate(invalid="ignore", divide="ignore"):
         values = (
             of["speed"] / count,

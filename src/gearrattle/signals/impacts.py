@@ -118,7 +118,8 @@ def _is_impact(trajectory: Trajectory) -> NDArray[np.bool_]:
     begins = np.zeros(len(events), dtype=np.bool_)
     for k in range(trajectory.layout.clearance.size):
         mine = events.clearance == k
-        to, origin = events.to_region[mine], events.from_region[mine]
+        to = events.to_region[mine]
+        origin = events.from_region[mine]
         closed_before, closed_after = (in_contact(trajectory.layout, k, region) for region in (origin, to))
         begins[mine] = closed_after & (~closed_before | (np.abs(to) > np.abs(origin)))
     return begins
@@ -128,7 +129,8 @@ def _returns(events: EventLog) -> NDArray[np.intp]:
     """Return (E,) the position of the next crossing of the same corner; -1 where there is none."""
     corner = np.minimum(events.from_region, events.to_region)
     order = np.lexsort((np.arange(len(events)), corner, events.clearance))
-    here, after = order[:-1], order[1:]
+    here = order[:-1]
+    after = order[1:]
     same = (events.clearance[here] == events.clearance[after]) & (corner[here] == corner[after])
     following = np.full(len(events), -1, dtype=np.intp)
     following[here[same]] = after[same]

@@ -78,7 +78,8 @@ def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, cou
 
 def peak_to_peak_of(state: Mapping[str, Array]) -> Level:
     """Return the largest less the smallest acceleration of every inertia."""
-    low, high = state["low"].min(axis=0), state["high"].max(axis=0)
+    low = state["low"].min(axis=0)
+    high = state["high"].max(axis=0)
     beyond = (state["high"] + state["above"]).max(axis=0) - (state["low"] - state["below"]).min(axis=0)
     return Level(high - low, np.maximum(beyond - (high - low), 0.0))
 

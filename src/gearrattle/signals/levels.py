@@ -61,7 +61,8 @@ def extremes_missed(signal: Array) -> tuple[Array, Array]:
     The larger of what ``thinned`` samples would miss of them, and of what a parabola through an extreme and its
     neighbours rises above it. A spike shorter than a sample interval is lost to any estimate.
     """
-    bent, count = missed(signal), len(signal) // 4
+    bent = missed(signal)
+    count = len(signal) // 4
     if count < 2:
         return bent, bent
     parts = signal[: 4 * count].reshape(count, 4, *signal.shape[1:])  # every second sample holds every fourth

@@ -124,9 +124,12 @@ def when_at(wanted: Array, angle: Array, speed: Array, interval: float) -> tuple
         between samples [s].
     """
     below = np.clip(np.searchsorted(angle, wanted, side="right") - 1, 0, angle.size - 2)
-    start, rise = angle[below], angle[below + 1] - angle[below]
-    left, right = speed[below] * interval, speed[below + 1] * interval
-    square, cube = 3.0 * rise - 2.0 * left - right, left + right - 2.0 * rise
+    start = angle[below]
+    rise = angle[below + 1] - angle[below]
+    left = speed[below] * interval
+    right = speed[below + 1] * interval
+    square = 3.0 * rise - 2.0 * left - right
+    cube = left + right - 2.0 * rise
     part = (wanted - start) / rise
     for _ in range(_NEWTON):
         value = part * (left + part * (square + part * cube)) - (wanted - start)
@@ -151,7 +154,8 @@ def turned(values: Array, interval: float, angle: Array, speed: Array, per_turn:
         (N,) of the shaft, positive [rad/s].
     """
     step = TURN / per_turn
-    first, last = int(np.ceil(angle[0] / step - 1e-9)), int(np.floor(angle[-1] / step + 1e-9))
+    first = int(np.ceil(angle[0] / step - 1e-9))
+    last = int(np.floor(angle[-1] / step + 1e-9))
     wanted = np.clip(step * np.arange(first, last + 1), angle[0], angle[-1])
     position, speed_there = when_at(wanted, angle, speed, interval)
     width = np.maximum(TURN / (speed_there * per_turn * interval), 1.0)

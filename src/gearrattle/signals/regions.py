@@ -77,7 +77,8 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
 
 def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
     """Return the error for a crossing that does not lead from the last region to a neighbouring one."""
-    log, k = trajectory.events, int(trajectory.events.clearance[row])
+    log = trajectory.events
+    k = int(trajectory.events.clearance[row])
     if not 0 <= k < trajectory.layout.clearance.size:
         return GearRattleError(f"event log, row {row}: there is no clearance {k}; simulate again, or repair the data")
     before = np.flatnonzero(log.clearance[:row] == k)
@@ -108,7 +109,8 @@ def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
     ModelError
         no cycle left after the discarded ones.
     """
-    window, log = steady(trajectory), trajectory.events
+    window = steady(trajectory)
+    log = trajectory.events
     labels = [int(label) for label in trajectory.initial_region]
     dwell: dict[tuple[int, ...], float] = {}
     since = window.start
@@ -126,7 +128,8 @@ def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
 
 def outside(layout: Layout, clearance: int, shares: Mapping[int, float] | Mapping[int, Array]) -> Array:
     """Return the part of the shares (by region label, of one motion or of many) that is contact, 0 to 1."""
-    inner, total = centre(layout, clearance), np.zeros(())
+    inner = centre(layout, clearance)
+    total = np.zeros(())
     for region, share in shares.items():
         total = total if region in inner else total + share
     return np.asarray(np.minimum(1.0, total))

@@ -35,9 +35,12 @@ def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDA
     from scipy.special import ndtri
 
     z2 = float(ndtri(0.5 + 0.5 * level)) ** 2
-    k, n = np.asarray(count, dtype=np.float64), np.asarray(among, dtype=np.float64)
+    k = np.asarray(count, dtype=np.float64)
+    n = np.asarray(among, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.sqrt(z2 * (k * (n - k) / n + 0.25 * z2))
-        low, high = (k + 0.5 * z2 - half) / (n + z2), (k + 0.5 * z2 + half) / (n + z2)
-    low, high = np.where(k == 0.0, 0.0, low), np.where(k == n, 1.0, high)
+        low = (k + 0.5 * z2 - half) / (n + z2)
+        high = (k + 0.5 * z2 + half) / (n + z2)
+    low = np.where(k == 0.0, 0.0, low)
+    high = np.where(k == n, 1.0, high)
     return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)

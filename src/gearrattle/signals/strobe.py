@@ -103,10 +103,12 @@ def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
             label[left[near]] = len(first)
             within = max(within, float(distance[near].max()))
             first.append(int(left[0]))
-            left, stack = left[~near], stack[~near]
+            left = left[~near]
+            stack = stack[~near]
     order = np.argsort([-np.count_nonzero(label == g) for g in range(len(first))], kind="stable")
     rank = np.empty(len(first) + 1, dtype=np.int64)
-    rank[order], rank[-1] = np.arange(len(first)), -1
+    rank[order] = np.arange(len(first))
+    rank[-1] = -1
     return Groups(rank[label], tuple(first[g] for g in order), within)
 
 

@@ -28,7 +28,8 @@ def levels(values: Array) -> tuple[float, float]:
     """
     low, high = np.quantile(values, [0.01, 0.99]) if values.size > 1000 else (values.min(), values.max())
     if not high > low:
-        low, high = values.min(), values.max()
+        low = values.min()
+        high = values.max()
     return float(0.5 * (low + high)), float(0.2 * (high - low))
 
 
@@ -54,7 +55,8 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
     decided = np.flatnonzero(state)  # samples that settle whether the signal is up or down
     settled = state[decided]
     up = decided[1:][(settled[1:] == 1) & (settled[:-1] == -1)]
-    below, above = height[up - 1], height[up]
+    below = height[up - 1]
+    above = height[up]
     return np.asarray(time[up - 1] + (time[up] - time[up - 1]) * below / (below - above), dtype=np.float64)
 
 

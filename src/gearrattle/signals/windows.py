@@ -69,8 +69,11 @@ def _tail(trajectory: Trajectory, cycles: int) -> Window:
     per_cycle = trajectory.samples_per_cycle
     last = trajectory.time.size - 1
     first = last - cycles * per_cycle
-    after, period = trajectory.first_cycle + trajectory.cycles, trajectory.layout.period
-    start, end = (after - cycles) * period, max(trajectory.end, after * period)  # a crossing at the very end counts
+    after = trajectory.first_cycle + trajectory.cycles
+    period = trajectory.layout.period
+    # a crossing at the very end counts
+    start = (after - cycles) * period
+    end = max(trajectory.end, after * period)
     return Window(start=start, end=end, first=first, last=last, cycles=int(cycles))
 
 

@@ -138,11 +138,14 @@ class Grid(NamedTuple):
 def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
     """Return the trajectory of a motion: everything in it named after the driveline."""
     # labels of regions from indices of pieces
-    first, crossings = layout.region_of_first_piece, motion.crossings
+    first = layout.region_of_first_piece
+    crossings = motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
     # time, forces of clearances, regions and torques, slice by slice
-    per_cycle, samples = grid.samples_per_cycle, len(motion.angle)
-    time, torque = np.empty(samples), np.empty_like(motion.force)
+    per_cycle = grid.samples_per_cycle
+    samples = len(motion.angle)
+    time = np.empty(samples)
+    torque = np.empty_like(motion.force)
     force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
     region = np.empty(motion.piece.shape, motion.piece.dtype)
     for part in slices(samples, 4 * len(layout.radii) + 1):

@@ -25,8 +25,10 @@ def check_rates(driveline: Driveline) -> None:
     """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order; the
     ModelError names every value, and the largest that is taken.
     """
-    model, system = driveline.model, driveline.system
-    period, problems = system.inputs.period, []
+    model = driveline.model
+    system = driveline.system
+    period = system.inputs.period
+    problems = []
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
     for element, law, light in zip(model.elements, system.laws, lightness.tolist(), strict=True):
         for name, power in (("damping", 1), ("stiffness", 2)):
@@ -72,11 +74,13 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
     """Refuse a run whose samples, as many as are in memory at a time, would not fit into half of the machine's memory;
     the ModelError names the setting ``location``, what the run would take and what fits.
     """
-    need, most = bytes_of_sample(system) * cycles * samples_per_cycle, _SHARE * memory()
+    need = bytes_of_sample(system) * cycles * samples_per_cycle
+    most = _SHARE * memory()
     if need <= most:
         return
     fits = max(1, int(cycles * most / need))
-    took, available = need / 2**30, most / 2**30
+    took = need / 2**30
+    available = most / 2**30
     rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory"
     rule += f", of {available:.3g} at most"
     fewer = f"{counted(fits, 'cycle')} or fewer, fewer samples_per_cycle"
@@ -89,7 +93,8 @@ def check_tables(system: PiecewiseSystem) -> None:
     """Refuse ``exact`` for a driveline too large for the tables that the sweep does not need (``solvers.choice``); the
     ModelError says what they would take, and what fits.
     """
-    states, most = 2 * system.size, _SHARE * memory()
+    states = 2 * system.size
+    most = _SHARE * memory()
     need = 8.0 * _MATRICES * states**2
     if need <= most or is_large(system):
         return

@@ -42,7 +42,8 @@ def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
 
 
 def _settled(model: Model, arguments: dict[str, Any]) -> Model:
-    file, overrides = model.simulation, {key: value for key, value in arguments.items() if value is not None}
+    file = model.simulation
+    overrides = {key: value for key, value in arguments.items() if value is not None}
     cycles = overrides.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
     usual = 0 if _is_event(model) else DEFAULTS.discard
     discard = overrides.get("discard", file.discard if file.discard is not None else usual)

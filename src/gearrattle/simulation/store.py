@@ -63,10 +63,12 @@ class Store:
     """A folder that keeps the chunks of one long motion; its state is that after the last whole chunk, None before."""
 
     def __init__(self, folder: Path, owner: str, state: State | None) -> None:
-        self.folder, self.state = folder, state
+        self.folder = folder
+        self.state = state
         self._owner = owner
         self._lock: Lock | None = None
-        self._writing, self._closed = threading.Lock(), False
+        self._writing = threading.Lock()
+        self._closed = False
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
@@ -78,7 +80,8 @@ class Store:
             it holds other files; it holds a run already and ``resume`` is not set; or one that is not of
             this model, these settings and these versions.
         """
-        path, owner = Path(folder), _owner(model, settings)
+        path = Path(folder)
+        owner = _owner(model, settings)
         if path.exists() and not path.is_dir():
             raise NotADirectoryError(20, "a file stands where a folder is needed", str(path))
         state = read_state(path)
@@ -232,7 +235,8 @@ def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
 
 def _chunks(folder: Path, state: State) -> Iterator[Run]:
     """Yield the chunks; ModelError for one of another motion, or one that does not begin where the one before ended."""
-    done, model = 0, None
+    done = 0
+    model = None
     for index in range(state.chunks):
         path = folder / _CHUNK.format(index + 1)
         if not path.exists():
@@ -243,9 +247,11 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
         if model is not None and run.model != model:
             raise ModelError(Problem(str(path), "", "is a chunk of another model", "compute the motion again"))
         if run.trajectory.first_cycle != done:
-            value, rule = f"a chunk from cycle {run.trajectory.first_cycle}", f"must begin at cycle {done}"
+            value = f"a chunk from cycle {run.trajectory.first_cycle}"
+            rule = f"must begin at cycle {done}"
             raise ModelError(Problem(str(path), value, rule, "compute the motion again"))
-        done, model = done + run.trajectory.cycles, run.model
+        done = done + run.trajectory.cycles
+        model = run.model
         yield run
 
 
@@ -272,7 +278,8 @@ def _others(folder: Path) -> list[str]:
 
 def _difference(path: Path, stored: str, asked: str) -> Problem:
     """Say where a stored motion differs from the one asked for."""
-    there, here = stored.splitlines(), asked.splitlines()
+    there = stored.splitlines()
+    here = asked.splitlines()
     pairs = zip([*there, ""], [*here, ""], strict=False)
     old, new = next(((a, b) for a, b in pairs if a != b), (counted(len(there), "line"), counted(len(here), "line")))
     rule = (

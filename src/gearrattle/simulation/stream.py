@@ -173,12 +173,14 @@ class Stream:
         self._plan = plan
         self._march = march
         self._chunk = chunk
-        self._progress, self._store = progress, store
+        self._progress = progress
+        self._store = store
         self._sums: Sums | None = None
         self._ready = True  # the march has room for the next chunk
         state = None if store is None else store.state
         if state is not None:
-            self.done, self._sums = state.done, Sums.unpacked(state.sums, plan.layout, plan.algorithm)
+            self.done = state.done
+            self._sums = Sums.unpacked(state.sums, plan.layout, plan.algorithm)
             if self.done < self.cycles:
                 march.restore(state.march, self._next)
 
@@ -209,7 +211,8 @@ class Stream:
         if self._store is not None:
             self._store.check_there()
         # begin the next chunk, unless a failed call has begun it
-        plan, cycles = self._plan, self._next
+        plan = self._plan
+        cycles = self._next
         if not self._ready:
             self._march.extend(cycles)
             self._ready = True

@@ -274,7 +274,8 @@ def _points(
 ) -> tuple[tuple[Axis, ...], Samples | None]:
     """Axes of a grid, or points drawn from a box."""
     problems: list[Problem] = []
-    axes, box = [], []
+    axes = []
+    box = []
     for name, bounds in over.items():
         try:
             if samples:

@@ -108,7 +108,8 @@ def attractors_of(
     import xarray as xr
 
     # groups of near orbits, and their motions
-    grid, orbits = data["outcome"], _orbits(data)
+    grid = data["outcome"]
+    orbits = _orbits(data)
     groups = grouped(orbits, same)
     standing = [orbit for i in groups.first if (orbit := orbits[i]) is not None]
     motions = _motions(data, groups, settled)
@@ -123,7 +124,8 @@ def attractors_of(
     basin[data["motion"].values.ravel() == CHAOTIC] = CHAOS
     basin[grid.values.ravel() != DONE] = NOTHING
     # shares with Wilson's interval for samples
-    among, cases = int(np.count_nonzero(grid == DONE)), np.array([sizes[n] for n in ordered], dtype=np.int64)
+    among = int(np.count_nonzero(grid == DONE))
+    cases = np.array([sizes[n] for n in ordered], dtype=np.int64)
     low, high = wilson(cases, np.full(len(cases), among)) if SAMPLE in grid.dims else (cases * np.nan, cases * np.nan)
     shares = {"cases": cases, "share": cases / max(among, 1), "low": low, "high": high}
     columns = {name: (ATTRACTOR, values, {"units": "1"}) for name, values in shares.items()}
@@ -154,7 +156,8 @@ def _motions(
     motions = []
     # periodic motion of each group, by shooting
     for g, i in enumerate(groups.first):
-        at, cycles = tuple(int(k) for k in np.unravel_index(i, shape)), int(period[i])
+        at = tuple(int(k) for k in np.unravel_index(i, shape))
+        cycles = int(period[i])
         attractor = settled(at, cycles)
         if attractor is None:
             # without one: verdict of most cases of the group
@@ -208,7 +211,8 @@ def _orbits(data: xr.Dataset) -> list[Array | None]:
     scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
     points = np.stack([data[name].values / size for name, size in zip(names, scale, strict=True)], axis=-1)
     points = points.reshape(-1, *points.shape[-2:])
-    motion, period = data["motion"].values.ravel(), np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
+    motion = data["motion"].values.ravel()
+    period = np.nan_to_num(data["period"].values.ravel()).astype(np.int64)
     return [
         row[-n:] if kind == PERIODIC and n > 0 else None for row, kind, n in zip(points, motion, period, strict=True)
     ]
@@ -236,7 +240,8 @@ def quiet_share(data: xr.Dataset) -> dict[str, float]:
     """
     quiet = 1 + np.flatnonzero(~attractors_that_rattle(data))
     basin = data["basin"].values
-    count, among = int(np.isin(basin, quiet).sum()), int(np.count_nonzero(basin != NOTHING))
+    count = int(np.isin(basin, quiet).sum())
+    among = int(np.count_nonzero(basin != NOTHING))
     low, high = wilson(count, among) if SAMPLE in data["basin"].dims else (np.nan, np.nan)
     return {
         "cases": count,

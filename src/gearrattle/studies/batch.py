@@ -83,7 +83,8 @@ def batched(
         shape = (count, len(output.subjects)) if output.dimension else (count,)
         values[output.name] = np.full(shape, output.nothing, output.dtype)
     # cases that wait, and outputs that need samples
-    done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
+    done = np.zeros(count, dtype=np.bool_)
+    waiting = np.arange(count)
     of_each = [output for output in outputs.chosen if not is_of_crossings(output)]
 
     def report_share(share: float) -> None:
@@ -139,8 +140,10 @@ class _Alike:
     @classmethod
     def of(cls, model: Model, varied: Mapping[str, NDArray[Any]], count: int) -> _Alike:
         """Assemble cases."""
-        driveline, settings = assemble(model), model.simulation
-        system, layout = driveline.system, driveline.layout
+        driveline = assemble(model)
+        settings = model.simulation
+        system = driveline.system
+        layout = driveline.layout
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
         start = _STARTS[settings.initial] if isinstance(settings.initial, str) else AS_GIVEN
@@ -151,12 +154,16 @@ class _Alike:
         angle, velocity = np.zeros((2, count, system.size))
         if isinstance(settings.initial, Initial):
             free = free_of(model)
-            angle[:], velocity[:] = np.array(settings.initial.angle)[free], np.array(settings.initial.velocity)[free]
+            angle[:] = np.array(settings.initial.angle)[free]
+            velocity[:] = np.array(settings.initial.velocity)[free]
         elif start != AS_GIVEN:
             fitting = {path: column[good] for path, column in columns.items()}
             velocity[good], level = static_velocities(model, fitting, int(good.sum()))
             good[good] = level
-        numbers, period, angle, velocity = picked(numbers, good), numbers.period[good, 0], angle[good], velocity[good]
+        period = numbers.period[good, 0]
+        numbers = picked(numbers, good)
+        angle = angle[good]
+        velocity = velocity[good]
         samples = settings.cycles * settings.samples_per_cycle
         end = np.maximum(samples * (period / settings.samples_per_cycle), settings.cycles * period)
         window = np.stack([settings.discard * period, end, period], axis=1)
@@ -174,7 +181,8 @@ class _Alike:
 
 def _floats(varied: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """Columns as floats, and which cases have nothing but numbers in them."""
-    columns, good = {}, np.ones(count, dtype=np.bool_)
+    columns = {}
+    good = np.ones(count, dtype=np.bool_)
     for path, column in varied.items():
         if column.dtype == object:
             fits = np.array([type(value) in (int, float) for value in column.tolist()])
@@ -198,7 +206,8 @@ def _follow(
     out = room_for(chosen.size, alike.pattern.judged)
     together = follow_variants(alike.pattern, alike.numbers, alike.start, alike.window, followed.kept)
     for variant, batch in together:
-        out, at = batch.out, chosen[variant]
+        out = batch.out
+        at = chosen[variant]
         try:
             model = _pattern(followed.model, {path: _plain(column[at]) for path, column in varied.items()})
             of_case = None if model is None else followed.values(model, variant, batch)
@@ -230,7 +239,8 @@ def _keep(
     inertia = np.repeat(alike.layout.inertia[None], judged.sum(), axis=0)
     inertia[:, free_of(alike.model)] = alike.numbers.inertia[judged]
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
-    sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
+    sums = {**tally._asdict(), "mass": mass}
+    gaps = gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
     # values of outputs, criterion by criterion
     for output in filter(is_of_crossings, outputs.chosen):

@@ -100,7 +100,8 @@ class Stretch:
 
 def _values_in_words(data: xr.Dataset, name: str) -> str:
     """One value of a further axis, in SI."""
-    values, attributes = data[name], data[name].attrs
+    values = data[name]
+    attributes = data[name].attrs
     words = attributes.get("long_name", name)
     return (
         f"{words} = {values.values:g} {attributes.get('units', '')}".strip()
@@ -119,7 +120,8 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
     for i, value in enumerate(values.tolist()):
         outcome = int(data["outcome"].values[i])
         if outcome == DONE:
-            code, number = int(data["motion"].values[i]), float(data["period"].values[i])
+            code = int(data["motion"].values[i])
+            number = float(data["period"].values[i])
             period = int(number) if np.isfinite(number) else 0
             description = (motions[code], period, str(verdicts[i]))
         else:

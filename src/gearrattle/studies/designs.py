@@ -91,7 +91,8 @@ def _saltelli(d: int, count: int, seed: int, *, pairs: bool) -> Array:
 def _one_at_a_time(d: int, _count: int, _seed: int) -> Array:
     shares = np.full((2 * d + 1, d), np.nan)
     for i in range(d):
-        shares[2 * i + 1, i], shares[2 * i + 2, i] = 0.0, 1.0
+        shares[2 * i + 1, i] = 0.0
+        shares[2 * i + 2, i] = 1.0
     return shares
 
 

@@ -134,7 +134,8 @@ def prepare(
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
-    others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
+    others = axes_of(axes or {}, base)
+    swept = axes_of({path: values}, base)
     check_once([value for axis in (*others, *swept) for value in axis.values])
     _check_order(swept[0])
     # points of the section that are kept
@@ -306,14 +307,16 @@ class _Reached:
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
             return
         messages = {tuple(at): text for at, text in said["messages"]}
-        self.computed, self.count = Computed(values, kept["outcome"], messages), said["count"]
+        self.computed = Computed(values, kept["outcome"], messages)
+        self.count = said["count"]
         state = {name: kept[f"state {name}"].tolist() for name in ("angle", "velocity") if f"state {name}" in kept}
         self.state = state or None
 
 
 def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Computed:
     """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
-    plan, outputs = store.plan, store.outputs
+    plan = store.plan
+    outputs = store.outputs
     assert isinstance(plan, Sweeps)
     # cases in the direction of the sweep
     cases = list(plan.cases(chunk))

@@ -52,7 +52,8 @@ class Followed:
         settings = self.model.simulation
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
-        criteria, steady = {output.criterion for output in self._sampled}, settings.cycles - settings.discard
+        criteria = {output.criterion for output in self._sampled}
+        steady = settings.cycles - settings.discard
         if not criteria:
             return END
         return Kept(settings.samples_per_cycle, min(LAST_CYCLES, steady) if criteria <= _LAST else steady)
@@ -70,7 +71,8 @@ class Followed:
     def values(self, model: Model, variant: int, batch: Batch) -> dict[str, NDArray[Any]] | None:
         """Return every output of the case that the loop has just followed; None where it must be simulated alone."""
         driveline = assemble(model)
-        layout, values = driveline.layout, dict[str, NDArray[Any]]()
+        layout = driveline.layout
+        values = dict[str, NDArray[Any]]()
         mass = reduced_inertias(layout, layout.clearance.tolist())
         crossings = {**picked(batch.out, variant)._asdict(), "mass": mass}
         if self._of_log:
@@ -93,6 +95,7 @@ class Followed:
 
     def _span(self, layout: Layout) -> tuple[float, float]:
         """First and last sample of the steady part [s]."""
-        settings, per_cycle = self.model.simulation, int(self.model.simulation.samples_per_cycle or 1)
+        settings = self.model.simulation
+        per_cycle = int(self.model.simulation.samples_per_cycle or 1)
         spacing = layout.period / per_cycle
         return int(settings.discard or 0) * per_cycle * spacing, int(settings.cycles or 0) * per_cycle * spacing

@@ -40,7 +40,8 @@ Array = NDArray[np.float64]
 Goals = tuple[tuple[Objective, ...], tuple[Constraint, ...]]
 _WORDS = np.dtypes.StringDType()
 DESIGN = "design"
-_SAME, _ENERGY = 1e-6, 1e-6
+_SAME = 1e-6
+_ENERGY = 1e-6
 
 VARIABLES = (
     "value",
@@ -153,11 +154,13 @@ def _growth(
 ) -> tuple[Array, Array, tuple[Array, Array]]:
     """Hypervolume (g,) and best values (g, m) up to every generation; ideal and reference point."""
     count = int(born[-1]) + 1
-    grown, best = np.zeros(count), np.full((count, values.shape[1]), np.nan)
+    grown = np.zeros(count)
+    best = np.full((count, values.shape[1]), np.nan)
     if not on.any():
         nothing = np.full(values.shape[1], np.nan)
         return grown, best, (nothing, nothing)
-    ideal, worst = values[on].min(axis=0), values[on].max(axis=0)
+    ideal = values[on].min(axis=0)
+    worst = values[on].max(axis=0)
     width = np.where(worst > ideal, worst - ideal, np.maximum(np.abs(ideal), 1.0) * 1e-3)
     reference = ideal + 1.1 * width
     for g in range(count):
@@ -186,7 +189,8 @@ def _certified(
     values: Array,
 ) -> tuple[Array, NDArray[np.int8]]:
     """Values of the front by runs of their own, and whether they agree; -1 where nothing was asked."""
-    exact, stands = np.full(values.shape, np.nan), np.full(len(values), -1, dtype=np.int8)
+    exact = np.full(values.shape, np.nan)
+    stands = np.full(len(values), -1, dtype=np.int8)
     for i in members.tolist():
         stands[i] = 0
         try:
@@ -264,7 +268,8 @@ def in_order(data: xr.Dataset) -> list[int]:
 
 def certificate_of(data: xr.Dataset) -> str:
     """The certificate of the front, in a line."""
-    count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
+    count = data.sizes[DESIGN]
+    front = int((data["front"] == 1).sum())
     feasible = int((data["violation"] == 0.0).sum())
     if not front:
         return f"{counted(count, 'design')}, none of them feasible"

@@ -105,7 +105,8 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
     ModelError
         everything that is wrong with them.
     """
-    problems, objectives = [], []
+    problems = []
+    objectives = []
     if not checked(AnyTable(), requested, "objectives"):
         problems.append(Problem("objectives", "none", "an optimisation needs at least one", 'for example {...: "min"}'))
     for label, sense in requested.items():

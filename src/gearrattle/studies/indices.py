@@ -78,7 +78,8 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
         raise ModelError(Problem("data", f"{len(y)} samples", rule, "give all samples of the study"))
     blocks = y.reshape(-1, step)
     blocks = blocks[np.isfinite(blocks).all(axis=1)]
-    nothing, pairs = np.full(d, np.nan), np.full((d, d), np.nan)
+    nothing = np.full(d, np.nan)
+    pairs = np.full((d, d), np.nan)
     ends = blocks[:, [0, -1]]
     if len(blocks) < _FEWEST or np.ptp(ends) <= 1e-12 * np.abs(ends).max():
         return Indices(nothing, nothing, nothing, nothing, pairs, pairs, len(blocks))

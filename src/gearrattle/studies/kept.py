@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 OUTCOME = "outcome"
 OF = "cases and model"
 """Key of the fingerprint of what a study computes, in its file and among the attributes of its results."""
-RESULTS, DONE_FOLDER = "results.zarr", "done"
+RESULTS = "results.zarr"
+DONE_FOLDER = "done"
 _REMEDY = "resume the study, or give another folder"
 
 

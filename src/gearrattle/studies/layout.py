@@ -85,7 +85,8 @@ def subject_of(data: xr.Dataset, output: str) -> str:
 
 def values_of(data: xr.Dataset, output: str) -> xr.DataArray:
     """An output for the subjects it applies to: the Dataset has NaN, or no code (-1), for the others."""
-    values, applies = data[output], str(data[output].attrs.get("applies_to", "")).split()
+    values = data[output]
+    applies = str(data[output].attrs.get("applies_to", "")).split()
     return values.sel({subject_of(data, output): applies}) if applies else values
 
 
@@ -97,7 +98,8 @@ def subject_names(data: xr.Dataset, output: str) -> list[str]:
 
 def units_of(data: xr.Dataset, output: str) -> dict[str, str]:
     """Units of an output by subject, "" for a plain number; one entry without a name if it has no subjects."""
-    names, unit = subject_names(data, output), str(data[output].attrs.get("units", ""))
+    names = subject_names(data, output)
+    unit = str(data[output].attrs.get("units", ""))
     units = unit.split(", ") if ", " in unit else [unit] * len(names)
     return {name: "" if one == "1" else one for name, one in zip(names, units, strict=True)}
 
@@ -130,7 +132,8 @@ def lacking_in(data: xr.Dataset) -> dict[tuple[str, str], int]:
     """
     counts: dict[tuple[str, str], int] = {}
     for output in outputs_in(data):
-        lacking, absent = str(data[output].attrs.get("lacking", "")), data[output].attrs.get("absent")
+        lacking = str(data[output].attrs.get("lacking", ""))
+        absent = data[output].attrs.get("absent")
         subject = subject_of(data, output)
         for name in subject_names(data, output) if lacking else ():
             values = values_of(data, output).sel({subject: name}) if subject else data[output]

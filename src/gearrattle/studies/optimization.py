@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-POPULATION, GENERATIONS = 32, 20
+POPULATION = 32
+GENERATIONS = 20
 MOST = 1_000_000
-DESIGNS, TIMES = Count(4, MOST), Count(1, MOST)
+DESIGNS = Count(4, MOST)
+TIMES = Count(1, MOST)
 """Number of designs of a generation, and number of generations."""
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
@@ -141,7 +143,8 @@ class Optimization:
         if retry_failed:
             rule = "an optimisation goes on from what failed designs have told it: they stay as they are"
             raise ModelError(Problem("retry_failed", "", rule, "leave it out, or begin in another folder"))
-        storage, begun = storage_of(folder), time.perf_counter()
+        storage = storage_of(folder)
+        begun = time.perf_counter()
         claim = Claim(storage, resume=resume)
         try:
             self._begin(storage)
@@ -167,7 +170,8 @@ class Optimization:
         begun = time.perf_counter()
         parts: list[xr.Dataset] = []
         messages: dict[tuple[int, ...], str] = {}
-        damaged = count = 0
+        damaged = 0
+        count = 0
         # ask for the designs of a generation
         for g in range(generations):
             shares = search.ask()

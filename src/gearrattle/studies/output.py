@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from gearrattle.signals import SEVERITIES
 
-VERDICT, REGIME = "verdict", "regime"
+VERDICT = "verdict"
+REGIME = "regime"
 VERDICT_SEVERITY = "verdict severity"
 SEVERITY = "severity"
 ENERGY = "largest impact energy"

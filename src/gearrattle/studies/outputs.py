@@ -248,7 +248,8 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
 
 def _with_largest(known: Mapping[str, Output], runs: Sequence[Run]) -> dict[str, Output]:
     """Outputs, and the largest value of each over all stable motions."""
-    layout, model = runs[0].trajectory.layout, runs[0].model
+    layout = runs[0].trajectory.layout
+    model = runs[0].model
     largest = {
         f"{name}{OVER_ALL}": replace(output, name=f"{name}{OVER_ALL}", over_all=True) for name, output in known.items()
     }
@@ -350,7 +351,8 @@ def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) 
 
     Any run of the driveline gives the order of names in the lists.
     """
-    layout, outputs = run.trajectory.layout, []
+    layout = run.trajectory.layout
+    outputs = []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}
     for output in chosen:
         occurring = {name for other in chosen if other.dimension == output.dimension for name in other.subjects}

@@ -24,9 +24,11 @@ from gearrattle.studies.batch import FEWEST, batched, can_follow
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples
 
-_TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
+_TRIED = 0.5  # seconds that cases alone would take
+MOST_TRIED = 32  # cases by which the time of one is measured
 _TOO_LONG = 2.0  # seconds of a case alone: no further case is tried then
-_OPENING, _KEEPING = 0.2, 0.02  # seconds to lay out a study, and to keep a chunk; measured
+_OPENING = 0.2  # seconds to lay out a study, measured
+_KEEPING = 0.02  # seconds to keep a chunk, measured
 _GOLDEN = 0.6180339887498949
 _BELIEVED = 0.5  # share of the work after which its own pace alone is believed, and the estimate no more
 _ALMOST = 0.95  # share of a chunk under way that is counted at most where it is unknown
@@ -174,7 +176,8 @@ class Pace:
         left = self.chunks - self.reached
         if shares is not None:
             return min(float(left), sum(shares.values()))
-        now, length = time.monotonic(), max(self._length(), 1e-9)
+        now = time.monotonic()
+        length = max(self._length(), 1e-9)
         busy = list(self._freed)[: min(self.workers, left)]
         return sum(min(_ALMOST, (now - freed) / length) for freed in busy)
 

@@ -116,7 +116,8 @@ class Plan:
     @cached_property
     def chunk_shape(self) -> tuple[int, ...]:
         """The box a chunk is: whole trailing dimensions, what fits of the one before them, one of the others."""
-        left, box = max(1, self.chunk_size), []
+        left = max(1, self.chunk_size)
+        box = []
         for length in reversed(self.shape):
             taken = min(length, left)
             box.append(taken)

@@ -34,7 +34,9 @@ Progress = Callable[[float], None]
 CHUNK_SECONDS = 5.0
 SHORTEST_CHUNK = 2.0
 MOST_IN_CHUNK = 10_000
-_CHUNKS, _FEWEST_CHUNKS = 64, 8  # of a study: enough to share among many workers; those of a study that is soon over
+# of a study: enough to share among many workers; those of a study that is soon over
+_CHUNKS = 64
+_FEWEST_CHUNKS = 8
 _STARTING = 5.0  # seconds until a fresh process is warm
 
 
@@ -155,7 +157,8 @@ class Prepared:
         """
         store = self.open(folder, resume=resume)
         try:
-            before, begun = len(store.done()), time.perf_counter()
+            before = len(store.done())
+            begun = time.perf_counter()
             length = self.plan.count / store.plan.chunks * self.seconds
             pace = (workers, length)
             damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress, pace=pace)
@@ -177,7 +180,8 @@ class Prepared:
 
     def _cost(self, store: Store, before: int, seconds: float) -> str:
         """What a case takes, and what this run took, in a sentence; ``before`` chunks were there already."""
-        sentence, chunks = f"A case takes about {1e3 * self.seconds:.3g} ms", store.plan.chunks
+        sentence = f"A case takes about {1e3 * self.seconds:.3g} ms"
+        chunks = store.plan.chunks
         if before == chunks:
             return f"{sentence}."
         left = f" for what was left, {before} of {counted(chunks, 'chunk')} were there" if before else ""

@@ -79,9 +79,11 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
         return float(np.sqrt(z2 * (n * scatter + 0.25 * z2)) / (n + z2))
 
     # smallest number by doubling, then halving
-    below, enough = 0, 1
+    below = 0
+    enough = 1
     while half(enough) > half_width:
-        below, enough = enough, 2 * enough
+        below = enough
+        enough = 2 * enough
     while enough - below > 1:  # it falls as n grows
         middle = (below + enough) // 2
         below, enough = (below, middle) if half(middle) <= half_width else (middle, enough)

@@ -70,7 +70,8 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     ModelError
         with all errors found in them.
     """
-    problems, ranges = [], []
+    problems = []
+    ranges = []
     if not checked(AnyTable(), requested, "variables"):
         problems.append(Problem("variables", "none", "an optimisation needs at least one"))
     for path, table in requested.items():

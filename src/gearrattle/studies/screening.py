@@ -61,7 +61,8 @@ _FLAGS = {
     "flag_meanings": " ".join(word.replace(" ", "_") for word in FORECASTS),
 }
 _SHARE = 0.02  # of the work, that thresholds are where cases are simulated
-BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
+BY_FACTOR = "factor on the amplitudes of the torques"
+BY_PATH = "number of the load"
 """What the coordinate "load" holds, as its ``long_name`` says."""
 Progress = Callable[[float], None]
 Loads = Sequence[float] | Mapping[str, object]

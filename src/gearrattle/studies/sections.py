@@ -92,7 +92,8 @@ class Section:
 
     def values(self, run: Run, names: Sequence[str]) -> Array:
         """Return (K, q) quantities at (k + phase) T of the periods that are not discarded."""
-        t, system = run.trajectory, assemble(run.model).system
+        t = run.trajectory
+        system = assemble(run.model).system
         first = t.discard * t.samples_per_cycle + round(self.phase * t.samples_per_cycle)
         stops = np.arange(first, len(t.time), t.samples_per_cycle)
         columns = [_quantity(name, run, system, float(self.phase), stops) for name in names]
@@ -120,8 +121,10 @@ def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Secti
     ModelError
         no clearance, a name there is not, a phase that is no such fraction.
     """
-    system, elements = assemble(model).system, model.elements
-    parts, inertias = [e.name for e in elements], [inertia.name for inertia in model.inertias]
+    system = assemble(model).system
+    elements = model.elements
+    parts = [e.name for e in elements]
+    inertias = [inertia.name for inertia in model.inertias]
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
     tested = tuple(f"{kind}.{parts[k]}" for k in system.clearances for kind in ("deflection", "rate"))
@@ -168,13 +171,16 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
         arms = np.abs(system.rows[k])
         slope = float(law.stiffness.max()) * float(arms.max())
         size = corner or (load / slope if load > 0.0 and slope > 0.0 else swing * float(arms.max()) or 1.0)
-        scales[f"deflection.{element.name}"], scales[f"rate.{element.name}"] = size, size * rate
+        scales[f"deflection.{element.name}"] = size
+        scales[f"rate.{element.name}"] = size * rate
         angles[arms > 0.0] = np.minimum(angles[arms > 0.0], size / arms[arms > 0.0])
     for name, angle in zip(free_names(model), np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
-        scales[f"angle.{name}"], scales[f"velocity.{name}"] = angle, angle * rate
+        scales[f"angle.{name}"] = angle
+        scales[f"velocity.{name}"] = angle * rate
     for motion in model.motions:
         angle = swing or 1.0
-        scales[f"angle.{motion.on}"], scales[f"velocity.{motion.on}"] = angle, angle * rate
+        scales[f"angle.{motion.on}"] = angle
+        scales[f"velocity.{motion.on}"] = angle * rate
     return scales
 
 
@@ -183,9 +189,11 @@ def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops:
     t = run.trajectory
     if kind in ("angle", "velocity"):
         return np.asarray(getattr(t, kind)[stops, t.layout.inertia_names.index(subject)])
-    k, inputs = t.layout.element_names.index(subject), system.inputs
+    k = t.layout.element_names.index(subject)
+    inputs = system.inputs
     turn = 2.0 * np.pi * inputs.cycles
-    sine, cosine = inputs.error_sine[k], inputs.error_cosine[k]
+    sine = inputs.error_sine[k]
+    cosine = inputs.error_cosine[k]
     if kind == "deflection":
         error = float(sine @ np.sin(turn * phase) + cosine @ np.cos(turn * phase))
         return np.asarray(t.angle[stops][:, free_of(run.model)] @ system.rows[k] - error)
@@ -282,7 +290,8 @@ class Sections(Outputs):
 
 def _gradient(run: Run, cycles: int) -> Array:
     """(N, N) gradient of the flow over the last cycles, balanced: deflections, velocities, stretches of sliders."""
-    variation, t = run.variation, run.trajectory
+    variation = run.variation
+    t = run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
     return variation.since(begin)
 
@@ -296,7 +305,8 @@ def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:
 def _growth(run: Run) -> tuple[float, bool]:
     """The largest Lyapunov exponent over the periods kept, and whether it is one of chaos."""
     t = run.trajectory
-    period, kept = t.layout.period, t.cycles - t.discard
+    period = t.layout.period
+    kept = t.cycles - t.discard
     whole = run.largest_lyapunov_exponent
     late = run.variation.largest_exponent((t.cycles - kept // 2) * period) if kept > 1 else whole
     return whole, bool(whole * kept * period > np.log(max(GROWN, 100.0 * kept)) and late > 0.0)

@@ -45,7 +45,8 @@ _RARE = 0.05
 
 def rank_correlations(x: Array, y: Array) -> Array:
     """Return (d,) Spearman's correlations of every column of x (n, d) with y (n,); NaN if y is constant."""
-    ranks, of_y = _standard_ranks(x), _standard_ranks(y[:, None])
+    ranks = _standard_ranks(x)
+    of_y = _standard_ranks(y[:, None])
     return np.asarray((ranks.T @ of_y)[:, 0] / len(y))
 
 
@@ -57,7 +58,8 @@ def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
     n, d = x.shape
     if n <= d + 1 or np.ptp(y) == 0.0:
         return np.full(d, np.nan), float("nan")
-    ranks, of_y = _standard_ranks(x), _standard_ranks(y[:, None])[:, 0]
+    ranks = _standard_ranks(x)
+    of_y = _standard_ranks(y[:, None])[:, 0]
     coefficients = np.linalg.lstsq(ranks, of_y, rcond=None)[0]
     return np.asarray(coefficients), 1.0 - float(np.mean((of_y - ranks @ coefficients) ** 2))
 
@@ -135,7 +137,8 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
 
     # samples of the output at one place of the axes
     values = numbers_of(output_in(data, output))
-    paths, method = sampled_in(data), sampling_of(data)
+    paths = sampled_in(data)
+    method = sampling_of(data)
     if SAMPLE not in values.dims or not paths:
         raise ModelError(Problem("data", "", "sensitivities need samples", "let values scatter: vary, samples"))
     if axes_in(data):
@@ -201,7 +204,8 @@ def _sobol(x: Array, y: Array, method: str) -> Row:
 def _swung(x: Array, y: Array, _method: str) -> Row:
     """Output at both ends of every value."""
     d = x.shape[1]
-    swing, places = swings(y, d), np.arange(d)
+    swing = swings(y, d)
+    places = np.arange(d)
     columns = {
         "low": swing.low,
         "high": swing.high,

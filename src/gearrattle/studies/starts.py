@@ -88,7 +88,8 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
     ModelError
         a name there is not, or coordinates that follow from each other; all of them.
     """
-    parts, inertias = [e.name for e in model.elements], free_names(model)
+    parts = [e.name for e in model.elements]
+    inertias = free_names(model)
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
     moving = {motion.on for motion in model.motions}
@@ -118,15 +119,18 @@ def _unknown(name: str, known: Sequence[str], moving: Set[str]) -> Problem:
 
 def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     system = assemble(model).system
-    parts, inertias = [e.name for e in model.elements], free_names(model)
-    rows, error = np.zeros((len(names), system.size)), np.zeros(len(names))
+    parts = [e.name for e in model.elements]
+    inertias = free_names(model)
+    rows = np.zeros((len(names), system.size))
+    error = np.zeros(len(names))
     for i, name in enumerate(names):
         kind, _, subject = name.partition(".")
         if kind in ("angle", "velocity"):
             rows[i, inertias.index(subject)] = 1.0
         else:
             k = parts.index(subject)
-            rows[i], error[i] = system.rows[k], _error(system, k, level)
+            rows[i] = system.rows[k]
+            error[i] = _error(system, k, level)
     weighted = (rows / system.inertia).T
     matrix = rows @ weighted
     size = np.sqrt(np.diagonal(matrix))

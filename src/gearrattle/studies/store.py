@@ -103,12 +103,14 @@ class Store:
 
     def _begin(self) -> None:
         """Begin in a storage location, or go on with what it holds."""
-        storage, plan = self.storage, self.plan
+        storage = self.storage
+        plan = self.plan
         # go on with the study that is kept there
         if storage.exists(ABOUT):
             size = check_owner(storage, self._owner(), "study").get("chunk_size")
             if isinstance(size, bool) or not isinstance(size, int) or size < 1:
-                damaged, rule = f"{storage.address}: {ABOUT}: chunk_size", "must be a whole number of cases"
+                damaged = f"{storage.address}: {ABOUT}: chunk_size"
+                rule = "must be a whole number of cases"
                 raise ModelError(Problem(damaged, str(size), rule, "give another folder"))
             self.plan = replace(plan, chunk_size=size)
             if not self._is_laid_out():
@@ -187,7 +189,8 @@ class Store:
 
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
-        group, plan = _zarr().open_group(self.storage.zarr(RESULTS), mode="w"), self.plan
+        group = _zarr().open_group(self.storage.zarr(RESULTS), mode="w")
+        plan = self.plan
         # coordinates of axes and samples
         for axis in plan.axes:
             for path, values in axis.coordinates.items():
@@ -313,7 +316,8 @@ class Store:
         return [chunk for chunk in sorted(self.done()) if not self._holds(group, chunk)]
 
     def _holds(self, group: Any, chunk: int) -> bool:
-        sums, box = self.marker(chunk).get("checksums"), self.plan.box(chunk)
+        sums = self.marker(chunk).get("checksums")
+        box = self.plan.box(chunk)
         if not sums:
             return False
         try:
@@ -349,7 +353,8 @@ class Store:
             values = np.asarray(dataset[name].values)
             words = values.dtype.kind in "OU"
             data = np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
-            dimensions, kind = [str(dim) for dim in dataset[name].dims], str if words else values.dtype
+            dimensions = [str(dim) for dim in dataset[name].dims]
+            kind = str if words else values.dtype
             array = group.create_array(
                 str(name),
                 shape=values.shape,
@@ -379,7 +384,8 @@ def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ())
     names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]
     names += [("dimension", name) for name in {output.dimension for output in outputs.all} - {""}]
     names += [("output", output.name) for output in outputs.all]
-    used, problems = dict.fromkeys((OUTCOME, *taken), "variable"), []
+    used = dict.fromkeys((OUTCOME, *taken), "variable")
+    problems = []
     for kind, name in names:
         if rule := _wrong_name(name):
             problems.append(Problem(f"{kind} {name}" if isinstance(name, str) else kind, shown(name), rule))

@@ -27,7 +27,8 @@ from gearrattle.quantities.chunks import orders_of
 from gearrattle.signals import gap_names, loose_gears
 from gearrattle.studies.plan import Plan
 
-MOST_WORDS, MOST_TRIED = 64, 256
+MOST_WORDS = 64
+MOST_TRIED = 256
 
 
 def structures_of(plan: Plan) -> list[Model]:

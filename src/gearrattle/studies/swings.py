@@ -31,7 +31,8 @@ class Swings:
         """(d,) the width from the lowest to the highest of base, low and high; what failed is left out."""
         three = np.stack([np.full_like(self.low, self.base), self.low, self.high])
         there = np.isfinite(three)
-        top, bottom = np.where(there, three, -np.inf).max(axis=0), np.where(there, three, np.inf).min(axis=0)
+        top = np.where(there, three, -np.inf).max(axis=0)
+        bottom = np.where(there, three, np.inf).min(axis=0)
         return np.where(there.sum(axis=0) > 1, top - bottom, np.nan)
 
 

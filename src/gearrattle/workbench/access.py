@@ -74,8 +74,11 @@ class Pace:
     """
 
     def __init__(self, at_once: int, a_second: float, clock: Callable[[], float] = time.monotonic) -> None:
-        self._most, self._rate, self._clock = float(at_once), a_second, clock
-        self._left, self._at = self._most, clock()
+        self._most = float(at_once)
+        self._rate = a_second
+        self._clock = clock
+        self._left = self._most
+        self._at = clock()
 
     def allows(self) -> bool:
         """Whether one more may happen now; if so it counts."""
@@ -118,7 +121,10 @@ class Access:
     """The application behind its checks of host, token and password, which is empty for none."""
 
     def __init__(self, application: Application, host: str, token: str, password: str = "") -> None:
-        self._application, self._host, self._token, self._password = application, host, token, password
+        self._application = application
+        self._host = host
+        self._token = token
+        self._password = password
         self._strangers = Strangers(20, 5.0)
         self._requests = Pace(2000, 400.0)
         self._sockets = 0
@@ -274,7 +280,8 @@ def _headers(scope: Scope) -> dict[str, str]:
     """Headers by name; of one that is repeated all values, so that no check sees another one than the application."""
     headers: dict[str, str] = {}
     for raw_name, raw_value in scope["headers"]:
-        name, value = raw_name.decode("latin-1").lower(), raw_value.decode("latin-1")
+        name = raw_name.decode("latin-1").lower()
+        value = raw_value.decode("latin-1")
         headers[name] = f"{headers[name]}, {value}" if name in headers else value
     return headers
 
@@ -289,7 +296,8 @@ def _split(host: str) -> tuple[str, int]:
     """Name and port of a Host; -1 where there is no number."""
     name, colon, port = host.rpartition(":")
     if not colon or (host.startswith("[") and host.endswith("]")):
-        name, port = host, "80"
+        name = host
+        port = "80"
     return name.strip("[]").lower(), int(port) if port.isascii() and port.isdigit() else -1
 
 

@@ -102,14 +102,17 @@ def law_of(element: Element) -> list[list[float]]:
     """Return the corners of its law and a point beyond each end: deflection [rad or m], torque or force [N m or N]."""
     corners = [piece.until for piece in (*element.drive, *element.coast) if piece.until is not None]
     beyond = 0.4 * max(corners, default=2.5)
-    drive, coast = _side(element.drive, beyond), _side(element.coast, beyond)
+    drive = _side(element.drive, beyond)
+    coast = _side(element.coast, beyond)
     points = [(-x, -force) for x, force in reversed(coast)] + [(0.0, 0.0), *drive]
     return [[x, force + element.preload] for x, force in points]
 
 
 def _side(pieces: Sequence[Piece], beyond: float) -> list[tuple[float, float]]:
     """Return the points of one side of a law from the centre outward."""
-    points, x, force = list[tuple[float, float]](), 0.0, 0.0
+    points = list[tuple[float, float]]()
+    x = 0.0
+    force = 0.0
     for piece in pieces:
         end = x + beyond if piece.until is None else piece.until
         force += piece.stiffness * (end - x)
@@ -264,7 +267,8 @@ def _words(row: Mapping[str, Any], *, is_dimensionless: bool) -> str:
 
 
 def _as_written(row: Mapping[str, Any]) -> list[str]:
-    harmonics, mean = row.get("harmonics"), row.get("mean")
+    harmonics = row.get("harmonics")
+    mean = row.get("mean")
     terms = [term for term in harmonics if isinstance(term, Mapping)] if isinstance(harmonics, list) else []
     orders = ", ".join(str(term.get("order", "?")) for term in terms[:4]) + (" …" if len(terms) > 4 else "")
     words = [str(mean)] if isinstance(mean, str | int | float) and mean else []

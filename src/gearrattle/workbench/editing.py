@@ -133,7 +133,8 @@ def _steps(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
 
 def _setting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
     location = _location(tables, edit, "path")
-    typed, value = edit.get("typed"), edit.get("value")
+    typed = edit.get("typed")
+    value = edit.get("value")
     if isinstance(typed, str) and typed.strip():
         literal = literal_of(typed)
     elif value is not None:
@@ -150,7 +151,8 @@ def _setting(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
 
 
 def _adding(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
-    location, value = _location(tables, edit, "table"), edit.get("value")
+    location = _location(tables, edit, "table")
+    value = edit.get("value")
     if value is None:
         raise _refused("edits", "", "an added row needs a value")
     words = ".".join(str(part) for part in location)
@@ -196,7 +198,8 @@ def _renaming(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
 
 def _starts(tables: Mapping[str, Any]) -> list[Location]:
     """Return the lists of an initial state that have one entry an inertia."""
-    count, keys = len(rows_of(tables, BODY)), ("angle", "velocity")
+    count = len(rows_of(tables, BODY))
+    keys = ("angle", "velocity")
     locations: list[Location] = [("simulation", "initial", key) for key in keys]
     return [
         location

@@ -25,9 +25,11 @@ from gearrattle.model import Model, loads
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.folder import Folder
 
-INPUTS, NAME = "inputs", "model.toml"
+INPUTS = "inputs"
+NAME = "model.toml"
 """Names in the folder of a job: the folder, and the model in it."""
-DATA, MEASURED = "data", "measured"
+DATA = "data"
+MEASURED = "measured"
 _KEY = "file"
 Location = tuple[int | str, ...]
 
@@ -111,7 +113,8 @@ def _of_model(text: str, home: Path, reserved: set[str]) -> tuple[str, dict[str,
 
 
 def _free(name: str, taken: Mapping[str, Path]) -> str:
-    path, count = PurePosixPath(name), 1
+    path = PurePosixPath(name)
+    count = 1
     while name in taken:
         count += 1
         name = f"{path.parent}/{path.stem}_{count}{path.suffix}"
@@ -120,7 +123,8 @@ def _free(name: str, taken: Mapping[str, Path]) -> str:
 
 def _add_option(name: str, folder: Folder, sources: dict[str, Path], texts: dict[str, str]) -> None:
     """Add a file that an option names, and where it is a TOML file what that names."""
-    path, moved_name = folder.file(name), f"{MEASURED}/{name}"
+    path = folder.file(name)
+    moved_name = f"{MEASURED}/{name}"
     if path.suffix.lower() != ".toml":
         sources[moved_name] = path
         return

@@ -42,10 +42,15 @@ from gearrattle.workbench.traces import Hits, RunFile, write_index
 from gearrattle.workbench.views import chart_json, motions_json, section_json, view_of
 from gearrattle.writing import whole
 
-RESULT, VIEW, TRACES, PARTIAL, MOTIONS = "result", "view.json", "traces", "partial", "motions.json"
+RESULT = "result"
+VIEW = "view.json"
+TRACES = "traces"
+PARTIAL = "partial"
+MOTIONS = "motions.json"
 """Names in the folder of a job."""
 _SO_FAR = "so_far.json"
-_PAUSE, _SHARE = 0.4, 0.1
+_PAUSE = 0.4
+_SHARE = 0.1
 """Least time between two looks at what is there so far [s], and their share of the work."""
 
 
@@ -78,7 +83,8 @@ class Growing:
     """What is there so far of a result, written to be seen: seldom enough to take a tenth of the work."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder, self._next = folder, 0.0
+        self._folder = folder
+        self._next = 0.0
 
     def __call__(self, result: Any) -> None:
         """Write it, unless it was written a moment ago."""

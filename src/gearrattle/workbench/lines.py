@@ -40,7 +40,8 @@ def best_shift(simulated: tuple[Array, Array], measured: tuple[Array, Array]) ->
     """
     from scipy.signal import fftconvolve
 
-    (time, values), (other_time, other) = simulated, measured
+    (time, values) = simulated
+    (other_time, other) = measured
     step = float(other_time[-1] - other_time[0]) / (other_time.size - 1)
     grid = np.arange(time[0], time[-1], step)
     sampled = np.interp(grid, time, values)

@@ -16,7 +16,9 @@ from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.workbench.views import chart_json, verdict_numbers
 
-CYCLES, DISCARD, SAMPLES = 60, 30, 512
+CYCLES = 60
+DISCARD = 30
+SAMPLES = 512
 _DRAWN = 2  # cycles in the phase planes: they take longer to draw than the motion takes to compute
 
 

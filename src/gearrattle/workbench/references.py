@@ -55,7 +55,8 @@ def dependents(tables: Mapping[str, Any], name: str) -> list[Location]:
 
 def label(tables: Mapping[str, Any], location: Location) -> str:
     """Return what messages call a row: "coupling damper", "torque on hub"."""
-    kind, index = str(location[0]), int(location[1])
+    kind = str(location[0])
+    index = int(location[1])
     row = rows_of(tables, kind)[index]
     if isinstance(row.get("on"), str):
         return f"{kind} on {row['on']}"

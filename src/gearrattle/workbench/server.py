@@ -76,7 +76,8 @@ def serve(
     lock = _locked(workspace)
     listening = _listening(host, port)
     # application behind its access checks
-    token, number = secrets.token_urlsafe(32), listening.getsockname()[1]
+    token = secrets.token_urlsafe(32)
+    number = listening.getsockname()[1]
     limits = Limits(workers or max(1, (os.cpu_count() or 2) - 1), memory or 0.5 * _memory())
     app = application(workspace, limits)
     config = uvicorn.Config(

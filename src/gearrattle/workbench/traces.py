@@ -128,10 +128,13 @@ class Source:
         index = self.extremes(name) if high - low > LONG else None
         if index is None:
             return np.arange(low, high), self.read(name, low, high)
-        first, last = -(-low // BLOCK), high // BLOCK
-        positions, values = index[0][first:last].ravel(), index[1][first:last].ravel()
+        first = -(-low // BLOCK)
+        last = high // BLOCK
+        positions = index[0][first:last].ravel()
+        values = index[1][first:last].ravel()
         kept = np.append(True, np.diff(positions) > 0)  # of a constant block both extremes are one sample
-        head, tail = np.arange(low, first * BLOCK), np.arange(last * BLOCK, high)
+        head = np.arange(low, first * BLOCK)
+        tail = np.arange(last * BLOCK, high)
         where = np.concatenate([head, positions[kept], tail])
         ends = self.read(name, low, first * BLOCK), self.read(name, last * BLOCK, high)
         return where, np.concatenate([ends[0], values[kept], ends[1]])
@@ -214,7 +217,8 @@ class InMemory(Source):
 
     def __init__(self, time: Array, values: Mapping[str, tuple[Trace, Array]]) -> None:
         """Hold channels (N,) over ascending times (N,) [s], by name."""
-        self._time, self._values = time, values
+        self._time = time
+        self._values = values
         self.count = time.size
         self.start = float(time[0])
         self.step = (float(time[-1]) - self.start) / max(1, time.size - 1) or 1.0
@@ -239,7 +243,8 @@ class InMemory(Source):
                 name = f"{quantity}.{label}" if label else f"{quantity}"
                 named[name] = Trace(name, f"{quantity}", label, unit), column
         made = cls(run.trajectory.time, named)
-        made.period, made.discard = run.trajectory.layout.period, run.trajectory.discard
+        made.period = run.trajectory.layout.period
+        made.discard = run.trajectory.discard
         return made
 
     def channels(self) -> list[Trace]:
@@ -271,7 +276,8 @@ def write_index(source: RunFile, folder: Path) -> None:
     if source.count <= LONG:
         return
     for quantity in dict.fromkeys(trace.quantity for trace in source.channels()):
-        places, extremes = [], []
+        places = []
+        extremes = []
         for number, part in enumerate(source.blocks(quantity)):
             blocks = part.T.reshape(part.shape[1], -1, BLOCK)
             inside = np.sort(np.stack([blocks.argmin(axis=2), blocks.argmax(axis=2)], axis=2), axis=2)
@@ -297,7 +303,8 @@ class Hits:
     @classmethod
     def of_run(cls, run: Run) -> Hits:
         """Return the impacts of a run."""
-        impacts, layout = find_impacts(run.trajectory), run.trajectory.layout
+        impacts = find_impacts(run.trajectory)
+        layout = run.trajectory.layout
         units = ["m/s" if layout.is_mesh[element] else "rad/s" for element in layout.clearance]
         if run.model.units != "SI":
             units = ["1"] * len(units)
@@ -325,7 +332,8 @@ class Hits:
         chosen = np.concatenate([row for row, _ in rows]) if rows else np.zeros(0, np.int64)
         counts = np.concatenate([count for _, count in rows]) if rows else np.zeros(0, np.int64)
         order = np.argsort(chosen, kind="stable")
-        at, count = chosen[order], counts[order]
+        at = chosen[order]
+        count = counts[order]
         return Marks(self.time[at], self.clearance[at], self.velocity[at], self.energy[at], count)
 
     @cached_property

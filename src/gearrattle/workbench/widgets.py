@@ -34,7 +34,8 @@ def module(name: str) -> str:
     """Return a widget as an ES module that imports all parts, also those that parts need, so that a browser asks for
     them at once; KeyError for an unknown one.
     """
-    source, direct = _source(name), _needs(name)
+    source = _source(name)
+    direct = _needs(name)
     others = [part for part in _needed(name) if part not in direct]
     lines = [f'import {part} from "./{part}.js";' for part in direct] + [f'import "./{part}.js";' for part in others]
     return "\n".join([*lines, source])

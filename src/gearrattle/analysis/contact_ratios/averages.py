@@ -31,7 +31,8 @@ class Averages:
     """
 
     def __init__(self, system: PiecewiseSystem) -> None:
-        self.system, rest = system, equilibrium(system)
+        self.system = system
+        rest = equilibrium(system)
         self.elements = [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
         coordinates = relative_coordinates(system, self.elements)
         self.combination = coordinates.combination
@@ -49,7 +50,8 @@ class Averages:
         self.steps = np.zeros((len(self.cornered), most))
         for row, i in enumerate(self.cornered):
             count = laws[i].corners.size
-            self.corners[row, :count, 0], self.steps[row, :count] = laws[i].corners, np.diff(laws[i].stiffness)
+            self.corners[row, :count, 0] = laws[i].corners
+            self.steps[row, :count] = np.diff(laws[i].stiffness)
 
     def means(self, oscillation: Array) -> Array:
         """Return (m,) mean deflections of all elements, about oscillations (m, S) of mean zero."""
@@ -94,9 +96,11 @@ class Averages:
     def _pull(self, y: Array, cornered: Array) -> tuple[Array, Array]:
         """Residual of the averaged laws against the loads, and its Jacobian; oscillations of elements with corners."""
         mean = self.combination @ y
-        force, slope = self.lowest * mean + self.offset, self.lowest.copy()
+        force = self.lowest * mean + self.offset
+        slope = self.lowest.copy()
         over = (mean[self.cornered, None] + cornered)[:, None, :] - self.corners
-        above, count = over > 0.0, over.shape[2]
+        above = over > 0.0
+        count = over.shape[2]
         force[self.cornered] += np.einsum("kj,kj->k", self.steps, np.where(above, over, 0.0).sum(axis=2) / count)
         slope[self.cornered] += np.einsum("kj,kj->k", self.steps, np.count_nonzero(above, axis=2) / count)
         return self.load - self.combination.T @ force, self.combination.T @ (slope[:, None] * self.combination)

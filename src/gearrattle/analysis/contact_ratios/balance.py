@@ -92,7 +92,8 @@ class Overtones:
         self.slope = slope
         self.damping = damping
         self.means = means
-        inputs, rows = system.inputs, system.rows
+        inputs = system.inputs
+        rows = system.rows
         # overtones up to a multiple of the fastest mode in contact
         contact = np.array([law.stiffness.max() for law in system.laws])
         root = np.sqrt(system.inertia)
@@ -104,7 +105,8 @@ class Overtones:
         # linear receptance of the deflections at every overtone
         self.omega = base * np.arange(1, orders + 1)
         w = self.omega[:, None, None]
-        spring, loss = (rows.T * slope) @ rows, (rows.T * damping) @ rows + np.diag(system.drag)
+        spring = (rows.T * slope) @ rows
+        loss = (rows.T * damping) @ rows + np.diag(system.drag)
         across: Complex = np.linalg.inv(spring - w * w * np.diag(system.inertia) + 1j * w * loss)
         self.response: Complex = rows @ across @ rows.T
         # linearised response to the inputs
@@ -131,7 +133,8 @@ class Overtones:
         means = self.means(oscillation)
         distortion = np.zeros_like(oscillation)
         for k in self.system.clearances:
-            law, delta = self.system.laws[k], means[k] + oscillation[k]
+            law = self.system.laws[k]
+            delta = means[k] + oscillation[k]
             share = beyond(law.corners, delta)  # of intervals: unlike samples, continuous in the deflections
             damping = (
                 law.damping[0] - self.damping[k] + np.diff(law.damping) @ (0.5 * (share + np.roll(share, 1, axis=1)))
@@ -145,7 +148,8 @@ class Overtones:
 
         By damped iteration, and where that does not do, by Newton's method, its steps by GMRES.
         """
-        spectrum, limit = self.linear, _RUNAWAY * np.abs(self.linear).max(initial=0.0)
+        spectrum = self.linear
+        limit = _RUNAWAY * np.abs(self.linear).max(initial=0.0)
         for _ in range(_MOST_DAMPED):
             change = self.next(spectrum) - spectrum
             if self._small(change, spectrum):
@@ -164,7 +168,8 @@ class Overtones:
         """The fixed point by Newton's method with halved steps, from the linearised response."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
-        shape, scale = self.linear.shape, np.linalg.norm(self.linear, axis=0)
+        shape = self.linear.shape
+        scale = np.linalg.norm(self.linear, axis=0)
         scale[scale == 0.0] = 1.0
 
         # complex amplitudes of deflections as a real vector, scaled by the linearised response
@@ -203,16 +208,20 @@ class Overtones:
                     break
             else:
                 return None
-            x, residual = x + share * direction, trial
+            x = x + share * direction
+            residual = trial
         return None
 
     def ratios(self, spectrum: Complex) -> tuple[Array, Array]:
         """(K,) gains and mean slopes."""
         oscillation, _ = self.waves(spectrum)
-        means, ratio_pairs = self.means(oscillation), []
+        means = self.means(oscillation)
+        ratio_pairs = []
         for k in self.system.clearances:
-            law, delta = self.system.laws[k], means[k] + oscillation[k]
-            gain, size = best_line(elastic(law, delta), delta), largest_slope(law)
+            law = self.system.laws[k]
+            delta = means[k] + oscillation[k]
+            gain = best_line(elastic(law, delta), delta)
+            size = largest_slope(law)
             at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
             ratio_pairs.append(((at_mean if np.isnan(gain) else gain) / size, slopes(law, delta) / size))
         gains, mean_slopes = np.array(ratio_pairs).reshape(-1, 2).T
@@ -231,7 +240,8 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
     """
     from scipy.linalg import expm
 
-    inverse, size = 1.0 / system.inertia[:, None], system.size
+    inverse = 1.0 / system.inertia[:, None]
+    size = system.size
     pieces = [law.piece_at(float(d)) for law, d in zip(system.laws, deflection[:, 0], strict=True)]
     kept: dict[tuple[int, ...], Array] = {}
 
@@ -242,12 +252,14 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
             kept[key] = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse * block for block in blocks]])
         return kept[key]
 
-    matrix, before = np.eye(2 * size), 0.0
+    matrix = np.eye(2 * size)
+    before = 0.0
     for at, k, piece in (*_crossings(system, deflection), (1.0, -1, 0)):
         matrix = expm(generator() * ((at - before) * system.inputs.period)) @ matrix
         before = at
         if k >= 0:
-            law, row = system.laws[k], system.rows[k]
+            law = system.laws[k]
+            row = system.rows[k]
             step = law.damping[piece] - law.damping[pieces[k]]
             matrix[size:] -= step * inverse * np.outer(row, row @ matrix[:size])
             pieces[k] = piece
@@ -258,7 +270,8 @@ def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, 
     """Share of the period, element and piece entered, of every crossing in one period, in order of time."""
     crossings = []
     for k in system.clearances:
-        law, here = system.laws[k], deflection[k]
+        law = system.laws[k]
+        here = deflection[k]
         after = np.roll(here, -1)
         for c, corner in enumerate(law.corners):
             above = after >= corner

@@ -51,7 +51,8 @@ def without_error(route: str, quantity: str, value: Array, notes: tuple[str, ...
 
 def law_of(layout: Layout, clearance: int) -> PiecewiseLaw:
     """Return the law of one clearance from the layout, without its preload: f(0) = 0."""
-    corners, slope = layout.corners[clearance], layout.stiffness_of_piece[clearance]
+    corners = layout.corners[clearance]
+    slope = layout.stiffness_of_piece[clearance]
     offset = np.concatenate([[0.0], np.cumsum((slope[:-1] - slope[1:]) * corners)])
     offset -= offset[np.searchsorted(corners, 0.0, side="right")]
     first = int(layout.region_of_first_piece[clearance])
@@ -98,7 +99,8 @@ def beyond(corners: Array, deflection: Array) -> Array:
         (S,) samples over one period.
     """
     after = following(deflection)
-    high, width = np.maximum(deflection, after), np.abs(after - deflection)
+    high = np.maximum(deflection, after)
+    width = np.abs(after - deflection)
     width = np.maximum(width, 1e-300)
     return np.asarray(np.clip((high - corners[:, None]) / width, 0.0, 1.0))
 

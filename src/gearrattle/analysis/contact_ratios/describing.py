@@ -74,9 +74,11 @@ def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Descri
         [rad or m].
     """
     u = np.clip((law.corners - mean) / amplitude, -1.0, 1.0)
-    beyond, root = np.arccos(u), np.sqrt((1.0 - u) * (1.0 + u))
+    beyond = np.arccos(u)
+    root = np.sqrt((1.0 - u) * (1.0 + u))
     ramp = np.where(u > -1.0, amplitude / pi * (root - u * beyond), mean - law.corners)
-    share, weight = beyond / pi, (beyond - u * root) / pi
+    share = beyond / pi
+    weight = (beyond - u * root) / pi
     return _answer(law, mean, ramp, weight, share)
 
 
@@ -100,7 +102,8 @@ def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> De
 
 def _answer(law: PiecewiseLaw, mean: float, ramp: Array, weight: Array, share: Array) -> Describing:
     """Sum line and ramps: (J,) mean of (delta - c)_+, its gain, and the share of time beyond c, for every corner."""
-    step, loss = np.diff(law.stiffness), np.diff(law.damping)
+    step = np.diff(law.stiffness)
+    loss = np.diff(law.damping)
     force = float(law.stiffness[0] * mean + law.offset[0] + step @ ramp)
     slope = float(law.stiffness[0] + step @ share)
     at_rest = law.elastic(0.0)
@@ -120,8 +123,10 @@ def describing(trajectory: Trajectory) -> ContactRatio:
 
     ModelError if no cycle remains after the discarded ones.
     """
-    window, value = steady(trajectory), np.empty(trajectory.layout.clearance.size)
+    window = steady(trajectory)
+    value = np.empty(trajectory.layout.clearance.size)
     for k in clearances(trajectory):
-        law, deflection = law_of(trajectory.layout, k), window.periodic(trajectory.deflection[:, k])
+        law = law_of(trajectory.layout, k)
+        deflection = window.periodic(trajectory.deflection[:, k])
         value[k] = best_line(elastic(law, deflection), deflection) / largest_slope(law)
     return without_error("describing", "equivalent gain", value)

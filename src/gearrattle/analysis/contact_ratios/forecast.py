@@ -31,14 +31,17 @@ from gearrattle.remember import kept
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LOWEST, FINEST = 0.02, 24  # searches begin at so many equal steps from this share of the largest slope to all of it,
+# searches begin at so many equal steps from this share of the largest slope to all of it,
+LOWEST = 0.02
+FINEST = 24
 MOST_STARTS = 32  # or fewer, that all combinations may be tried
 FEWEST_SAMPLES = 512
 SAME = 1e-5  # fixed points this near are one
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # iterations before Newton's take over
 _MOST_SOUGHT = 32  # clearances beyond which no motions are sought: a matrix an order, and hundreds of orders
-_MANY, _MOST_KRYLOV = 12, 20  # clearances beyond which Newton's steps are by Krylov's method, and how many of them
+_MANY = 12  # clearances beyond which Newton's steps are by Krylov's method
+_MOST_KRYLOV = 20  # of these steps
 _FEW_KRYLOV = 6  # how many of them where the search need not be thorough
 _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
 
@@ -100,13 +103,15 @@ class Linearisation:
     """Map from gains and dampings of the clearances to those on the motion that they make."""
 
     def __init__(self, system: PiecewiseSystem) -> None:
-        self.system, inputs = system, system.inputs
+        self.system = system
+        inputs = system.inputs
         self.moving = [k for k in system.clearances if system.laws[k].stiffness.max() > 0.0]
         turning = inputs.cycles > 0.0
         self.omega = 2.0 * np.pi * inputs.cycles[turning] / inputs.period
         self.torque = (inputs.torque_cosine - 1j * inputs.torque_sine)[:, turning]
         self.error = (inputs.error_cosine - 1j * inputs.error_sine)[:, turning]
-        self.periodic = whole = bool(np.all(np.abs(inputs.cycles - np.rint(inputs.cycles)) < 1e-9))
+        whole = bool(np.all(np.abs(inputs.cycles - np.rint(inputs.cycles)) < 1e-9))
+        self.periodic = whole
         highest = float(inputs.cycles.max(initial=1.0)) * (1 if whole else _PERIODS_WITHOUT_PERIOD)
         count = max(FEWEST_SAMPLES, 16 * int(np.ceil(highest)))
         span = inputs.period * (1 if whole else _PERIODS_WITHOUT_PERIOD)
@@ -118,14 +123,17 @@ class Linearisation:
 
     def equivalents(self, shares: Array) -> tuple[Array, Array]:
         """(m,) slopes and (m,) dampings of all elements, from those of the clearances as shares of the largest."""
-        slope, damping = self.slope.copy(), self.damping.copy()
+        slope = self.slope.copy()
+        damping = self.damping.copy()
         gains, losses = np.split(shares, 2)
-        slope[self.moving], damping[self.moving] = gains * self.full, losses * self.loss
+        slope[self.moving] = gains * self.full
+        damping[self.moving] = losses * self.loss
         return slope, damping
 
     def motion(self, shares: Array) -> tuple[Array, Array]:
         """(m, S) oscillating deflections and their rates, with gains and dampings (2K,) as shares of the largest."""
-        system, (slope, damping) = self.system, self.equivalents(shares)
+        system = self.system
+        (slope, damping) = self.equivalents(shares)
         spring = (system.rows.T * slope) @ system.rows
         loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
         deflection = np.empty(self.error.shape, dtype=np.complex128)
@@ -154,7 +162,8 @@ class Linearisation:
         means = self.means(oscillation)
         ratios = np.empty((2, len(self.moving)))
         for i, k in enumerate(self.moving):
-            law, delta = self.system.laws[k], means[k] + oscillation[k]
+            law = self.system.laws[k]
+            delta = means[k] + oscillation[k]
             gain = best_line(elastic(law, delta), delta)
             at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
             ratios[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
@@ -259,7 +268,8 @@ def _from_starts(system: PiecewiseSystem, *, thorough: bool) -> Forecast:
     if linear.at_rest:  # every search ends at the slopes of the equilibrium
         return Forecast((linear.point(linear.answer(np.ones(2 * len(linear.moving))), 1, seek=False),), 1, 0)
     distinct: list[tuple[Array, int]] = []
-    searches = ended = 0
+    searches = 0
+    ended = 0
     for start in _starts(len(linear.moving), thorough=thorough):
         searches += 1 if len(linear.moving) > _MANY else 2
         for shares in _search(linear, np.concatenate([start, start]), thorough=thorough):

@@ -25,9 +25,11 @@ def mean_slope(trajectory: Trajectory) -> ContactRatio:
     GearRattleError
         if the log of crossings has a gap.
     """
-    window, value = steady(trajectory), np.full(trajectory.layout.clearance.size, np.nan)
+    window = steady(trajectory)
+    value = np.full(trajectory.layout.clearance.size, np.nan)
     for k in clearances(trajectory):
-        slope, dwell = trajectory.layout.stiffness_of_piece[k], dwell_times(trajectory, k, window)
+        slope = trajectory.layout.stiffness_of_piece[k]
+        dwell = dwell_times(trajectory, k, window)
         if slope.max() > 0.0:
             value[k] = float(dwell @ (slope / slope.max())) / float(dwell.sum())
     return without_error("mean-slope", "mean slope", value)

@@ -90,7 +90,8 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
     # segments of the window, means removed
     length = deflection.size // segments
     d, f = (x[x.size - segments * length :] for x in (deflection, force))
-    d, f = d - d.mean(), f - f.mean()
+    d = d - d.mean()
+    f = f - f.mean()
     parts = Segments(window(_WINDOW[taper], length), length, segments, centred=False)
     # cross and auto densities, coherence
     densities = cross_spectra(d, f, rate, parts)
@@ -130,7 +131,8 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
     rate = trajectory.samples_per_cycle / trajectory.layout.period
     value, half = np.full((2, trajectory.layout.clearance.size), np.nan)
     for k in clearances(trajectory):
-        law, deflection = law_of(trajectory.layout, k), window.periodic(trajectory.deflection[:, k])
+        law = law_of(trajectory.layout, k)
+        deflection = window.periodic(trajectory.deflection[:, k])
         if np.ptp(deflection) > 1e-12 * np.abs(deflection).max():
             estimate = gain(deflection, elastic(law, deflection), rate, segments, taper)
             value[k] = estimate.value / largest_slope(law)

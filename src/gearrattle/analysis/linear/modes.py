@@ -60,7 +60,8 @@ class ModalData:
 def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalData:
     """Modes with the slope (m,) and damping (m,) of every element given [SI]."""
     # rigid motions of the bodies that slopes tie together
-    size, root = system.size, np.sqrt(system.inertia)
+    size = system.size
+    root = np.sqrt(system.inertia)
     tied = relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
     omega = np.zeros(size)
     normal = np.zeros((size, size))
@@ -74,7 +75,8 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
         rigid = tied.angle_from_reference[np.ix_(bodies, own)]
         factor = np.sqrt(stiffness[held])[:, None] * (system.rows[np.ix_(held, bodies)] / root[bodies])
         frequencies, kinetic, stored = _train(rigid * root[bodies, None], factor)
-        omega[column], normal[bodies, column] = frequencies, kinetic
+        omega[column] = frequencies
+        normal[bodies, column] = kinetic
         strain[:, first + own.size : column.stop] = 0.0
         strain[held, first + own.size : column.stop] = stored**2
         first = column.stop

@@ -77,14 +77,16 @@ class _GroupArrays(AttributeTemplate):
 def _array_of(context: Any, builder: Any, group: Any, words: Any, field: str) -> Any:
     """The array whose address and shape stand at its words; these never change, so a loop reads them once."""
     kind, first = group.arrays[field]
-    array, size = context.make_array(kind)(context, builder), ir.IntType(64)(kind.dtype.bitwidth // 8)
+    array = context.make_array(kind)(context, builder)
+    size = ir.IntType(64)(kind.dtype.bitwidth // 8)
 
     def word(i: int) -> Any:
         value = builder.load(builder.gep(words, [ir.IntType(64)(first + i)]))
         value.set_metadata("invariant.load", builder.module.add_metadata([]))
         return value
 
-    shape, strides = [word(1 + i) for i in range(kind.ndim)], [size]
+    shape = [word(1 + i) for i in range(kind.ndim)]
+    strides = [size]
     for length in shape[:0:-1]:
         strides.insert(0, builder.mul(strides[0], length))
     data = builder.inttoptr(word(0), array.data.type)
@@ -175,7 +177,9 @@ def _group(
     builder: Any, count: int, at: Any, stride: Any, apart: Any, columns: Any, weights: Any, out: Any, adds: bool
 ) -> None:
     """Write the sums of so many strips side by side: every weight is read once, and no sum waits for another."""
-    integer, four, lane = stride.type, _FOUR.as_pointer(), ir.IntType(32)
+    integer = stride.type
+    four = _FOUR.as_pointer()
+    lane = ir.IntType(32)
     places = [builder.bitcast(builder.gep(out, [integer(4 * s)]), four) for s in range(count)]
     strips = [builder.gep(at, [builder.mul(stride, integer(s))]) for s in range(count)]
     sums = [cgutils.alloca_once(builder, _FOUR) for _ in range(count)]
@@ -198,7 +202,8 @@ def _strip_product(adds: bool) -> Any:
 
     # the same in Python, with numba switched off
     def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
-        (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
+        (first, stride, apart, strips, columns) = where
+        flat = stack.reshape(-1)
         for i in range(strips):
             begin = first + i * stride
             for r in range(4):
@@ -211,14 +216,19 @@ def _strip_product(adds: bool) -> Any:
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
         def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
             # addresses of the arrays' numbers
-            kinds, (_, where, _, _, at) = signature.args, operands
+            kinds = signature.args
+            (_, where, _, _, at) = operands
             first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
             data, weights, sums = (context.make_array(kinds[i])(context, builder, operands[i]).data for i in (0, 2, 3))
-            entry, target, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
+            entry = builder.gep(data, [first])
+            target = builder.gep(sums, [at])
+            integer = strips.type
 
             def group(begin: Any, count: int) -> None:
-                here, there = builder.mul(begin, stride), builder.mul(begin, integer(4))
-                strip, rows = builder.gep(entry, [here]), builder.gep(target, [there])
+                here = builder.mul(begin, stride)
+                there = builder.mul(begin, integer(4))
+                strip = builder.gep(entry, [here])
+                rows = builder.gep(target, [there])
                 _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
 
             # strips two at a time; the last one by itself if their number is odd

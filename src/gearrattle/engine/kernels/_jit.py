@@ -65,7 +65,9 @@ def _folder() -> str:
 
 
 _IS_PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "") not in ("", "0")
-_LOOK, _PATIENCE = 0.1, 10.0  # seconds: between two looks at a compilation; in which it must end
+# seconds: between two looks at a compilation; in which it must end
+_LOOK = 0.1
+_PATIENCE = 10.0
 _RULES: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract"},

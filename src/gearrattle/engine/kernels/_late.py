@@ -46,7 +46,9 @@ class Late:
         function: Callable[..., Any] | None = None,
         options: dict[str, Any] | None = None,
     ) -> None:
-        self._make, self._made, self.options = make, None, options or {}
+        self._make = make
+        self._made = None
+        self.options = options or {}
         if function is not None:
             update_wrapper(self, function)
             _FILES[id(function.__globals__)] = function.__globals__

@@ -41,7 +41,9 @@ class Kept(CompileResultCacheImpl):
         target_context.codegen()._engine._defined_symbols.update(defined)
         rebuilt = super().rebuild(target_context, ((name, kind, (code, _no_text())), *others))
         library: Any = rebuilt.library
-        library.__class__, library.text, library._shared_module = _Library, text, None
+        library.__class__ = _Library
+        library.text = text
+        library._shared_module = None
         return rebuilt
 
 

@@ -33,9 +33,13 @@ def banded(values, position, width, table, per_unit):
     reach = (table.size - 2.0) / per_unit
     for k in range(position.size):
         # the samples within the band
-        p, scale, side = position[k], per_unit / width[k], reach * width[k]
-        first, last = int(ceil(p - side)), int(floor(p + side))
-        total, norm = 0.0, 0.0
+        p = position[k]
+        scale = per_unit / width[k]
+        side = reach * width[k]
+        first = int(ceil(p - side))
+        last = int(floor(p + side))
+        total = 0.0
+        norm = 0.0
         # the weighted mean of them; beyond the ends the signal is continued
         if first >= 0 and last < values.size:
             for i in range(first, last + 1):

@@ -52,12 +52,16 @@ def eliminate(modes, x, begin, end, size):
 def swap(modes, k, begin, size):
     """Exchange the eigenvalues k and k + 1 by a rotation; rows from ``begin`` on take part."""
     # the rotation that exchanges them
-    f, g = modes.triangle[k, k + 1], modes.triangle[k + 1, k + 1] - modes.triangle[k, k]
-    f2, g2 = f.real * f.real + f.imag * f.imag, g.real * g.real + g.imag * g.imag
+    f = modes.triangle[k, k + 1]
+    g = modes.triangle[k + 1, k + 1] - modes.triangle[k, k]
+    f2 = f.real * f.real + f.imag * f.imag
+    g2 = g.real * g.real + g.imag * g.imag
     if g2 == 0.0:
-        c, s = 1.0, complex(0.0, 0.0)
+        c = 1.0
+        s = complex(0.0, 0.0)
     elif f2 == 0.0:
-        c, s = 0.0, g.conjugate() / sqrt(g2)
+        c = 0.0
+        s = g.conjugate() / sqrt(g2)
     else:
         length = sqrt(f2 + g2)
         c = sqrt(f2) / length
@@ -66,17 +70,21 @@ def swap(modes, k, begin, size):
     # rows and columns of T
     for j in range(k + 2, size):
         x, y = modes.triangle[k, j], modes.triangle[k + 1, j]
-        modes.triangle[k, j], modes.triangle[k + 1, j] = c * x + s * y, c * y - bar * x
+        modes.triangle[k, j] = c * x + s * y
+        modes.triangle[k + 1, j] = c * y - bar * x
     for i in range(begin, k):
         x, y = modes.triangle[i, k], modes.triangle[i, k + 1]
-        modes.triangle[i, k], modes.triangle[i, k + 1] = c * x + bar * y, c * y - s * x
+        modes.triangle[i, k] = c * x + bar * y
+        modes.triangle[i, k + 1] = c * y - s * x
     modes.triangle[k, k], modes.triangle[k + 1, k + 1] = modes.triangle[k + 1, k + 1], modes.triangle[k, k]
     # columns of V and rows of V^-1
     for i in range(size):
         x, y = modes.right[i, k], modes.right[i, k + 1]
-        modes.right[i, k], modes.right[i, k + 1] = c * x + bar * y, c * y - s * x
+        modes.right[i, k] = c * x + bar * y
+        modes.right[i, k + 1] = c * y - s * x
         x, y = modes.left[k, i], modes.left[k + 1, i]
-        modes.left[k, i], modes.left[k + 1, i] = c * x + s * y, c * y - bar * x
+        modes.left[k, i] = c * x + s * y
+        modes.left[k + 1, i] = c * y - bar * x
 
 
 @strict
@@ -108,8 +116,13 @@ def block_diagonalise(workspace):
     workspace: see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
     Returns the number of blocks.
     """
-    free, modes, bounds = free_at(workspace), modes_at(workspace), bounds_at(workspace)
-    size, count, begin, end = free.chained[0], TOP, TOP, TOP
+    free = free_at(workspace)
+    modes = modes_at(workspace)
+    bounds = bounds_at(workspace)
+    size = free.chained[0]
+    count = TOP
+    begin = TOP
+    end = TOP
     modes.begins[0] = 0
     while begin < size:
         # a block begins as one eigenvalue and grows until it splits off
@@ -122,12 +135,14 @@ def block_diagonalise(workspace):
             centre = complex(0.0, 0.0)
             for i in range(begin, end):
                 centre += modes.triangle[i, i] / (end - begin)
-            nearest, least = end, -1.0
+            nearest = end
+            least = -1.0
             for i in range(end, size):
                 apart = modes.triangle[i, i] - centre
                 square = apart.real * apart.real + apart.imag * apart.imag
                 if least < 0.0 or square < least:
-                    nearest, least = TOP + i, square
+                    nearest = TOP + i
+                    least = square
             for k in range(nearest - 1, end - 1, -1):
                 swap(modes, k, begin, size)
             end += 1

@@ -86,7 +86,8 @@ def _find_schur_form(stages, zgees, workspace):
     Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with the matrix. Then the
     states are tried in other orders, each turned by one, until one ends.
     """
-    lapack, region = lapack_at(workspace), region_at(workspace)
+    lapack = lapack_at(workspace)
+    region = region_at(workspace)
     p = lapack.arguments
     for turn in range(region.matrix.shape[0]):
         call_silent(stages.transpose_states, (workspace, turn))
@@ -129,13 +130,19 @@ def work_out(stages, zgees, workspace):
 @strict
 def pack_bounds(workspace, lower, upper, band, piece, neighbour):
     """Write what is watched of one slot: its bounds, their rounding bands, the pieces, no neighbours yet."""
-    common, laws, pieces = common_at(workspace), laws_at(workspace), region_at(workspace).pieces
-    clearances, m = common.clearances.size, common.rows.shape[0]
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    pieces = region_at(workspace).pieces
+    clearances = common.clearances.size
+    m = common.rows.shape[0]
     for i in range(common.corner_scale.size):
         member = common.clearances[i] if i < clearances else m + i - clearances
         # the corners around the piece, over the corner's scale
-        p, unit = laws.first[member] + pieces[member], common.corner_scale[i]
-        lower[i], upper[i], piece[i] = laws.lower[p] / unit, laws.upper[p] / unit, pieces[member]
+        p = laws.first[member] + pieces[member]
+        unit = common.corner_scale[i]
+        lower[i] = laws.lower[p] / unit
+        upper[i] = laws.upper[p] / unit
+        piece[i] = pieces[member]
         # a corner away from zero has a band of its own, one at zero has the scale of the motion
         if i < clearances:
             is_off_zero = common.cornered[i] != 0
@@ -143,18 +150,31 @@ def pack_bounds(workspace, lower, upper, band, piece, neighbour):
             is_off_zero = (lower[i] != 0.0 and lower[i] > -inf) or (upper[i] != 0.0 and upper[i] < inf)
         band[i] = BAND if is_off_zero else 0.0
         # regions beyond, which are built when they are first met
-        neighbour[i, 0] = neighbour[i, 1] = -1
+        neighbour[i, 0] = -1
+        neighbour[i, 1] = -1
 
 
 @strict_entry
 def pack(stages, workspace, regions, slot, first):
     """Write the region worked out into a slot, its tables from ``first`` on."""
     # the sizes, the inputs kept and the constants of the bound
-    a, common, region = regions, common_at(workspace), region_at(workspace)
-    free, bounds, states = free_at(workspace), bounds_at(workspace), region.matrix.shape[0]
-    width, modes, fine = free.width[0], bounds.used[0], free.fine[0]
-    carried, watched, inputs, h = region.carried.shape[0], common.corner_scale.size, region.kept.size, step(fine)
-    a.width[slot], a.modes[slot], a.fine[slot], a.first_table[slot] = width, modes, fine, first
+    a = regions
+    common = common_at(workspace)
+    region = region_at(workspace)
+    free = free_at(workspace)
+    bounds = bounds_at(workspace)
+    states = region.matrix.shape[0]
+    width = free.width[0]
+    modes = bounds.used[0]
+    fine = free.fine[0]
+    carried = region.carried.shape[0]
+    watched = common.corner_scale.size
+    inputs = region.kept.size
+    h = step(fine)
+    a.width[slot] = width
+    a.modes[slot] = modes
+    a.fine[slot] = fine
+    a.first_table[slot] = first
     for j in range(states, width):
         a.kept[slot, j - states] = free.column[j] - states
     for i in range(carried):

@@ -28,7 +28,10 @@ LENGTH = BOUNDS + 1
 def _field(b):
     """The field a block describes."""
     # sizes
-    n, m, r, h = b[INERTIAS], b[ELEMENTS], b[DEFLECTIONS], b[HARMONICS]
+    n = b[INERTIAS]
+    m = b[ELEMENTS]
+    r = b[DEFLECTIONS]
+    h = b[HARMONICS]
     return Field(
         # inertia, drag, rows and coordinates
         array_at(b[FIELD], (n,), np.float64),
@@ -80,7 +83,8 @@ def _scratch(b):
 def _slopes(b, time, z, out):
     """Write z' to out; 1, which asks for a shorter step, where it is not finite."""
     count = _states(b)
-    size, y = array_at(b[SIZE], (count,), np.float64), array_at(b[STATE], (count,), np.float64)
+    size = array_at(b[SIZE], (count,), np.float64)
+    y = array_at(b[STATE], (count,), np.float64)
     wave, deflection, rate, piece, force = _scratch(b)
     for i in range(count):
         y[i] = z[i] * size[i]
@@ -95,14 +99,18 @@ def _slopes(b, time, z, out):
 @kernel
 def _jacobian(b, time, z, out):
     """Write dz'/dz to out (S, S), column by column: out[j, i] = d z'_i / d z_j; constant inside a region."""
-    field, count = _field(b), _states(b)
-    size, y = array_at(b[SIZE], (count,), np.float64), array_at(b[STATE], (count,), np.float64)
+    field = _field(b)
+    count = _states(b)
+    size = array_at(b[SIZE], (count,), np.float64)
+    y = array_at(b[STATE], (count,), np.float64)
     wave, deflection, rate, piece, force = _scratch(b)
     # the state in SI units, and the pieces of the elements
     for i in range(count):
         y[i] = z[i] * size[i]
     element_states(field, time, y, wave, deflection, rate, piece, force)
-    r, n, references = b[DEFLECTIONS], b[INERTIAS], b[REFERENCES]
+    r = b[DEFLECTIONS]
+    n = b[INERTIAS]
+    references = b[REFERENCES]
     out[:] = 0.0
     # deflections, drag and angles of the reference inertias
     for i in range(n):
@@ -169,8 +177,10 @@ def jacobian(time, z, _slopes_there, matrix, user, _one, _two, _three):
 def corners(time, z, out, user):
     """CVRootFn: how far inside the piece it holds each clearance is, from its lower and its upper corner."""
     b = array_at(user, (LENGTH,), np.int64)
-    count, watched = _states(b), b[WATCHED]
-    size, y = array_at(b[SIZE], (count,), np.float64), array_at(b[STATE], (count,), np.float64)
+    count = _states(b)
+    watched = b[WATCHED]
+    size = array_at(b[SIZE], (count,), np.float64)
+    y = array_at(b[STATE], (count,), np.float64)
     values = _opened(b, z)
     wave, deflection, rate, piece, force = _scratch(b)
     for i in range(count):

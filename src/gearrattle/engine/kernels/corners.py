@@ -39,5 +39,10 @@ def lifted(gap, band):
 @inlined
 def log_crossing(log, i, cycle, fraction, k, upward, piece, rate, integral):
     """Write crossing i into the log."""
-    log.cycle[i], log.fraction[i], log.clearance[i] = cycle, fraction, k
-    log.upward[i], log.piece[i], log.rate[i], log.integral[i] = upward, piece, rate, integral
+    log.cycle[i] = cycle
+    log.fraction[i] = fraction
+    log.clearance[i] = k
+    log.upward[i] = upward
+    log.piece[i] = piece
+    log.rate[i] = rate
+    log.integral[i] = integral

@@ -41,15 +41,22 @@ def jump_series(table, errors, k, error_row, now, corner, change, length, jump, 
 @kernel
 def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, pull):
     """Coefficients, about the crossing, of the motion that a change of element 0's force makes in the neighbourhood."""
-    first, second, first_arm, second_arm = near.first, near.second, near.first_arm, near.second_arm
-    drag, mobility, active = near.drag, near.mobility, near.active
+    first = near.first
+    second = near.second
+    first_arm = near.first_arm
+    second_arm = near.second_arm
+    drag = near.drag
+    mobility = near.mobility
+    active = near.active
     for j in range(ORDER):
         by = length / (j + 1)
-        n, m = active[c, j + 1, 0], active[c, j + 1, 1]
+        n = active[c, j + 1, 0]
+        m = active[c, j + 1, 1]
         for i in range(n):
             pull[i] = -drag[i0 + i] * turned[j, i]
         for k in range(m):
-            a, b = first[e0 + k], second[e0 + k]
+            a = first[e0 + k]
+            b = second[e0 + k]
             rate = first_arm[e0 + k] * turned[j, a] + second_arm[e0 + k] * turned[j, b]
             moved[j + 1, 2 * k] = by * rate
             f = stiffness[k] * moved[j, 2 * k] + damping[k] * rate
@@ -69,7 +76,10 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
         row[column] = 0.0
     for j in range(ORDER - 3, begin - 4, -4):
         low = max(j, 0)
-        a0, a1, a2, a3 = matrix[i, low], matrix[i, low + 1], matrix[i, low + 2], matrix[i, low + 3]
+        a0 = matrix[i, low]
+        a1 = matrix[i, low + 1]
+        a2 = matrix[i, low + 2]
+        a3 = matrix[i, low + 3]
         for q in range(times * counts[low + 3, which]):
             row[q] += (a0 * c[low, q] + a1 * c[low + 1, q]) + (a2 * c[low + 2, q] + a3 * c[low + 3, q])
 
@@ -87,14 +97,22 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
         for what is not felt yet are zero, and stay so.
     """
     # the neighbourhood: elements and inertias that feel the change within the window
-    elements, inertias, active = near.element, near.inertia, near.active[c]
-    clearance, places, length = network.clearance, near.reference, network.length
-    e0, m = near.element_start[c], near.element_start[c + 1] - near.element_start[c]
-    i0, n = near.inertia_start[c], near.inertia_start[c + 1] - near.inertia_start[c]
+    elements = near.element
+    inertias = near.inertia
+    active = near.active[c]
+    clearance = network.clearance
+    places = near.reference
+    length = network.length
+    e0 = near.element_start[c]
+    m = near.element_start[c + 1] - near.element_start[c]
+    i0 = near.inertia_start[c]
+    n = near.inertia_start[c + 1] - near.inertia_start[c]
     # their laws, and room that is zero
-    k_near, c_near = room[0], room[1]
+    k_near = room[0]
+    c_near = room[1]
     for k in range(m):
-        k_near[k], c_near[k] = stiffness[elements[e0 + k]], damping[elements[e0 + k]]
+        k_near[k] = stiffness[elements[e0 + k]]
+        c_near[k] = damping[elements[e0 + k]]
     for j in range(ORDER + 1):
         for k in range(2 * m):
             moved[j, k] = 0.0

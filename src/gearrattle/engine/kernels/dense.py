@@ -99,11 +99,13 @@ def factorise(solver, size):
     matrix = solver.matrix
     for j in range(size):
         # the pivot of the column, and its row into place
-        best, largest = j, -1.0
+        best = j
+        largest = -1.0
         for i in range(j, size):
             modulus = abs(matrix[i, j].real) + abs(matrix[i, j].imag)
             if modulus > largest:
-                best, largest = i, modulus
+                best = i
+                largest = modulus
         solver.pivots[j] = best
         if not largest > 0.0:
             return False
@@ -128,7 +130,8 @@ def substitute(solver, size, x):
     """Solve with the factors, in place: x is the right side, then the solution."""
     matrix = solver.matrix
     for j in range(size):
-        best, kept = solver.pivots[j], x[j]
+        best = solver.pivots[j]
+        kept = x[j]
         x[j] = x[best]
         x[best] = kept
     for i in range(size):

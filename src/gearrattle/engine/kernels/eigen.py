@@ -25,13 +25,17 @@ def _rotate(a, vectors, p, q, size):
     s = t * c
     for k in range(size):
         x, y = a[k, p], a[k, q]
-        a[k, p], a[k, q] = c * x - s * y, s * x + c * y
+        a[k, p] = c * x - s * y
+        a[k, q] = s * x + c * y
     for k in range(size):
         x, y = a[p, k], a[q, k]
-        a[p, k], a[q, k] = c * x - s * y, s * x + c * y
+        a[p, k] = c * x - s * y
+        a[q, k] = s * x + c * y
         x, y = vectors[k, p], vectors[k, q]
-        vectors[k, p], vectors[k, q] = c * x - s * y, s * x + c * y
-    a[p, q] = a[q, p] = 0.0
+        vectors[k, p] = c * x - s * y
+        vectors[k, q] = s * x + c * y
+    a[p, q] = 0.0
+    a[q, p] = 0.0
 
 
 @strict

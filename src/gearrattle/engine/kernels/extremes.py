@@ -74,7 +74,8 @@ def _begin(parts, rows, i, z):
 @loose
 def _dot(flat, at, z):
     """The row that begins at ``at``, times the state."""
-    row, total = flat[at : at + z.size], 0.0
+    row = flat[at : at + z.size]
+    total = 0.0
     for k in range(z.size):
         total += row[k] * z[k]
     return total
@@ -83,15 +84,22 @@ def _dot(flat, at, z):
 @loose
 def _reach(rows, region, row, x, z):
     """Least and largest value that a row may have from its state on to x, in blocks: by few terms and a bound."""
-    width, flat = z.size, rows.coefficients
+    width = z.size
+    flat = rows.coefficients
     at = rows.first[region] + row * (rows.terms[region] + 1) * width
-    a0, a1 = _dot(flat, at, z), _dot(flat, at + width, z)
-    a2, a3 = _dot(flat, at + 2 * width, z), _dot(flat, at + 3 * width, z)
-    beyond, left = rows.first_rest[region] + row * width, 0.0
+    a0 = _dot(flat, at, z)
+    a1 = _dot(flat, at + width, z)
+    a2 = _dot(flat, at + 2 * width, z)
+    a3 = _dot(flat, at + 3 * width, z)
+    beyond = rows.first_rest[region] + row * width
+    left = 0.0
     rest = rows.rest[beyond : beyond + width]
     for k in range(width):
         left += rest[k] * abs(z[k])
-    a1, a2, a3, left = a1 * x, a2 * x * x, a3 * x * x * x, left * x * x * x * x
+    a1 = a1 * x
+    a2 = a2 * x * x
+    a3 = a3 * x * x * x
+    left = left * x * x * x * x
     low = a0 + min(a1, 0.0) + min(a2, 0.0) + min(a3, 0.0) - left
     return low, a0 + max(a1, 0.0) + max(a2, 0.0) + max(a3, 0.0) + left
 
@@ -99,12 +107,15 @@ def _reach(rows, region, row, x, z):
 @loose
 def _look(rows, region, row, is_backward, z):
     """Least and largest value of a row in the whole block, by values at Chebyshev points."""
-    count, width = rows.points[region], z.size
+    count = rows.points[region]
+    width = z.size
     at = rows.first_look[region] + (2 * row + is_backward) * count * width
-    low = high = _dot(rows.looks, at, z)
+    low = _dot(rows.looks, at, z)
+    high = low
     for g in range(1, count):
         value = _dot(rows.looks, at + g * width, z)
-        low, high = min(low, value), max(high, value)
+        low = min(low, value)
+        high = max(high, value)
     rise = 0.5 * (_EXCESS - 1.0) * (high - low)
     return low - rise, high + rise
 
@@ -112,8 +123,10 @@ def _look(rows, region, row, is_backward, z):
 @loose
 def _expand(rows, region, row, x, z, terms):
     """Write the terms of powers of the share of a part, 0 ... 1, that ends x blocks from its state."""
-    width, top = z.size, rows.terms[region]
-    at, power = rows.first[region] + row * (top + 1) * width, 1.0
+    width = z.size
+    top = rows.terms[region]
+    at = rows.first[region] + row * (top + 1) * width
+    power = 1.0
     for p in range(top + 1):
         terms[p] = _dot(rows.coefficients, at + p * width, z) * power
         power *= x
@@ -165,7 +178,9 @@ def extremes(parts, rows, first, last, scratch, low, high):
     scratch: (2, room for the state and for the terms).
     low, high: (q,) extremes so far.
     """
-    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], low.size
+    z = scratch[0, : parts.samples.shape[1]]
+    terms = scratch[1]
+    count = low.size
     for i in range(first, last):
         # each part begins at a sample, or goes on from the part before
         region = parts.region[i]
@@ -174,7 +189,8 @@ def extremes(parts, rows, first, last, scratch, low, high):
         for c in range(count):
             # a row that is zero in this region
             if not rows.moving[region, c]:
-                low[c], high[c] = min(low[c], 0.0), max(high[c], 0.0)
+                low[c] = min(low[c], 0.0)
+                high[c] = max(high[c], 0.0)
                 continue
             left = parts.duration[i]
             for j in range(rows.blocks[region]):
@@ -188,15 +204,19 @@ def extremes(parts, rows, first, last, scratch, low, high):
                     top = _expand(rows, region, j * count + c, x, z, terms)
                     cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
                     before = terms[1]
-                    low[c], high[c] = min(low[c], terms[0]), max(high[c], terms[0])
+                    low[c] = min(low[c], terms[0])
+                    high[c] = max(high[c], terms[0])
                     # cell by cell: the value at the end, and the extremum where the rate changes its sign
                     for g in range(1, cells + 1):
                         end = g / cells
-                        value, after = _value(terms, top, end), _rate(terms, top, end)
-                        low[c], high[c] = min(low[c], value), max(high[c], value)
+                        value = _value(terms, top, end)
+                        after = _rate(terms, top, end)
+                        low[c] = min(low[c], value)
+                        high[c] = max(high[c], value)
                         if before * after < 0.0:
                             value = _value(terms, top, _turn(terms, top, (g - 1) / cells, end, before, after))
-                            low[c], high[c] = min(low[c], value), max(high[c], value)
+                            low[c] = min(low[c], value)
+                            high[c] = max(high[c], value)
                         before = after
                 left -= rows.block[region]
                 if left <= 0.0:
@@ -224,10 +244,13 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
     sums: (4, q) room.
     powers: (4, q) added to.
     """
-    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], about.size
+    z = scratch[0, : parts.samples.shape[1]]
+    terms = scratch[1]
+    count = about.size
     for i in range(first, last):
         # each part begins at a sample, or goes on from the part before
-        region, width = parts.region[i], z.size
+        region = parts.region[i]
+        width = z.size
         _begin(parts, rows, i, z)
         sign = -1.0 if parts.backward[i] else 1.0
         for m in range(wanted.size):
@@ -235,7 +258,8 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
             left = parts.duration[i]
             for j in range(rows.blocks[region] if rows.moving[region, c] else 0):
                 # block by block of the row
-                row, length = j * count + c, min(left, rows.block[region])
+                row = j * count + c
+                length = min(left, rows.block[region])
                 # a whole part: the values at its nodes by rows made beforehand
                 if parts.whole[i]:
                     at = rows.first_seen[region] + row * rows.nodes[region] * width
@@ -259,20 +283,25 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
 @loose
 def reaches(parts, rows, first, last, c, scratch, low, high):
     """Write bounds (K,) on a row in every part."""
-    z, count = scratch[0, : parts.samples.shape[1]], rows.moving.shape[1]
+    z = scratch[0, : parts.samples.shape[1]]
+    count = rows.moving.shape[1]
     for i in range(first, last):
-        region, left = parts.region[i], parts.duration[i]
-        low[i] = high[i] = 0.0
+        region = parts.region[i]
+        left = parts.duration[i]
+        low[i] = 0.0
+        high[i] = 0.0
         if not rows.moving[region, c]:
             continue
         _begin(parts, rows, i, z)
-        low[i], high[i] = np.inf, -np.inf
+        low[i] = np.inf
+        high[i] = -np.inf
         for j in range(rows.blocks[region]):
             x = min(left, rows.block[region]) / rows.block[region]
             # the narrower of two bounds, block by block
             least, most = _reach(rows, region, j * count + c, -x if parts.backward[i] else x, z)
             lowest, highest = _look(rows, region, j * count + c, parts.backward[i], z)
-            low[i], high[i] = min(low[i], max(least, lowest)), max(high[i], min(most, highest))
+            low[i] = min(low[i], max(least, lowest))
+            high[i] = max(high[i], min(most, highest))
             left -= rows.block[region]
             if left <= 0.0:
                 break
@@ -290,10 +319,13 @@ def _above(terms, top, sign, level, begin, end):
     if at_begin > 0.0 and at_end > 0.0:
         return end - begin, 0.0
     # the instant at which it passes the level: bracketed Newton steps
-    low, high, rate = begin, end, 0.0
+    low = begin
+    high = end
+    rate = 0.0
     x = begin + (end - begin) * at_begin / (at_begin - at_end)
     for _ in range(60):
-        value, rate = sign * _value(terms, top, x) - level, sign * _rate(terms, top, x)
+        value = sign * _value(terms, top, x) - level
+        rate = sign * _rate(terms, top, x)
         if (value > 0.0) == (at_begin > 0.0):
             low = x
         else:
@@ -301,7 +333,8 @@ def _above(terms, top, sign, level, begin, end):
         moved = x - value / rate if rate != 0.0 else low
         if not low < moved < high:
             moved = 0.5 * (low + high)
-        step, x = abs(moved - x), moved
+        step = abs(moved - x)
+        x = moved
         if step <= 1e-9 * (end - begin):  # of which Newton's next error is the square
             break
     # its share above, and how much of it a higher level takes
@@ -312,12 +345,16 @@ def _above(terms, top, sign, level, begin, end):
 @loose
 def time_above(parts, rows, which, c, level, scratch):
     """Return how long the modulus of a row is above a level in some parts, in periods, and its loss with the level."""
-    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], rows.moving.shape[1]
-    time = loss = 0.0
+    z = scratch[0, : parts.samples.shape[1]]
+    terms = scratch[1]
+    count = rows.moving.shape[1]
+    time = 0.0
+    loss = 0.0
     for n in range(which.size):
         i = which[n]
         # each part begins at a sample, or goes on from the part before
-        region, left = parts.region[i], parts.duration[i]
+        region = parts.region[i]
+        left = parts.duration[i]
         _begin(parts, rows, i, z)
         for j in range(rows.blocks[region]):
             # the row's polynomial over a block
@@ -328,16 +365,19 @@ def time_above(parts, rows, which, c, level, scratch):
             before = terms[1]
             for g in range(1, cells + 1):
                 # cell by cell, cut where the rate changes its sign: monotonic on both sides of it
-                begin, end = (g - 1) / cells, g / cells
+                begin = (g - 1) / cells
+                end = g / cells
                 after = _rate(terms, top, end)
                 middle = _turn(terms, top, begin, end, before, after) if before * after < 0.0 else end
                 # time above the level and below minus the level
                 for sign in (1.0, -1.0):
                     share, lost = _above(terms, top, sign, level, begin, middle)
-                    time, loss = time + length * share, loss + length * lost
+                    time = time + length * share
+                    loss = loss + length * lost
                     if middle < end:
                         share, lost = _above(terms, top, sign, level, middle, end)
-                        time, loss = time + length * share, loss + length * lost
+                        time = time + length * share
+                        loss = loss + length * lost
                 before = after
             left -= rows.block[region]
             if left <= 0.0:

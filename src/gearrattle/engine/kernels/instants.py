@@ -19,7 +19,8 @@ def stand_at_instant(instants, counts, clock):
     """Set the clock to the next instant, without the rounding of the way there."""
     i = counts[INSTANT]
     counts[CYCLE] = int(instants.cycle[i])
-    clock[0], clock[1] = instants.fraction[i], 0.0
+    clock[0] = instants.fraction[i]
+    clock[1] = 0.0
 
 
 @kernel
@@ -27,6 +28,7 @@ def write_chains(regions, inputs, march, scratch):
     """Write the signals' chains into y as they are now."""
     if regions.chain == 0:
         return
-    i, slot = march.counts[INTERVAL], march.counts[SLOT]
+    i = march.counts[INTERVAL]
+    slot = march.counts[SLOT]
     since = (march.counts[CYCLE] - inputs.knot_cycle[i]) + (march.clock[0] + march.clock[1] - inputs.knot_fraction[i])
     chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain, scratch)

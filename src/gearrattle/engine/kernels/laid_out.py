@@ -20,36 +20,49 @@ def _write_laws(law, constant, laws):
     for k in range(law.first.size):
         laws.first[k] = law.first[k]
     for p in range(law.stiffness.size):
-        laws.stiffness[p], laws.damping[p] = law.stiffness[p], law.damping[p]
+        laws.stiffness[p] = law.stiffness[p]
+        laws.damping[p] = law.damping[p]
         laws.offset[p] = law.offset[p] / constant
-        laws.lower[p], laws.upper[p] = law.lower[p], law.upper[p]
+        laws.lower[p] = law.lower[p]
+        laws.upper[p] = law.upper[p]
 
 
 @strict
 def _write_elements(system, frame, scales, common):
     """Deflections and rates of all elements."""
-    r, n, count = frame.elements.size, system.inertia.size, frame.cycles.size
+    r = frame.elements.size
+    n = system.inertia.size
+    count = frame.cycles.size
     states = r + n
     for k in range(frame.label.size):
         for j in range(states + 1 + 2 * count):
-            common.deflection[k, j] = common.rate[k, j] = 0.0
+            common.deflection[k, j] = 0.0
+            common.rate[k, j] = 0.0
         for j in range(r):
             common.deflection[k, j] = frame.combination[k, j] / scales.deflection[j]
         for i in range(n):
             common.rows[k, i] = frame.rows[k, i]
             common.rate[k, r + i] = frame.rows[k, i] * (1.0 / scales.velocity[i])
         for h in range(count):
-            c, s, size = states + 1 + h, states + 1 + count + h, scales.inputs[1 + h]
+            c = states + 1 + h
+            s = states + 1 + count + h
+            size = scales.inputs[1 + h]
             omega = 2.0 * pi * frame.cycles[h] / system.period[0]
-            sine, cosine = system.error_sine[k, h], system.error_cosine[k, h]
-            common.deflection[k, c], common.deflection[k, s] = 0.0 - cosine / size, 0.0 - sine / size
-            common.rate[k, c], common.rate[k, s] = 0.0 - sine * omega / size, cosine * omega / size
+            sine = system.error_sine[k, h]
+            cosine = system.error_cosine[k, h]
+            common.deflection[k, c] = 0.0 - cosine / size
+            common.deflection[k, s] = 0.0 - sine / size
+            common.rate[k, c] = 0.0 - sine * omega / size
+            common.rate[k, s] = cosine * omega / size
 
 
 @strict
 def _write_balance(system, frame, scales, common):
     """Rates of the deflections, torques less drag, rates of the reference angles."""
-    r, n, count, period = frame.elements.size, system.inertia.size, frame.cycles.size, system.period[0]
+    r = frame.elements.size
+    n = system.inertia.size
+    count = frame.cycles.size
+    period = system.period[0]
     states = r + n
     width = states + 1 + 2 * count
     # deflections turn with the velocities
@@ -78,8 +91,13 @@ def _write_balance(system, frame, scales, common):
 @strict
 def _write_clearances(system, frame, scales, common):
     """Corner scales, and what is seen of the clearances in them."""
-    r, n, count, clearances = frame.elements.size, system.inertia.size, frame.cycles.size, frame.clearances.size
-    laws, period, states = system.laws, system.period[0], r + n
+    r = frame.elements.size
+    n = system.inertia.size
+    count = frame.cycles.size
+    clearances = frame.clearances.size
+    laws = system.laws
+    period = system.period[0]
+    states = r + n
     width = states + 1 + 2 * count
     for i in range(clearances):
         # scale: the power of two below the largest corner
@@ -98,7 +116,8 @@ def _write_clearances(system, frame, scales, common):
             common.seen[clearances + i, j] = common.rate[k, j] * unit * period
             common.curvature[i, j] = 0.0
         for h in range(count):
-            omega, size = 2.0 * pi * frame.cycles[h] / period, scales.inputs[1 + h]
+            omega = 2.0 * pi * frame.cycles[h] / period
+            size = scales.inputs[1 + h]
             square = omega * omega
             common.curvature[i, states + 1 + h] = -system.error_cosine[k, h] * square / size
             common.curvature[i, states + 1 + count + h] = -system.error_sine[k, h] * square / size
@@ -112,8 +131,11 @@ def lay_out(workspace, system, frame, scales):
     system: ``variants.Coefficients`` of one variant.
     scales: ``variants.Scales``; the corners' are written, the others read.
     """
-    common, laws = common_at(workspace), laws_at(workspace)
-    n, count, period = system.inertia.size, frame.cycles.size, system.period[0]
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    n = system.inertia.size
+    count = frame.cycles.size
+    period = system.period[0]
     _write_laws(system.laws, scales.inputs[0], laws)
     _write_elements(system, frame, scales, common)
     _write_balance(system, frame, scales, common)
@@ -124,7 +146,8 @@ def lay_out(workspace, system, frame, scales):
     for h in range(count):
         common.frequency[h] = 2.0 * pi * frame.cycles[h]
     for h in range(1 + count):
-        common.amplitude[h] = common.input_size[h] = scales.inputs[h]
+        common.amplitude[h] = scales.inputs[h]
+        common.input_size[h] = common.amplitude[h]
         if h > 0:
             common.input_size[count + h] = scales.inputs[h]
     common.limits[PERIOD] = period

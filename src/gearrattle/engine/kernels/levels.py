@@ -19,7 +19,8 @@ from gearrattle.engine.kernels.arrays import Array3, Matrix, Vector
 
 _NORM = 0.5  # of the rates times a step
 _ORDER = 16  # terms of a series
-_ITERATIONS, _SETTLED = 60, 1e-15  # of the search for a turning point; share of the interval that counts as zero
+_ITERATIONS = 60  # of the search for a turning point
+_SETTLED = 1e-15  # share of the interval that counts as zero
 
 
 class Region(NamedTuple):
@@ -36,7 +37,8 @@ def norm_of_square(generator, states):
 
     It hardly depends on how states are scaled, as the norm of Z does.
     """
-    size, largest = generator.shape[0], 0.0
+    size = generator.shape[0]
+    largest = 0.0
     row = np.empty(size)
     for i in range(states):
         for p in range(size):
@@ -84,14 +86,18 @@ def turn_between(series, begin, end):
 
     Newton's method, and a bisection where that would leave the interval.
     """
-    rises, s, width = slope_of(series, begin) > 0.0, 0.5 * (begin + end), end - begin
+    rises = slope_of(series, begin) > 0.0
+    s = 0.5 * (begin + end)
+    width = end - begin
     for _ in range(_ITERATIONS):
-        slope, bend = slope_of(series, s), bend_of(series, s)
+        slope = slope_of(series, s)
+        bend = bend_of(series, s)
         if (slope > 0.0) == rises:
             begin = s
         else:
             end = s
-        last, s = s, s - slope / bend
+        last = s
+        s = s - slope / bend
         if not begin <= s <= end:
             s = 0.5 * (begin + end)
         if abs(s - last) <= _SETTLED * width:
@@ -102,8 +108,10 @@ def turn_between(series, begin, end):
 @kernel
 def add_levels(series, h, out):
     """Add the step of one row to its lowest and highest value and its integral."""
-    first, last = series[0], value_of(series, h)
-    out[0], out[1] = min(out[0], first, last), max(out[1], first, last)
+    first = series[0]
+    last = value_of(series, h)
+    out[0] = min(out[0], first, last)
+    out[1] = max(out[1], first, last)
     integral = 0.0
     for j in range(series.size - 1, -1, -1):
         integral = integral * h + series[j] / (j + 1.0)
@@ -113,7 +121,8 @@ def add_levels(series, h, out):
         end = 0.25 * part * h
         if (slope_of(series, begin) > 0.0) != (slope_of(series, end) > 0.0):
             turn = value_of(series, turn_between(series, begin, end))
-            out[0], out[1] = min(out[0], turn), max(out[1], turn)
+            out[0] = min(out[0], turn)
+            out[1] = max(out[1], turn)
         begin = end
 
 
@@ -132,7 +141,8 @@ def _write_region(generator, rows, duration, region):
     """Write the series of all rows and, if there are more steps than columns, the exponential: the series of these."""
     size = generator.shape[0]
     # the step over which the Taylor series represents every row to rounding
-    region.step[0] = h = _NORM / max(norm_of_square(generator, size), _NORM)
+    h = _NORM / max(norm_of_square(generator, size), _NORM)
+    region.step[0] = h
     # series of all rows: r Z^m / m!
     for k in range(rows.shape[0]):
         for b in range(size):
@@ -148,10 +158,12 @@ def _write_region(generator, rows, duration, region):
         return
     # many steps: exp(Z h) - 1, column by column
     region.step[1] = 1.0
-    term, product = np.empty(size), np.empty(size)
+    term = np.empty(size)
+    product = np.empty(size)
     for b in range(size):
         for a in range(size):
-            term[a], region.increment[a, b] = 1.0 if a == b else 0.0, 0.0
+            term[a] = 1.0 if a == b else 0.0
+            region.increment[a, b] = 0.0
         for m in range(1, _ORDER + 1):
             for a in range(size):
                 product[a] = 0.0
@@ -178,8 +190,10 @@ def _carry(generator, h, z, term, product):
 @kernel
 def _add_steps(generator, region, duration, z, series, room, out):
     """Add an interval in a region to the levels of all rows, and carry z to its end."""
-    left, h = duration, region.step[0]
-    term, product = room[0], room[1]
+    left = duration
+    h = region.step[0]
+    term = room[0]
+    product = room[1]
     while left > 0.0:
         span = min(left, h)
         for k in range(out.shape[0]):
@@ -212,12 +226,18 @@ def levels(generators, region, duration, known, z, rows, out):
     rows: (K, Z) over z.
     out: (K, 3).
     """
-    size, count = z.size, rows.shape[0]
-    steps, increments, spent = np.zeros((len(generators), 2)), np.empty(generators.shape), np.zeros(len(generators))
+    size = z.size
+    count = rows.shape[0]
+    steps = np.zeros((len(generators), 2))
+    increments = np.empty(generators.shape)
+    spent = np.zeros(len(generators))
     tables = np.empty((len(generators), count, _ORDER + 1, size))
-    series, room = np.empty(_ORDER + 1), np.empty((2, size))
+    series = np.empty(_ORDER + 1)
+    room = np.empty((2, size))
     for k in range(count):
-        out[k, 0], out[k, 1], out[k, 2] = np.inf, -np.inf, 0.0
+        out[k, 0] = np.inf
+        out[k, 1] = -np.inf
+        out[k, 2] = 0.0
     for i in range(duration.size):
         spent[region[i]] += duration[i]
     for i in range(duration.size):

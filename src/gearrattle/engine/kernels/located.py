@@ -16,7 +16,8 @@ _SAMPLE, _ = workspace_for(Sizes(*len(Sizes._fields) * [1]))
 
 def _readers() -> list[Any]:
     """A kernel ``group_at(words)`` for every group."""
-    readers, first = [], 0
+    readers = []
+    first = 0
     for name, group in _SAMPLE._asdict().items():
         readers.append(group_reader(name, group, first))
         first += sum(1 + array.ndim for array in group)

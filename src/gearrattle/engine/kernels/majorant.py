@@ -25,12 +25,18 @@ def triangular_form(workspace):
 
     M = ``free.generator`` = V T V^-1; T, V and V^-1 are written.
     """
-    region, free, modes, bounds = region_at(workspace), free_at(workspace), modes_at(workspace), bounds_at(workspace)
-    n, constant, width = region.matrix.shape[0], region.kept[0], free.chained[0]
+    region = region_at(workspace)
+    free = free_at(workspace)
+    modes = modes_at(workspace)
+    bounds = bounds_at(workspace)
+    n = region.matrix.shape[0]
+    constant = region.kept[0]
+    width = free.chained[0]
     # Schur form of the states, as LAPACK gives it
     for i in range(width):
         for j in range(width):
-            modes.triangle[i, j] = modes.right[i, j] = 0.0
+            modes.triangle[i, j] = 0.0
+            modes.right[i, j] = 0.0
     for i in range(n):
         for j in range(n):
             modes.right[i, j] = modes.basis[j, i]
@@ -41,7 +47,8 @@ def triangular_form(workspace):
     if constant:
         modes.right[n, n] = 1.0
     for h in range(harmonics):
-        c, s = n + constant + h, n + constant + harmonics + h
+        c = n + constant + h
+        s = n + constant + harmonics + h
         w = free.generator[s, c]
         modes.right[c, c] = _HALF
         modes.right[c, s] = _HALF
@@ -115,7 +122,8 @@ def _largest_of_inputs(free, rows, i, n, constant):
         total = modulus(rows[i, n]) * free.amplitude[0]
     harmonics = (free.chained[0] - n - constant) // 2
     for h in range(harmonics):
-        p, q = rows[i, n + constant + h], rows[i, n + constant + harmonics + h]
+        p = rows[i, n + constant + h]
+        q = rows[i, n + constant + harmonics + h]
         squares = p.real * p.real + p.imag * p.imag + q.real * q.real + q.imag * q.imag
         total += sqrt(0.5 * (squares + modulus(p * p + q * q))) * free.amplitude[constant + h]
     return total
@@ -127,9 +135,14 @@ def weigh(workspace, a, b):
 
     G holds the moduli of the entries above the diagonal and the growth rates on it. Rows are T^4 V^-1, chains added.
     """
-    common, free, modes = common_at(workspace), free_at(workspace), modes_at(workspace)
-    bounds, scratch = bounds_at(workspace), scratch_at(workspace)
-    clearances, chained, width = common.corner_scale.size, free.chained[0], free.width[0]
+    common = common_at(workspace)
+    free = free_at(workspace)
+    modes = modes_at(workspace)
+    bounds = bounds_at(workspace)
+    scratch = scratch_at(workspace)
+    clearances = common.corner_scale.size
+    chained = free.chained[0]
+    width = free.width[0]
     # G times the horizon, and its exponential
     for i in range(a, b):
         modes.simple[i] = b - a == 1
@@ -183,10 +196,17 @@ def gather(workspace):
     Written: the weights on fourth derivatives, on the same without fast modes, on the fast modes; their rows, constants
     and count; the fast modes' part of every deflection.
     """
-    common, region, free = common_at(workspace), region_at(workspace), free_at(workspace)
-    modes, bounds = modes_at(workspace), bounds_at(workspace)
-    n, width, chained, constant = region.matrix.shape[0], free.width[0], free.chained[0], region.kept[0]
-    fast, clearances = common.limits[FAST], common.corner_scale.size
+    common = common_at(workspace)
+    region = region_at(workspace)
+    free = free_at(workspace)
+    modes = modes_at(workspace)
+    bounds = bounds_at(workspace)
+    n = region.matrix.shape[0]
+    width = free.width[0]
+    chained = free.chained[0]
+    constant = region.kept[0]
+    fast = common.limits[FAST]
+    clearances = common.corner_scale.size
     finish_pushes(bounds)
     # sums over the modes begin at zero: constants, and the fast modes' part of every deflection
     for k in range(clearances):
@@ -197,7 +217,9 @@ def gather(workspace):
     count = 0
     for i in range(chained):
         # fast modes that decay by themselves: their part of the deflections, bounded by the amplitude
-        how_often, speed, swift = _multiplicity(modes, i, chained), modulus(modes.triangle[i, i]), 0.0
+        how_often = _multiplicity(modes, i, chained)
+        speed = modulus(modes.triangle[i, i])
+        swift = 0.0
         is_free = not _has_some(modes.triangle, i, chained, width)
         if modes.simple[i] and speed > fast and is_free and _has_some(modes.left, i, 0, n):
             swift = 1.0 / (speed * speed * speed * speed)
@@ -232,13 +254,20 @@ def gather(workspace):
 @strict
 def finish_bounds(workspace):
     """Add the inputs split off and rounding to the constants; write the quantities watched without the fast modes."""
-    common, region, free, bounds = common_at(workspace), region_at(workspace), free_at(workspace), bounds_at(workspace)
-    count, clearances, width = common.frequency.size, common.corner_scale.size, free.width[0]
+    common = common_at(workspace)
+    region = region_at(workspace)
+    free = free_at(workspace)
+    bounds = bounds_at(workspace)
+    count = common.frequency.size
+    clearances = common.corner_scale.size
+    width = free.width[0]
     for k in range(clearances):
         # the inputs split off add the constant amplitude of their fourth derivative
         fourth = 0.0
         for h in range(count):
-            c, s, w = region.forced[k, 1 + h], region.forced[k, 1 + count + h], common.frequency[h]
+            c = region.forced[k, 1 + h]
+            s = region.forced[k, 1 + count + h]
+            w = common.frequency[h]
             fourth += w * w * w * w * sqrt(c * c + s * s) * common.amplitude[1 + h]
         bounds.constant[k] += SLACK * fourth
         bounds.constant[clearances + k] += SLACK * fourth

@@ -112,13 +112,22 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
         upper). A step safe for one clearance stays so when another shortens it.
     """
     seen, calm, bound, side, band = near
-    count, safe = side.size, True
+    count = side.size
+    safe = True
     for k in range(count):
-        value, rate, curvature, jerk = seen[4 * k], seen[4 * k + 1], seen[4 * k + 2], seen[4 * k + 3]
-        below, above, fourth, margin = value - lower[slot, k], upper[slot, k] - value, bound[k], bound[k + 2 * count]
-        unsafe[k, 0], unsafe[k, 1] = False, False
+        value = seen[4 * k]
+        rate = seen[4 * k + 1]
+        curvature = seen[4 * k + 2]
+        jerk = seen[4 * k + 3]
+        below = value - lower[slot, k]
+        above = upper[slot, k] - value
+        fourth = bound[k]
+        margin = bound[k + 2 * count]
+        unsafe[k, 0] = False
+        unsafe[k, 1] = False
         # both gaps at once: the motion cannot go as far as the nearer corner
-        h, room = steps[level], min(below, above)
+        h = steps[level]
+        room = min(below, above)
         if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * SIXTH * (abs(jerk) + 0.25 * h * fourth))):
             continue
         # an element that sits on a corner leaves it once it is farther away than the band
@@ -128,8 +137,12 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
             side[k] = 0
         # fast modes that are small: minorants (M') of the calm motion, each gap smaller by their bound m
         if room > _SMALL * margin:
-            below, above = calm[4 * k] - lower[slot, k] - margin, upper[slot, k] - calm[4 * k] - margin
-            rate, curvature, jerk, fourth = calm[4 * k + 1], calm[4 * k + 2], calm[4 * k + 3], bound[k + count]
+            below = calm[4 * k] - lower[slot, k] - margin
+            above = upper[slot, k] - calm[4 * k] - margin
+            rate = calm[4 * k + 1]
+            curvature = calm[4 * k + 2]
+            jerk = calm[4 * k + 3]
+            fourth = bound[k + count]
         # the longest step for which both minorants (M) or (M') stay positive
         low = _counted(below, rate, band[k] if side[k] == -1 else 0.0)
         high = _counted(above, -rate, band[k] if side[k] == 1 else 0.0)
@@ -143,7 +156,9 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
                 break
             # not even the finest step is certified: its Taylor polynomials must be searched
             if level == fine:
-                unsafe[k, 0], unsafe[k, 1], safe = nears, fars, False
+                unsafe[k, 0] = nears
+                unsafe[k, 1] = fars
+                safe = False
                 break
             level += 1
     return level, safe
@@ -163,12 +178,19 @@ def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound)
     groups = strips_of(modes)
     multiply(bounds, slot, 2 * groups, width, y, parts, 0)
     for g in range(groups):
-        r, i = 8 * g, 8 * g + 4
+        r = 8 * g
+        i = 8 * g + 4
         for j in range(4):
             size[4 * g + j] = np.sqrt(parts[r + j] * parts[r + j] + parts[i + j] * parts[i + j])
     for i in range(0, bound.size, 4):
-        b0, b1, b2, b3 = constant[slot, i], constant[slot, i + 1], constant[slot, i + 2], constant[slot, i + 3]
-        bound[i], bound[i + 1], bound[i + 2], bound[i + 3] = b0, b1, b2, b3
+        b0 = constant[slot, i]
+        b1 = constant[slot, i + 1]
+        b2 = constant[slot, i + 2]
+        b3 = constant[slot, i + 3]
+        bound[i] = b0
+        bound[i + 1] = b1
+        bound[i + 2] = b2
+        bound[i + 3] = b3
     multiply_add(weights, slot, bound.size // 4, modes, size, bound)
 
 
@@ -215,13 +237,16 @@ def _ahead(counts, clock, i, per_cycle):
 @inlined
 def _pass_samples(march, samples, notes, h):
     """Note every sample in [now, now + h), as long as there is room for notes."""
-    counts, per_cycle = march.counts, samples.per_cycle
-    elapsed, last = _elapsed(counts, march.clock), samples.first + samples.pieces.shape[0]
+    counts = march.counts
+    per_cycle = samples.per_cycle
+    elapsed = _elapsed(counts, march.clock)
+    last = samples.first + samples.pieces.shape[0]
     # If a period's first sample was passed in this step before the run went on, the next ones follow from it.
     i = counts[SAMPLE] - (1 if counts[PASSED] and (counts[SAMPLE] - 1) % per_cycle == 0 else 0)
     while counts[SAMPLE] < last and counts[NOTED] < notes.row.size:
         # the samples of one period that lie in the step follow from the first of them
-        first, ahead = i, max(_ahead(counts, march.clock, i, per_cycle), 0.0)
+        first = i
+        ahead = max(_ahead(counts, march.clock, i, per_cycle), 0.0)
         while i < last and (i == first or i % per_cycle != 0):
             reached = ahead + (i - first) / per_cycle
             if reached >= h and reached > 0.0:
@@ -232,7 +257,8 @@ def _pass_samples(march, samples, notes, h):
         # all of them are worked out later from the state here, in one note
         rows = first - samples.first, i - first
         note(notes, counts, rows, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
-        counts[SAMPLE], counts[PASSED] = i, 1
+        counts[SAMPLE] = i
+        counts[PASSED] = 1
 
 
 @inlined
@@ -241,10 +267,14 @@ def _cross(regions, march, log, k, upward, rate, behind):
 
     The force integrals of the clearances are the last of the ``behind`` carried quantities.
     """
-    counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
+    counts = march.counts
+    clock = march.clock
+    slot = march.counts[SLOT]
+    memories = regions.known.shape[1]
     # log the crossing: its instant, direction, rate, force integral and the memories
     integral = march.carried[behind - regions.clearances + k] if k < regions.clearances else 0.0
-    i, piece = counts[EVENTS], regions.piece[slot, k]
+    i = counts[EVENTS]
+    piece = regions.piece[slot, k]
     log_crossing(log, i, counts[CYCLE], clock[0] + clock[1], k, upward, piece, rate, integral)
     for s in range(memories):
         log.memory[i, s] = march.y[regions.states - memories + s]
@@ -262,7 +292,9 @@ def _cross(regions, march, log, k, upward, rate, behind):
 @inlined
 def _pass_instant(regions, instants, march, log, out, behind):
     """Begin the next interval of the signals, or let an auxiliary element change by the clock."""
-    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    counts = march.counts
+    clock = march.clock
+    slot = march.counts[SLOT]
     k = instants.watch[counts[INSTANT]]
     counts[INSTANT] += 1
     counts[UNBOUNDED] = _BOUND_EVERY
@@ -279,7 +311,9 @@ def _pass_instant(regions, instants, march, log, out, behind):
 @inlined
 def _anchor(inputs, regions, march, end):
     """Compute the inputs afresh, those kept as states, up to the entry ``end``, too."""
-    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    counts = march.counts
+    clock = march.clock
+    slot = march.counts[SLOT]
     inputs_at(inputs, counts[CYCLE], clock[0] + clock[1], march.u)
     counts[UNANCHORED] = 0
     states = regions.states
@@ -293,7 +327,10 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
     """Deflections and their first three derivatives, a strip a clearance, with and without the fast modes."""
     multiply(forced, slot, watched, u.size, u, seen, 0)
     for i in range(0, 4 * watched, 4):
-        calm[i], calm[i + 1], calm[i + 2], calm[i + 3] = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
+        calm[i] = seen[i]
+        calm[i + 1] = seen[i + 1]
+        calm[i + 2] = seen[i + 2]
+        calm[i + 3] = seen[i + 3]
     multiply_add(probe, slot, watched, width, y, seen)
     multiply_add(calm_rows, slot, watched, width, y, calm)
 
@@ -307,20 +344,60 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     in a step are noted before it is taken. Scratch is made here, where the compiler sees that nothing else is stored
     in it.
     """
-    steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
-    cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
-    lower, upper, states, widths, finest = regions.lower, regions.upper, regions.states, regions.width, regions.fine
-    probe, calm, forced, bounds, modes = regions.probe, regions.calm, regions.forced, regions.bounds, regions.modes
-    weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
-    series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
-    y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
-    bound, tried, bands, watched, per_cycle = march.bound, march.tried, regions.band, side.size, samples.per_cycle
-    last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
-    rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
-    scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
-    out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
-    seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
-    near, ahead = (seen, still, bound, side, band), _ahead(counts, clock, counts[SAMPLE], per_cycle)
+    steps = inputs.steps
+    tables = regions.tables
+    first_table = regions.first_table
+    powers = regions.powers
+    cosines = inputs.turn_cosine
+    sines = inputs.turn_sine
+    frequency = inputs.frequency
+    lower = regions.lower
+    upper = regions.upper
+    states = regions.states
+    widths = regions.width
+    finest = regions.fine
+    probe = regions.probe
+    calm = regions.calm
+    forced = regions.forced
+    bounds = regions.bounds
+    modes = regions.modes
+    weights = regions.weights
+    constant = regions.constant
+    kept = regions.kept
+    particular = regions.particular
+    series = regions.series
+    forced_series = regions.forced_series
+    forced_strips = regions.forced_strips
+    y = march.y
+    carried = march.carried
+    u = march.u
+    clock = march.clock
+    counts = march.counts
+    side = march.side
+    bound = march.bound
+    tried = march.tried
+    bands = regions.band
+    watched = side.size
+    per_cycle = samples.per_cycle
+    last = samples.first + samples.pieces.shape[0]
+    room = log.cycle.size
+    behind = samples.states.shape[1] - states
+    rows = carried.size + y.size
+    longest = y.size
+    until = np.inf
+    chain = 0 if instants is None else regions.chain
+    scratch = window_scratch(carried.size, longest)
+    gap = np.zeros(ORDER + 1)
+    band = np.zeros(side.size)
+    out = scratch[0]
+    terms = scratch[1]
+    unsafe = np.zeros((side.size, 2), dtype=np.bool_)
+    seen = np.zeros(4 * watched)
+    still = np.zeros(4 * watched)
+    parts = np.zeros(2 * longest)
+    size = np.zeros(rows)
+    near = (seen, still, bound, side, band)
+    ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
         # stop where the caller must act: all samples noted, a region to build, a log that is full
         if counts[SAMPLE] >= last:
@@ -331,7 +408,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             return LOG_FULL
         # every few steps the inputs are computed afresh from their phase
         slot = counts[SLOT]
-        fine, width = finest[slot], widths[slot]
+        fine = finest[slot]
+        width = widths[slot]
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
             _anchor(inputs, regions, march, width - chain)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
@@ -345,14 +423,17 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         if not counts[ENTERED]:
             recall(regions, slot, y)
             enter(particular, kept, states, width - chain, slot, u, y, carried, out)
-            counts[ENTERED], counts[UNBOUNDED] = 1, _BOUND_EVERY
-            counts[ENTRY], clock[2] = counts[CYCLE], clock[0] + clock[1]
+            counts[ENTERED] = 1
+            counts[UNBOUNDED] = _BOUND_EVERY
+            counts[ENTRY] = counts[CYCLE]
+            clock[2] = clock[0] + clock[1]
         # the signals' chains are written anew from their table
         if instants is not None:
             write_chains(regions, inputs, march, terms)
         # bound the fourth derivatives (B), and the fast modes, for as long as the region lasts
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
-            counts[UNBOUNDED], clock[3] = 0, 0.0
+            counts[UNBOUNDED] = 0
+            clock[3] = 0.0
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             if instants is not None:
                 _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
@@ -363,7 +444,12 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         while steps[level] > until and level < fine:
             level += 1
         h = steps[level]
-        passed, k, upward, rate, x, chained = h, -1, 0, 0.0, NEVER, (chain, inputs.links, inputs.pace * steps[fine])
+        passed = h
+        k = -1
+        upward = 0
+        rate = 0.0
+        x = NEVER
+        chained = (chain, inputs.links, inputs.pace * steps[fine])
         # no certified step: first root of the gaps' Taylor polynomials over the finest step
         if not safe:
             reach = 1.0 if instants is None else reach_of(until, h)
@@ -374,7 +460,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
                 return NO_PROGRESS if np.isfinite(y.sum()) else NON_FINITE
             passed = x * h if x < NEVER else h
         if passed > until:
-            passed, x = until, NEVER
+            passed = until
+            x = NEVER
         if ahead < passed + _NEAR:
             _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)

@@ -16,8 +16,15 @@ from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, 
 from gearrattle.engine.kernels.products import copy
 from gearrattle.engine.kernels.vector_field import Field, element_states
 
-DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
-ONE_STEP, ROOT_FOUND = 2, 2
+# outcome.Outcome
+DONE = 0
+SLICE_SPENT = 1
+LOG_FULL = 3
+CHATTER = 4
+NON_FINITE = 5
+NO_CONVERGENCE = 7
+ONE_STEP = 2
+ROOT_FOUND = 2
 RHS_FAILED = (-8, -11)  # CV_RHSFUNC_FAIL ... CV_UNREC_RHSFUNC_ERR
 LARGEST = 1e150  # a state this many times an ordinary motion's is on its way out of the numbers
 PATIENCE = 1000  # steps or crossings in a row without any time passing
@@ -111,8 +118,10 @@ def _log(m, s, begin, time, k, piece, target):
         m.event_rate[i] = m.event_rate[i - 1]
         m.event_integral[i] = m.event_integral[i - 1]
         i -= 1
-    m.event_time[i], m.event_element[i] = time, k
-    m.event_pieces[i, 0], m.event_pieces[i, 1] = piece, target
+    m.event_time[i] = time
+    m.event_element[i] = k
+    m.event_pieces[i, 0] = piece
+    m.event_pieces[i, 1] = target
     m.event_rate[i] = s.rate[k]
     m.event_integral[i] = s.y[s.y.size - s.force.size + k]
     m.counts[EVENTS] += 1
@@ -125,7 +134,11 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
     Regula falsi by the Illinois rule (Dowell, Jarratt, BIT 11 (1971) 168), every fourth time a bisection; the scratch
     keeps the elements' states there.
     """
-    a, b, rises, side, last = begin, end, high > low, 0, end
+    a = begin
+    b = end
+    rises = high > low
+    side = 0
+    last = end
     for i in range(100):
         at = b - high * (b - a) / (high - low) if i % 4 != 3 else 0.5 * (a + b)
         if not a < at < b:
@@ -138,10 +151,14 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
         last = at
         if (value > 0.0) == rises:
             low = 0.5 * low if side == 1 else low
-            b, high, side = at, value, 1
+            b = at
+            high = value
+            side = 1
         else:
             high = 0.5 * high if side == -1 else high
-            a, low, side = at, value, -1
+            a = at
+            low = value
+            side = -1
     return last
 
 
@@ -150,12 +167,14 @@ def _pass_corners(field, size, library, m, s, after, begin, end):
     """Log every corner between the pieces at the beginning and the end of a step."""
     first = m.counts[EVENTS]
     for k in range(m.piece.size):
-        piece, target = m.piece[k], int(after.piece[k])
+        piece = m.piece[k]
+        target = int(after.piece[k])
         while piece != target:
             up = 1 if target > piece else -1
             p = field.laws.first[k] + piece
             corner = field.laws.upper[p] if up > 0 else field.laws.lower[p]
-            low, high = m.deflection[k] - corner, after.deflection[k] - corner
+            low = m.deflection[k] - corner
+            high = after.deflection[k] - corner
             at = _locate(field, size, library, m, s, k, corner, begin, end, low, high)
             _log(m, s, first, at, k, piece, piece + up)
             piece += up
@@ -166,10 +185,14 @@ def _pass_corners(field, size, library, m, s, after, begin, end):
 def hold(field, held, i, piece):
     """Hold clearance i in a piece: its law and the piece's corners."""
     k = held.clearances[i]
-    laws, law = field.laws, held.field.laws
+    laws = field.laws
+    law = held.field.laws
     p = laws.first[k] + piece
-    law.stiffness[k], law.damping[k], law.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]
-    held.bounds[i, 0], held.bounds[i, 1] = laws.lower[p], laws.upper[p]
+    law.stiffness[k] = laws.stiffness[p]
+    law.damping[k] = laws.damping[p]
+    law.offset[k] = laws.offset[p]
+    held.bounds[i, 0] = laws.lower[p]
+    held.bounds[i, 1] = laws.upper[p]
 
 
 @kernel
@@ -177,9 +200,12 @@ def _leave(field, held, library, m, after, root):
     """Change the pieces that end here, by CVODE's roots or, if it found none, by the deflections; how many did."""
     if root:
         call_code(library.roots, (library.memory, m.roots.ctypes.data))
-    changed, first, time = 0, m.counts[EVENTS], m.numbers[TIME]
+    changed = 0
+    first = m.counts[EVENTS]
+    time = m.numbers[TIME]
     for i in range(held.clearances.size):
-        k, way = held.clearances[i], 0
+        k = held.clearances[i]
+        way = 0
         if root:
             way = int(m.roots[2 * i + 1] != 0) - int(m.roots[2 * i] != 0)
         elif after.deflection[k] < held.bounds[i, 0]:  # it turned back on the corner it had just passed
@@ -201,10 +227,14 @@ def _count(library, m):
     Of several rejected tries of one step CVODE tells the first; the others are taken for as long as the one accepted.
     """
     # counts and step sizes, read through the addresses of our arrays
-    c, f, memory = m.current, m.numbers, library.memory
+    c = m.current
+    f = m.numbers
+    memory = library.memory
     failed = c[ERROR_FAILS] + c[SOLVE_FAILS]
-    at, width = c.ctypes.data, 8
-    spare, real = f[SPARE:].ctypes.data, f.ctypes.data
+    at = c.ctypes.data
+    width = 8
+    spare = f[SPARE:].ctypes.data
+    real = f.ctypes.data
     first = f[NEXT]
     call_code(
         library.statistics,

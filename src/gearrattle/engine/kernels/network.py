@@ -95,7 +95,8 @@ def error_series(error_at, error, waves, errors):
     count = waves.shape[1] // 2
     for j in range(errors.shape[0]):
         for i in range(error_at.shape[0]):
-            row, wave = error_at[i, 0], error_at[i, 1]
+            row = error_at[i, 0]
+            wave = error_at[i, 1]
             errors[j, row] += error[i, 0] * waves[j, wave] + error[i, 1] * waves[j, count + wave]
 
 
@@ -111,11 +112,23 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
     reach: (m,).
     """
     # short names of the arrays
-    first, second, first_arm, second_arm = network.first, network.second, network.first_arm, network.second_arm
-    drag, mobility, clearances, references = network.drag, network.mobility, network.clearances, network.references
-    mean, erring, driven, torque = network.mean, network.erring, network.driven, network.torque
-    m, sources = force.size, waves.shape[1]
-    begin, end = np.uint64(m), np.uint64(mean.size)  # loops over unsigned indices ask nothing and run in vectors
+    first = network.first
+    second = network.second
+    first_arm = network.first_arm
+    second_arm = network.second_arm
+    drag = network.drag
+    mobility = network.mobility
+    clearances = network.clearances
+    references = network.references
+    mean = network.mean
+    erring = network.erring
+    driven = network.driven
+    torque = network.torque
+    m = force.size
+    sources = waves.shape[1]
+    # loops over unsigned indices ask nothing and run in vectors
+    begin = np.uint64(m)
+    end = np.uint64(mean.size)
     for k in range(m):
         reach[k] = 0.0
     # the equation of motion, order by order

@@ -27,7 +27,9 @@ def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
     for i in range(carried.size):
         notes.carried[n, i] = carried[i]
     notes.row[n], notes.samples[n] = rows
-    notes.slot[n], notes.ahead[n], notes.elapsed[n] = slot, ahead, elapsed
+    notes.slot[n] = slot
+    notes.ahead[n] = ahead
+    notes.elapsed[n] = elapsed
     counts[NOTED] = n + 1
 
 
@@ -57,17 +59,26 @@ def _take(rows, n, out):
 def work_out(regions, inputs, notes, samples, counts):
     """Store the samples that were noted, and forget the notes."""
     # room for the work
-    longest, behind, states, spacing = notes.y.shape[1], notes.carried.shape[1], regions.states, 1.0 / samples.per_cycle
-    y, carried, u = np.zeros(longest), np.zeros(behind), np.zeros(1 + 2 * inputs.frequency.size)
-    x, totals = np.zeros(longest), np.zeros(behind)
+    longest = notes.y.shape[1]
+    behind = notes.carried.shape[1]
+    states = regions.states
+    spacing = 1.0 / samples.per_cycle
+    y = np.zeros(longest)
+    carried = np.zeros(behind)
+    u = np.zeros(1 + 2 * inputs.frequency.size)
+    x = np.zeros(longest)
+    totals = np.zeros(behind)
     scratch = window_scratch(behind, longest)
     for n in range(counts[NOTED]):
         # each note: the state before some samples of one region
-        slot, fine = notes.slot[n], regions.fine[notes.slot[n]]
+        slot = notes.slot[n]
+        fine = regions.fine[notes.slot[n]]
         chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
         for i in range(notes.samples[n]):
             # each sample: from the note, or on from the sample before
-            h, done, row = spacing, 0.0, notes.row[n] + i
+            h = spacing
+            done = 0.0
+            row = notes.row[n] + i
             if i == 0 or regions.chain > 0:  # a move within a finest step leaves chains behind
                 h = notes.ahead[n] + i * spacing
                 _take(notes.y, n, y)

@@ -16,11 +16,13 @@ from gearrattle.engine.kernels._jit import kernel, separate
 from gearrattle.engine.kernels.arrays import Matrix, Vector
 from gearrattle.engine.kernels.vector_field import derivative
 
-RUNGE_KUTTA, EXTRAPOLATION = 0, 1
+RUNGE_KUTTA = 0
+EXTRAPOLATION = 1
 COLUMNS = 9
 """Most columns of the extrapolation table."""
 FIRST_COLUMN = 4
-_SAFETY, _AIM = 0.94, 0.65
+_SAFETY = 0.94
+_AIM = 0.65
 _REJECTED = 1e30
 _WORK = np.array([1.0 + (j + 1) * (j + 2) for j in range(COLUMNS)])
 """Evaluations up to a column of 2, 4, 6 ... substeps, the first slope included."""
@@ -83,8 +85,11 @@ def error_of(control, y, after, error):
 @kernel
 def runge_kutta(field, method, held, t, h, y, buffers, after):
     """Take one step; buffers.stages[0] holds the slope at its start, buffers.error receives the error estimate."""
-    stages, size = method.b.size, y.size
-    slopes, trial, at = buffers.stages, buffers.trial, buffers.at
+    stages = method.b.size
+    size = y.size
+    slopes = buffers.stages
+    trial = buffers.trial
+    at = buffers.at
     for s in range(1, stages):
         for i in range(size):
             total = 0.0
@@ -93,7 +98,8 @@ def runge_kutta(field, method, held, t, h, y, buffers, after):
             trial[i] = y[i] + h * total
         derivative(field, t + method.c[s] * h, trial, buffers.wave, at[0], at[1], at[2], at[3], slopes[s], held)
     for i in range(size):
-        total, error = 0.0, 0.0
+        total = 0.0
+        error = 0.0
         for s in range(stages):
             total += method.b[s] * slopes[s, i]
             error += method.error[s] * slopes[s, i]
@@ -104,16 +110,23 @@ def runge_kutta(field, method, held, t, h, y, buffers, after):
 @separate
 def _midpoint(field, held, t, h, y, count, buffers, out):
     """Gragg's modified midpoint rule with ``count`` substeps and his smoothing."""
-    size, d = y.size, h / count
-    before, now, slope, at = buffers.before, buffers.trial, buffers.stages[1], buffers.at
+    size = y.size
+    d = h / count
+    before = buffers.before
+    now = buffers.trial
+    slope = buffers.stages[1]
+    at = buffers.at
     for i in range(size):
-        before[i], now[i] = y[i], y[i] + d * buffers.stages[0, i]
+        before[i] = y[i]
+        now[i] = y[i] + d * buffers.stages[0, i]
     for j in range(1, count + 1):
         derivative(field, t + j * d, now, buffers.wave, at[0], at[1], at[2], at[3], slope, held)
         if j == count:
             break
         for i in range(size):
-            before[i], now[i] = now[i], before[i] + 2.0 * d * slope[i]
+            following = before[i] + 2.0 * d * slope[i]
+            before[i] = now[i]
+            now[i] = following
     for i in range(size):
         out[i] = 0.5 * (now[i] + before[i] + d * slope[i])
 
@@ -125,7 +138,11 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     Returns (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left
         out. buffers.longest[1 ... column] are the steps those columns would allow.
     """
-    size, table, calls, error, last = y.size, buffers.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
+    size = y.size
+    table = buffers.table
+    calls = 0
+    error = _REJECTED
+    last = min(target + 1, COLUMNS - 1)
     for j in range(last + 1):
         # the next row of the table: the modified midpoint rule with more steps
         _midpoint(field, control.held, t, h, y, 2 * (j + 1), buffers, after)
@@ -143,7 +160,8 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
             continue
         # the error is the difference of the last two columns; the step this column would allow
         for i in range(size):
-            after[i], buffers.error[i] = table[j, i], table[j, i] - table[j - 1, i]
+            after[i] = table[j, i]
+            buffers.error[i] = table[j, i] - table[j - 1, i]
         error = error_of(control, y, after, buffers.error)
         factor = _SAFETY * (_AIM / max(error, 1e-10)) ** (1.0 / (2 * j + 1))
         buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
@@ -164,7 +182,8 @@ def next_of_extrapolation(buffers, column, target, accepted):
     reached = max(column, 1)
     best = min(reached, COLUMNS - 2)
     if reached > 1:
-        here, below = _WORK[reached] / buffers.longest[reached], _WORK[reached - 1] / buffers.longest[reached - 1]
+        here = _WORK[reached] / buffers.longest[reached]
+        below = _WORK[reached - 1] / buffers.longest[reached - 1]
         if reached > 2 and below < 0.8 * here:
             best = reached - 1
         elif accepted and best == reached and here < 0.9 * below:

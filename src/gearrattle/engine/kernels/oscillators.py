@@ -24,7 +24,8 @@ def inputs_at(inputs, cycle, fraction, u):
     count = inputs.cycles_high.size
     u[0] = inputs.scale[0]
     for j in range(count):
-        high, low = inputs.cycles_high[j], inputs.cycles_low[j]
+        high = inputs.cycles_high[j]
+        low = inputs.cycles_low[j]
         turn = high * cycle
         turn = (turn - floor(turn)) + low * cycle + (high + low) * fraction
         angle = 2.0 * pi * (turn - floor(turn))
@@ -35,7 +36,10 @@ def inputs_at(inputs, cycle, fraction, u):
 @kernel
 def chains_at(inputs, interval, since, y, first, scratch):
     """Write the signals' chains into y, s periods after their interval began: q_j = sum_k q_(j+k) (w s)^k / k!."""
-    moved, links, padded, part = inputs.pace * since, inputs.links, inputs.chains.shape[2], 1.0
+    moved = inputs.pace * since
+    links = inputs.links
+    padded = inputs.chains.shape[2]
+    part = 1.0
     strips = (links + 3) // 4
     for k in range(links):
         scratch[k] = part
@@ -53,7 +57,8 @@ def shift_chains(y, first, count, links, moved):
     """Move chains that stand in y on by w s = ``moved``: q_j becomes sum_k q_(j+k) (w s)^k / k!."""
     for begin in range(first, first + count, links):
         for j in range(begin, begin + links):
-            total, part = 0.0, 1.0
+            total = 0.0
+            part = 1.0
             for k in range(begin + links - j):
                 total += y[j + k] * part
                 part *= moved * _PART[k + 1]
@@ -65,7 +70,8 @@ def turn_step(cosines, sines, level, u):
     """Turn the inputs on by one step of a level."""
     count = cosines.shape[1]
     for j in range(count):
-        c, s = u[1 + j], u[1 + count + j]
+        c = u[1 + j]
+        s = u[1 + count + j]
         u[1 + j] = c * cosines[level, j] - s * sines[level, j]
         u[1 + count + j] = s * cosines[level, j] + c * sines[level, j]
 
@@ -77,11 +83,14 @@ def turn_little(frequency, h, u):
     for j in range(count):
         a = frequency[j] * h
         q = a * a
-        sine, lack = _SINE[7], _COSINE[7]
+        sine = _SINE[7]
+        lack = _COSINE[7]
         for i in range(6, -1, -1):
             sine = sine * q + _SINE[i]
             lack = lack * q + _COSINE[i]
-        sine, lack = sine * a, lack * q
-        c, s = u[1 + j], u[1 + count + j]
+        sine = sine * a
+        lack = lack * q
+        c = u[1 + j]
+        s = u[1 + count + j]
         u[1 + j] = c + (c * lack - s * sine)
         u[1 + count + j] = s + (s * lack + c * sine)

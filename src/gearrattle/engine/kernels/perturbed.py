@@ -62,7 +62,8 @@ class Intervals(NamedTuple):
 def add_rows(matrix, i, source, first, weight, out, at):
     """out[at] += weight times row i of a sparse matrix times the rows of ``source`` from ``first`` on."""
     for entry in range(matrix.start[i], matrix.start[i + 1]):
-        factor, j = weight * matrix.value[entry], first + matrix.column[entry]
+        factor = weight * matrix.value[entry]
+        j = first + matrix.column[entry]
         for p in range(source.shape[1]):
             out[at, p] += factor * source[j, p]
 
@@ -70,7 +71,9 @@ def add_rows(matrix, i, source, first, weight, out, at):
 @kernel
 def rates(plan, regions, region, y, force, out):
     """out = A y in one region for every column of y (N, P); ``force`` is room for (m, P)."""
-    r, n, m = plan.turning.start.size - 1, plan.drag.size, plan.rate.start.size - 1
+    r = plan.turning.start.size - 1
+    n = plan.drag.size
+    m = plan.rate.start.size - 1
     for k in range(m):
         # forces of the elements, by stiffness and damping
         for p in range(y.shape[1]):
@@ -107,7 +110,8 @@ def flow_on(plan, regions, region, h, y, term, made, force):
                 size = max(size, abs(y[i, p]))
         for m in range(1, _MOST_TERMS + 1):
             rates(plan, regions, region, term, force, made)
-            largest, factor = 0.0, h / steps / m
+            largest = 0.0
+            factor = h / steps / m
             for i in range(y.shape[0]):
                 for p in range(y.shape[1]):
                     term[i, p] = factor * made[i, p]
@@ -125,7 +129,9 @@ def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     term, made: (N, P) room.
     force, deflected: (m, P) and (1, P) room.
     """
-    r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
+    r = plan.turning.start.size - 1
+    n = plan.drag.size
+    columns = y.shape[1]
     for i in range(first, last):
         if path.duration[i] > 0.0:
             flow_on(plan, regions, path.region[i], path.duration[i], y, term, made, force)

@@ -51,7 +51,9 @@ def planned() -> dict[str, Planned]:
     """Every kernel of ``_ahead.PLAN`` by its name."""
     # samples of the arguments' types
     addresses = building.Stages(*(0 for _ in building.Stages._fields))
-    words, parts, three = IntVector, (extremes.Parts, extremes.Rows), (Vector, Vector, Vector)
+    words = IntVector
+    parts = (extremes.Parts, extremes.Rows)
+    three = (Vector, Vector, Vector)
     # kernels with the way each is compiled and the types it is called with
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),

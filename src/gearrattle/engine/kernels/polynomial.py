@@ -58,16 +58,25 @@ def evaluate(c, s):
 
     Even and odd powers are summed side by side, in q = s^2: p = E(q) + s O(q).
     """
-    q, n = s * s, c.size
-    even, even1, even2, odd, odd1, odd2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    q = s * s
+    n = c.size
+    even = 0.0
+    even1 = 0.0
+    even2 = 0.0
+    odd = 0.0
+    odd1 = 0.0
+    odd2 = 0.0
     if n % 2:
         n -= 1
         even = c[n]
     # Horner in s^2, value and two derivatives of both halves at once
     for j in range(n - 2, -1, -2):
-        even2, odd2 = even2 * q + even1, odd2 * q + odd1
-        even1, odd1 = even1 * q + even, odd1 * q + odd
-        even, odd = even * q + c[j], odd * q + c[j + 1]
+        even2 = even2 * q + even1
+        odd2 = odd2 * q + odd1
+        even1 = even1 * q + even
+        odd1 = odd1 * q + odd
+        even = even * q + c[j]
+        odd = odd * q + c[j + 1]
     # derivatives of E(q) + s O(q) by s
     first = 2.0 * s * even1 + odd + 2.0 * q * odd1
     second = 2.0 * even1 + 8.0 * q * even2 + s * (6.0 * odd1 + 8.0 * q * odd2)
@@ -110,7 +119,8 @@ def _guess(c, low, width, gap, rate, curvature):
     spread = rate * rate - 2.0 * curvature * gap
     x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
     if low == 0.0 and c.size > 3:
-        value, first = gap + x * (rate + x * (c[2] + x * c[3])), rate + x * (curvature + 3.0 * x * c[3])
+        value = gap + x * (rate + x * (c[2] + x * c[3]))
+        first = rate + x * (curvature + 3.0 * x * c[3])
         x += _halley(value, first, curvature + 6.0 * x * c[3])
     return x if 0.0 < x < width else 0.5 * width
 
@@ -163,7 +173,9 @@ def exit_from(c, low, gap, rate, curvature):
     third = 0.0
     for j in range(3, c.size):
         third += abs(c[j]) * _THIRD[j]
-    width, narrowest, trials = 1.0, _NARROWEST, 0
+    width = 1.0
+    narrowest = _NARROWEST
+    trials = 0
     while True:
         # at or below the corner: an exit if it closes, else counted as zero
         if gap <= 0.0:

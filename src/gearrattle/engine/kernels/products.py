@@ -37,8 +37,14 @@ def add(strips, out, at, y):
     for c in range(strips):
         i = 4 * c
         j = at + i
-        s0, s1, s2, s3 = y[i] + out[j], y[i + 1] + out[j + 1], y[i + 2] + out[j + 2], y[i + 3] + out[j + 3]
-        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+        s0 = y[i] + out[j]
+        s1 = y[i + 1] + out[j + 1]
+        s2 = y[i + 2] + out[j + 2]
+        s3 = y[i + 3] + out[j + 3]
+        y[i] = s0
+        y[i + 1] = s1
+        y[i + 2] = s2
+        y[i + 3] = s3
 
 
 @inlined
@@ -47,19 +53,31 @@ def subtract(strips, out, at, y):
     for c in range(strips):
         i = 4 * c
         j = at + i
-        s0, s1, s2, s3 = y[i] - out[j], y[i + 1] - out[j + 1], y[i + 2] - out[j + 2], y[i + 3] - out[j + 3]
-        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+        s0 = y[i] - out[j]
+        s1 = y[i + 1] - out[j + 1]
+        s2 = y[i + 2] - out[j + 2]
+        s3 = y[i + 3] - out[j + 3]
+        y[i] = s0
+        y[i + 1] = s1
+        y[i + 2] = s2
+        y[i + 3] = s3
 
 
 @kernel
 def multiply_row(stack, index, rows, r, out):
     """out = all rows of stack[index] @ rows[r]."""
     for c in range(stack.shape[1]):
-        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+        a0 = 0.0
+        a1 = 0.0
+        a2 = 0.0
+        a3 = 0.0
         for j in range(stack.shape[2]):
             weight = rows[r, j]
             a0 += stack[index, c, j, 0] * weight
             a1 += stack[index, c, j, 1] * weight
             a2 += stack[index, c, j, 2] * weight
             a3 += stack[index, c, j, 3] * weight
-        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3
+        out[4 * c] = a0
+        out[4 * c + 1] = a1
+        out[4 * c + 2] = a2
+        out[4 * c + 3] = a3

@@ -30,13 +30,16 @@ def begin_pushes(free, bounds):
     """Begin the sums: nothing is pushed, and deflections follow chains by what they feel of them directly."""
     for k in range(bounds.followed.shape[0]):
         for j in range(bounds.followed.shape[1]):
-            bounds.pushed[k, j], bounds.followed[k, j] = 0.0, free.watched[k, free.chained[0] + j]
+            bounds.pushed[k, j] = 0.0
+            bounds.followed[k, j] = free.watched[k, free.chained[0] + j]
 
 
 @strict
 def _follow(common, free, modes, a, b):
     """Solve T X - X N = -P for a block whose P stands in the chains' columns of T; -X goes into those of V^-1."""
-    chained, width, links = free.chained[0], free.width[0], common.links[0]
+    chained = free.chained[0]
+    width = free.width[0]
+    links = common.links[0]
     for j in range(chained, width):
         pace = common.limits[CHAIN_PACE] if (j - chained) % links > 0 else 0.0
         for i in range(b - 1, a - 1, -1):
@@ -51,17 +54,22 @@ def _follow(common, free, modes, a, b):
 @strict
 def push(common, free, modes, bounds, scratch, a, b):
     """One block, [a, b), whose exp(G horizon) stands in ``scratch.one``: let it follow, or be pushed."""
-    n, width = modes.basis.shape[0], free.width[0]
-    chained, horizon = free.chained[0], common.limits[HORIZON]
+    n = modes.basis.shape[0]
+    width = free.width[0]
+    chained = free.chained[0]
+    horizon = common.limits[HORIZON]
     # what the chains push of each mode, and how large the bound by pushes becomes
-    follows, pushed, followed = True, 0.0, 0.0
+    follows = True
+    pushed = 0.0
+    followed = 0.0
     for i in range(a, b):
         follows = follows and modulus(modes.triangle[i, i]) * horizon > _APART
         for j in range(chained, width):
             total = complex(0.0, 0.0)
             for q in range(n):
                 total += modes.left[i, q] * free.generator[q, j]
-            modes.triangle[i, j], modes.left[i, j] = total, 0.0
+            modes.triangle[i, j] = total
+            modes.left[i, j] = 0.0
             for p in range(a, i + 1):
                 pushed += horizon * scratch.one[p - a, i - a] * modulus(total)
     # the same by following, where the modes are far from the signal's pace; the smaller one is taken
@@ -84,7 +92,9 @@ def push(common, free, modes, bounds, scratch, a, b):
 @strict
 def _weigh_pushes(common, free, modes, bounds, scratch, a, b):
     """Add the response of one block to the chains' fourth derivatives."""
-    chained, width, horizon = free.chained[0], free.width[0], common.limits[HORIZON]
+    chained = free.chained[0]
+    width = free.width[0]
+    horizon = common.limits[HORIZON]
     for k in range(common.corner_scale.size):
         for i in range(a, b):
             form = shape(free, modes, k, i)
@@ -98,7 +108,9 @@ def _weigh_pushes(common, free, modes, bounds, scratch, a, b):
 @strict
 def add_push(common, free, modes, bounds, i, passed):
     """Add P N^passed to row i of the bounds, which has been differentiated so often before."""
-    chained, width, links = free.chained[0], free.width[0], common.links[0]
+    chained = free.chained[0]
+    width = free.width[0]
+    links = common.links[0]
     factor = 1.0
     for _ in range(passed):
         factor *= common.limits[CHAIN_PACE]
@@ -114,5 +126,6 @@ def finish_pushes(bounds):
     for k in range(clearances):
         for j in range(chain):
             total = bounds.pushed[k, j] + SLACK * abs(bounds.followed[k, j])
-            bounds.pushed[k, j] = bounds.pushed[k + clearances, j] = total
+            bounds.pushed[k, j] = total
+            bounds.pushed[k + clearances, j] = total
             bounds.pushed[k + 2 * clearances, j] = 0.0

@@ -16,7 +16,8 @@ from gearrattle.engine.kernels.arrays import Array4, Matrix, Vector
 from gearrattle.engine.kernels.packed import ORDER
 from gearrattle.engine.kernels.products import add, copy, multiply
 
-FEW_TERMS, ALL_TERMS = 8, ORDER + 1
+FEW_TERMS = 8
+ALL_TERMS = ORDER + 1
 """Terms of the Taylor series over a remainder, where z holds no chains of signals, and where it does."""
 
 
@@ -66,7 +67,9 @@ def _remainder(moves, region, h, width, room, moments):
 
     With signals by all terms of the series: where an interval of theirs is short, high derivatives may be large.
     """
-    strips, rows, terms = moves.generator.shape[1], room.z.size, moves.powers.shape[1]
+    strips = moves.generator.shape[1]
+    rows = room.z.size
+    terms = moves.powers.shape[1]
     index = moves.advance.shape[0] + region
     copy(room.z, rows, room.term)
     copy(room.z, rows, room.series)
@@ -96,10 +99,15 @@ def integrate_moments(moves, path, durations, samples, room, moments):
     moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
         then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
     """
-    width, levels, strips, z = samples.shape[1], moves.step.shape[1], moves.generator.shape[1], room.z
+    width = samples.shape[1]
+    levels = moves.step.shape[1]
+    strips = moves.generator.shape[1]
+    z = room.z
     for i in range(durations.size):
         # the state at the beginning: a sample, or where the interval before ended
-        region, sample, left = path[i, 0], path[i, 1], durations[i]
+        region = path[i, 0]
+        sample = path[i, 1]
+        left = durations[i]
         if sample >= 0:
             for j in range(width):
                 z[j] = samples[sample, j]

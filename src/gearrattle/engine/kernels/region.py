@@ -16,8 +16,12 @@ from gearrattle.engine.kernels.workspace import CHAIN_PACE, PERIOD
 def _accompany(common, laws, auxiliaries, region, c, width):
     """Add an auxiliary element's force to its element's, and write the rate of its memory."""
     at = common.rows.shape[0] + c
-    k, piece, memory = auxiliaries.element[c], laws.first[at] + region.pieces[at], auxiliaries.state[c]
-    stiffness, damping, scale = laws.stiffness[piece], laws.damping[piece], auxiliaries.scale[c]
+    k = auxiliaries.element[c]
+    piece = laws.first[at] + region.pieces[at]
+    memory = auxiliaries.state[c]
+    stiffness = laws.stiffness[piece]
+    damping = laws.damping[piece]
+    scale = auxiliaries.scale[c]
     for j in range(width):
         region.force[k, j] += stiffness * common.deflection[k, j] + damping * common.rate[k, j]
     region.force[k, region.matrix.shape[0]] += laws.offset[piece]
@@ -31,14 +35,21 @@ def _accompany(common, laws, auxiliaries, region, c, width):
 @strict
 def accelerate(workspace):
     """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
-    common, laws = common_at(workspace), laws_at(workspace)
-    auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
-    m, n, states = common.rows.shape[0], common.inertia.size, region.matrix.shape[0]
-    width, r, finite = region.matrix.shape[1], common.motion.shape[0], True
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    auxiliaries = auxiliaries_at(workspace)
+    region = region_at(workspace)
+    m = common.rows.shape[0]
+    n = common.inertia.size
+    states = region.matrix.shape[0]
+    width = region.matrix.shape[1]
+    r = common.motion.shape[0]
+    finite = True
     # forces of the elements in their pieces, those of auxiliary elements added
     for k in range(m):
         piece = laws.first[k] + region.pieces[k]
-        stiffness, damping = laws.stiffness[piece], laws.damping[piece]
+        stiffness = laws.stiffness[piece]
+        damping = laws.damping[piece]
         # balance of torques: accelerations, and the rates of deflections and velocities
         for j in range(width):
             region.force[k, j] = stiffness * common.deflection[k, j] + damping * common.rate[k, j]
@@ -61,15 +72,21 @@ def accelerate(workspace):
 @strict
 def look(workspace):
     """Rates of the carried quantities, and the quantities watched: rows over z."""
-    common, laws = common_at(workspace), laws_at(workspace)
-    auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
-    n, clearances, watched = common.inertia.size, common.clearances.size, common.corner_scale.size
-    references, period = common.references.shape[0], common.limits[PERIOD]
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    auxiliaries = auxiliaries_at(workspace)
+    region = region_at(workspace)
+    n = common.inertia.size
+    clearances = common.clearances.size
+    watched = common.corner_scale.size
+    references = common.references.shape[0]
+    period = common.limits[PERIOD]
     width = region.matrix.shape[1]
     # carried along: angles of the reference inertias and time integrals of the clearances' forces
     copy_rows(common.references, TOP, references, width, region.carried)
     for k in range(clearances):
-        element, unit = common.clearances[k], period * period / common.corner_scale[k]
+        element = common.clearances[k]
+        unit = period * period / common.corner_scale[k]
         for j in range(width):
             region.carried[references + k, j] = period * region.force[element, j]
             # watched of a clearance: deflection, rate and second derivative over its corner's scale
@@ -87,9 +104,13 @@ def look(workspace):
 @strict
 def _watch(common, laws, auxiliaries, region, c, row):
     """Write the quantity that an auxiliary element watches; its derivatives follow from the rates of y."""
-    at, k, memory = common.rows.shape[0] + c, auxiliaries.element[c], auxiliaries.state[c]
-    piece, unit = laws.first[at] + region.pieces[at], 1.0 / common.corner_scale[row]
-    of_deflection, of_rate = auxiliaries.by_deflection[piece] * unit, auxiliaries.by_rate[piece] * unit
+    at = common.rows.shape[0] + c
+    k = auxiliaries.element[c]
+    memory = auxiliaries.state[c]
+    piece = laws.first[at] + region.pieces[at]
+    unit = 1.0 / common.corner_scale[row]
+    of_deflection = auxiliaries.by_deflection[piece] * unit
+    of_rate = auxiliaries.by_rate[piece] * unit
     for j in range(region.matrix.shape[1]):
         region.watched[row, j] = of_deflection * common.deflection[k, j] + of_rate * common.rate[k, j]
     if memory >= 0:
@@ -99,7 +120,8 @@ def _watch(common, laws, auxiliaries, region, c, row):
 @strict
 def _keep(common, region, free):
     """Write which entries of z stand in y, chains last, and the amplitudes of the oscillators among them; returns Y."""
-    states, count = region.matrix.shape[0], common.frequency.size
+    states = region.matrix.shape[0]
+    count = common.frequency.size
     width = states
     # the states
     for i in range(states):
@@ -143,10 +165,16 @@ def _force(region, rows, count, out):
 @strict
 def generate(workspace):
     """Rates over y: carried quantities, states, kept inputs; and the quantities watched."""
-    common, region, free = common_at(workspace), region_at(workspace), free_at(workspace)
-    states, count, watched = region.matrix.shape[0], common.frequency.size, common.corner_scale.size
-    clearances, one = common.clearances.size, TOP + 1
-    carried, width = region.carried.shape[0], _keep(common, region, free)
+    common = common_at(workspace)
+    region = region_at(workspace)
+    free = free_at(workspace)
+    states = region.matrix.shape[0]
+    count = common.frequency.size
+    watched = common.corner_scale.size
+    clearances = common.clearances.size
+    one = TOP + 1
+    carried = region.carried.shape[0]
+    width = _keep(common, region, free)
     # rows of the carried quantities and of the states, over y
     _take(region.carried, carried, free, free.rates, TOP)
     _take(region.matrix, states, free, free.rates, carried)
@@ -154,7 +182,8 @@ def generate(workspace):
     for i in range(states, width):
         mine = free.column[i] - states
         for j in range(width):
-            other, rate = free.column[j] - states, 0.0
+            other = free.column[j] - states
+            rate = 0.0
             if mine > 2 * count:
                 last = (mine - 2 * count) % common.links[0] == 0
                 rate = common.limits[CHAIN_PACE] if other == mine + 1 and not last else 0.0
@@ -175,8 +204,10 @@ def generate(workspace):
 @strict
 def split_off(workspace):
     """Write the part of the deflections and of the carried quantities that the inputs split off make."""
-    common, region = common_at(workspace), region_at(workspace)
-    count, watched = common.frequency.size, common.corner_scale.size
+    common = common_at(workspace)
+    region = region_at(workspace)
+    count = common.frequency.size
+    watched = common.corner_scale.size
     carried = region.carried.shape[0]
     # the inputs split off at a deflection, and its derivatives
     _force(region, region.watched, watched, region.forced)
@@ -195,7 +226,8 @@ def split_off(workspace):
 @strict
 def transpose_states(workspace, turn):
     """A as LAPACK reads it, its states turned by so many places."""
-    region, modes = region_at(workspace), modes_at(workspace)
+    region = region_at(workspace)
+    modes = modes_at(workspace)
     n = region.matrix.shape[0]
     for i in range(n):
         for j in range(n):

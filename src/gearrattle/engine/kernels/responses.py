@@ -43,14 +43,20 @@ def modulus(z):
 @strict
 def residual(region, solver, w):
     """Write g - (i w - A) x; its largest modulus."""
-    largest, size = 0.0, region.matrix.shape[0]
+    largest = 0.0
+    size = region.matrix.shape[0]
     for i in range(size):
-        g, x = solver.force[i], solver.solution[i]
-        re, im, re_rest, im_rest = g.real, g.imag, 0.0, 0.0
+        g = solver.force[i]
+        x = solver.solution[i]
+        re = g.real
+        im = g.imag
+        re_rest = 0.0
+        im_rest = 0.0
         re, re_rest = add_product(re, re_rest, w, x.imag)
         im, im_rest = add_product(im, im_rest, -w, x.real)
         for j in range(size):
-            a, x = region.matrix[i, j], solver.solution[j]
+            a = region.matrix[i, j]
+            x = solver.solution[j]
             if a != 0.0:
                 re, re_rest = add_product(re, re_rest, a, x.real)
                 im, im_rest = add_product(im, im_rest, a, x.imag)
@@ -64,7 +70,8 @@ def residual(region, solver, w):
 @strict
 def respond(region, solver, w):
     """Write the solution for the force at w; False where there is none."""
-    pushed, size = 0.0, region.matrix.shape[0]
+    pushed = 0.0
+    size = region.matrix.shape[0]
     for i in range(size):
         for j in range(size):
             solver.matrix[i, j] = complex(-region.matrix[i, j], w if i == j else 0.0)
@@ -83,7 +90,9 @@ def respond(region, solver, w):
 @strict
 def push(common, region, solver, j):
     """Write the force of input j, constant or harmonic, on the states; whether there is one. No solution yet."""
-    size, count, is_pushed = region.matrix.shape[0], common.frequency.size, False
+    size = region.matrix.shape[0]
+    count = common.frequency.size
+    is_pushed = False
     for i in range(size):
         sine = region.matrix[i, size + j + count] if j > 0 else 0.0
         force = complex(region.matrix[i, size + j], -sine)
@@ -96,9 +105,12 @@ def push(common, region, solver, j):
 @strict
 def stiffest(workspace):
     """Put every element into its stiffest piece, the lowest of several."""
-    common, laws, region = common_at(workspace), laws_at(workspace), region_at(workspace)
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    region = region_at(workspace)
     for k in range(common.rows.shape[0]):
-        begin, most = laws.first[k], 0
+        begin = laws.first[k]
+        most = 0
         for p in range(laws.first[k + 1] - begin):
             if laws.stiffness[begin + p] > laws.stiffness[begin + most]:
                 most = p
@@ -112,11 +124,16 @@ def typical(workspace):
     The largest of a motion that fills a clearance and of those that inputs make with all pieces at their stiffest, in
     a period at most.
     """
-    common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
-    size, largest, width = region.matrix.shape[0], 0.0, region.matrix.shape[0] + 1 + 2 * common.frequency.size
+    common = common_at(workspace)
+    region = region_at(workspace)
+    solver = solver_at(workspace)
+    size = region.matrix.shape[0]
+    largest = 0.0
+    width = region.matrix.shape[0] + 1 + 2 * common.frequency.size
     for j in range(1 + common.frequency.size):
         # each input: the rates that it makes over a period, or its particular solution if that is smaller
-        w, reached = 0.0, 0.0
+        w = 0.0
+        reached = 0.0
         if j > 0:
             w = common.frequency[j - 1]
         for i in range(size):
@@ -142,12 +159,16 @@ def typical(workspace):
 @strict
 def split_inputs(workspace):
     """Solve for P, input by input, and mark those whose particular solution is too large: they are kept."""
-    common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
-    size, count = region.matrix.shape[0], common.frequency.size
+    common = common_at(workspace)
+    region = region_at(workspace)
+    solver = solver_at(workspace)
+    size = region.matrix.shape[0]
+    count = common.frequency.size
     largest_state = common.limits[LARGEST_STATE]
     for j in range(1 + count):
         # particular solution of each input, if there is one
-        w, amplitude = 0.0, common.amplitude[j]
+        w = 0.0
+        amplitude = common.amplitude[j]
         if j > 0:
             w = common.frequency[j - 1]
         keep = push(common, region, solver, j) and not respond(region, solver, w)

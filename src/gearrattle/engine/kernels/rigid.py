@@ -27,7 +27,8 @@ def mark_accelerated(mean, motion, is_accelerated):
     """(R,) whether a rigid motion, or one of the same train, accelerates under the means (n,)."""
     n, trains = motion.shape
     for p in range(trains):
-        total, size = 0.0, 0.0
+        total = 0.0
+        size = 0.0
         for i in range(n):
             total += motion[i, p] * mean[i]
             size += abs(motion[i, p]) * abs(mean[i])
@@ -96,9 +97,12 @@ def respond_rigidly(system, frame, statics, rest, angle, velocity):
     """
     motion = statics.motion
     n, trains = motion.shape
-    dashpot, travel = np.zeros(frame.rows.shape[0]), np.zeros((frame.rows.shape[0], trains))
-    inertia, drag = np.empty((trains, trains)), np.empty((trains, trains))
-    matrix, response = np.empty((trains, trains), np.complex128), np.empty(trains, np.complex128)
+    dashpot = np.zeros(frame.rows.shape[0])
+    travel = np.zeros((frame.rows.shape[0], trains))
+    inertia = np.empty((trains, trains))
+    drag = np.empty((trains, trains))
+    matrix = np.empty((trains, trains), np.complex128)
+    response = np.empty(trains, np.complex128)
     is_accelerated = np.empty(trains, np.bool_)
     for i in range(n):
         angle[i] = 0.0

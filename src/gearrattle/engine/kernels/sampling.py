@@ -19,9 +19,12 @@ def element_samples(field, time, states):
     elements, inertias = field.rows.shape
     r = field.basis.shape[0]
     wave = np.empty(2 * field.cycles.size)
-    rate, pieces, out = np.empty(elements), np.empty(elements), np.empty(size)
+    rate = np.empty(elements)
+    pieces = np.empty(elements)
+    out = np.empty(size)
     acceleration = np.empty((samples, inertias))
-    deflection, force = np.empty((samples, elements)), np.empty((samples, elements))
+    deflection = np.empty((samples, elements))
+    force = np.empty((samples, elements))
     piece = np.empty((samples, elements), dtype=np.int64)
     for i in range(samples):
         derivative(field, time[i], states[i], wave, deflection[i], rate, pieces, force[i], out)
@@ -84,12 +87,16 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     begin: the row of the first sample in what is written.
     """
     elements, inertias = lines.elements.shape
-    width, references = lines.rows.shape[2], lines.turned.shape[1]
+    width = lines.rows.shape[2]
+    references = lines.turned.shape[1]
     held = width - inputs.shape[1]
-    z, values, rest = np.empty(width), np.empty(4 * lines.rows.shape[1]), 3 * inertias
+    z = np.empty(width)
+    values = np.empty(4 * lines.rows.shape[1])
+    rest = 3 * inertias
     for i in range(states.shape[0]):
         # states and inputs of the sample, and all rows over both
-        row, at = (phase + i) % inputs.shape[0], begin + i
+        row = (phase + i) % inputs.shape[0]
+        at = begin + i
         for j in range(held):
             z[j] = states[i, j]
         for j in range(inputs.shape[1]):
@@ -106,7 +113,8 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
         # forces, and the accelerations that they make
         for k in range(elements):
             piece = lines.first[k] + (pieces[i, lines.watch[k]] if lines.watch[k] >= 0 else 0)
-            deflection, rate = values[rest + k], values[rest + elements + k]
+            deflection = values[rest + k]
+            rate = values[rest + elements + k]
             auxiliary = out.force[at, k]
             force = auxiliary + _force(
                 lines.stiffness[piece], deflection, lines.damping[piece], rate, lines.offset[piece]
@@ -125,6 +133,9 @@ def elements_at(field, time, y):
     """Deflections, rates and pieces (m,) of all elements at one state y (S,)."""
     elements = field.rows.shape[0]
     wave = np.empty(2 * field.cycles.size)
-    deflection, rate, pieces, force = np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
+    deflection = np.empty(elements)
+    rate = np.empty(elements)
+    pieces = np.empty(elements)
+    force = np.empty(elements)
     element_states(field, time, y, wave, deflection, rate, pieces, force)
     return deflection, rate, pieces.astype(np.int64)

@@ -31,15 +31,23 @@ def scale(system, frame, scales):
     system: ``variants.Coefficients`` of one driveline.
     scales: ``variants.Scales``; the corners' stay as they are.
     """
-    deflection, velocity, inputs = scales.deflection, scales.velocity, scales.inputs
-    rows, elements, cycles, laws, first = frame.rows, frame.elements, frame.cycles, system.laws, system.laws.first
-    n, period = velocity.size, system.period[0]
+    deflection = scales.deflection
+    velocity = scales.velocity
+    inputs = scales.inputs
+    rows = frame.rows
+    elements = frame.elements
+    cycles = frame.cycles
+    laws = system.laws
+    first = system.laws.first
+    n = velocity.size
+    period = system.period[0]
     # velocities: the square root of the inertia
     for i in range(n):
         velocity[i] = power_below(sqrt(system.inertia[i]))
     for i in range(deflection.size):
         # deflections: the square root of the largest stiffness, of an element without one a radian a period
-        k, mobility = elements[i], 0.0
+        k = elements[i]
+        mobility = 0.0
         for j in range(n):
             mobility += rows[k, j] * rows[k, j] * (1.0 / system.inertia[j])
         floor = (1.0 / period) * (1.0 / period) / mobility  # an element without stiffness: one radian a period

@@ -19,7 +19,9 @@ def deflect(basis, angle, deflection):
 @strict
 def stand(frame, scales, angle, velocity, deflection, march):
     """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
-    r, n, count = deflection.size, angle.size, frame.cycles.size
+    r = deflection.size
+    n = angle.size
+    count = frame.cycles.size
     deflect(frame.basis, angle, deflection)
     march.y[:] = 0.0
     march.carried[:] = 0.0
@@ -36,21 +38,28 @@ def stand(frame, scales, angle, velocity, deflection, march):
         march.carried[i] = angle[frame.references[i]]
     march.u[0] = scales.inputs[0]
     for h in range(count):
-        march.u[1 + h], march.u[1 + count + h] = scales.inputs[1 + h], 0.0
-    march.counts[PENDING], march.counts[UNANCHORED] = -1, 1 << 20
+        march.u[1 + h] = scales.inputs[1 + h]
+        march.u[1 + count + h] = 0.0
+    march.counts[PENDING] = -1
+    march.counts[UNANCHORED] = 1 << 20
 
 
 @strict
 def choose(workspace, frame, angle, march):
     """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
-    common, laws, region = common_at(workspace), laws_at(workspace), region_at(workspace)
-    r, n = frame.elements.size, angle.size
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    region = region_at(workspace)
+    r = frame.elements.size
+    n = angle.size
     states = r + n
     for k in range(common.rows.shape[0]):
         region.pieces[k] = 0
     for i in range(frame.clearances.size):
         # the deflection, and the size of its terms, by which it is rounded
-        k, delta, size = common.clearances[i], 0.0, 0.0
+        k = common.clearances[i]
+        delta = 0.0
+        size = 0.0
         for j in range(n):
             size += abs(frame.rows[k, j]) * abs(angle[j])
         for j in range(states + march.u.size):

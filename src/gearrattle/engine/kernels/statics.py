@@ -34,7 +34,8 @@ def piece_at(corners, begin, end, deflection):
 @strict
 def _headed_for(laws, label, k, delta, travel):
     """The piece at a deflection; exactly on a corner, the piece the motion heads for."""
-    begin, end = laws.first[k], laws.first[k + 1] - 1
+    begin = laws.first[k]
+    end = laws.first[k + 1] - 1
     piece = piece_at(laws.upper, begin, end, delta)
     if piece > 0 and delta == laws.lower[begin + piece]:
         lower = abs(piece - 1 + label[k]) <= abs(piece + label[k])
@@ -47,10 +48,12 @@ def _headed_for(laws, label, k, delta, travel):
 def accelerate_rigidly(system, motion, acceleration):
     """(n,) acceleration of the trains that the mean torques do not balance; zero where they do."""
     n, trains = motion.shape
-    a, net = np.empty((trains, trains)), np.empty(trains)
+    a = np.empty((trains, trains))
+    net = np.empty(trains)
     for p in range(trains):
         # the mean torque on every train; what rounding leaves of a balance is nothing
-        total, size = 0.0, 0.0
+        total = 0.0
+        size = 0.0
         for i in range(n):
             total += motion[i, p] * system.mean[i]
             size += abs(motion[i, p]) * abs(system.mean[i])
@@ -81,7 +84,8 @@ def accelerate_rigidly(system, motion, acceleration):
 @strict
 def _direct(stiffness, residual, nothing, vectors, direction):
     """Flat direction if the residual loads one, else the Newton direction (minimum norm); True if it is flat."""
-    size, is_loaded = residual.size, False
+    size = residual.size
+    is_loaded = False
     # directions without stiffness first; the Newton direction only where none of them is loaded
     diagonalise(stiffness, vectors, size)
     for want_flat in (True, False):
@@ -89,7 +93,8 @@ def _direct(stiffness, residual, nothing, vectors, direction):
             direction[i] = 0.0
         for j in range(size):
             # the part of the residual along each eigenvector
-            value, part = stiffness[j, j], 0.0
+            value = stiffness[j, j]
+            part = 0.0
             if (value <= _NO_STIFFNESS) != want_flat:
                 continue
             for i in range(size):
@@ -122,9 +127,12 @@ def _slide(laws, elastic, delta, travel, power):
                         end = s
         # slope of U' up to there
         inside = begin + 0.5 * (end - begin) if end < inf else begin + 1.0 + abs(begin)
-        slope, force = 0.0, 0.0
+        slope = 0.0
+        force = 0.0
         for e in range(elastic.size):
-            k, d, v = elastic[e], delta[e], travel[e]
+            k = elastic[e]
+            d = delta[e]
+            v = travel[e]
             at = d + inside * v
             p = laws.first[k] + piece_at(laws.upper, laws.first[k], laws.first[k + 1] - 1, at)
             slope += laws.stiffness[p] * v * v
@@ -146,7 +154,8 @@ def _slide(laws, elastic, delta, travel, power):
 def _load(system, statics, acceleration, load, negligible):
     """The load g on every deflection sought, and the part of it that counts as rounding."""
     for j in range(load.size):
-        load[j] = negligible[j] = 0.0
+        load[j] = 0.0
+        negligible[j] = 0.0
         for i in range(acceleration.size):
             weight = statics.angle_from_basis[i, j]
             load[j] += weight * (system.mean[i] - system.inertia[i] * acceleration[i])
@@ -161,23 +170,29 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
     it as well: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only the
     first counts, for a stiff element's force acts across it.
     """
-    size, elastic, combination = x.size, statics.elastic, statics.combination
+    size = x.size
+    elastic = statics.elastic
+    combination = statics.combination
     # sums over the elements begin at zero
     for i in range(size):
         for j in range(size):
             stiffness[i, j] = 0.0
-        nothing[i] = allowed[i] = 0.0
+        nothing[i] = 0.0
+        allowed[i] = 0.0
     for e in range(elastic.size):
         # each element: its deflection and the piece that it lies in or heads for
-        delta[e], terms = 0.0, 0.0
+        delta[e] = 0.0
+        terms = 0.0
         for j in range(size):
             delta[e] += combination[e, j] * x[j]
             terms += abs(combination[e, j] * x[j])
         pieces[e] = _headed_for(laws, label, elastic[e], delta[e], travel[e])
         p = laws.first[elastic[e]] + pieces[e]
-        slope, offset = laws.stiffness[p], laws.offset[p]
+        slope = laws.stiffness[p]
+        offset = laws.offset[p]
         # its force, with what rounding makes of it
-        force, rough = slope * delta[e] + offset, abs(slope * delta[e]) + abs(offset)
+        force = slope * delta[e] + offset
+        rough = abs(slope * delta[e]) + abs(offset)
         rougher = slope * terms + abs(offset)
         # balance and stiffness over the deflections sought
         for i in range(size):
@@ -200,15 +215,26 @@ def rest(system, label, statics, acceleration, x, travel):
     Returns FOUND, RUNAWAY or LOST.
     """
     # room for the work
-    laws, size, elastic, combination = system.laws, x.size, statics.elastic, statics.combination
-    load, negligible, residual, nothing = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    scale, direction, allowed, delta = np.empty(size), np.empty(size), np.empty(size), np.empty(elastic.size)
-    stiffness, vectors = np.empty((size, size)), np.empty((size, size))
+    laws = system.laws
+    size = x.size
+    elastic = statics.elastic
+    combination = statics.combination
+    load = np.empty(size)
+    negligible = np.empty(size)
+    residual = np.empty(size)
+    nothing = np.empty(size)
+    scale = np.empty(size)
+    direction = np.empty(size)
+    allowed = np.empty(size)
+    delta = np.empty(elastic.size)
+    stiffness = np.empty((size, size))
+    vectors = np.empty((size, size))
     pieces = np.empty(elastic.size, np.int64)
     # loads, and a scale of every deflection from the largest stiffness that acts on it
     _load(system, statics, acceleration, load, negligible)
     for j in range(size):
-        x[j], scale[j] = 0.0, 0.0
+        x[j] = 0.0
+        scale[j] = 0.0
     for e in range(elastic.size):
         k = elastic[e]
         stiffest = most_of(laws.stiffness, laws.first[k], laws.first[k + 1])
@@ -232,21 +258,29 @@ def rest(system, label, statics, acceleration, x, travel):
             nothing[j] *= scale[j]
         # a flat direction that is loaded, or Newton's direction
         is_flat = _direct(stiffness, residual, nothing, vectors, direction)
-        power, stays, shift, distance = 0.0, True, 0.0, 0.0
+        power = 0.0
+        stays = True
+        shift = 0.0
+        distance = 0.0
         for j in range(size):
-            shift, distance = max(shift, abs(direction[j])), max(distance, abs(x[j]) / scale[j])
+            shift = max(shift, abs(direction[j]))
+            distance = max(distance, abs(x[j]) / scale[j])
             direction[j] *= scale[j]
             power += load[j] * direction[j]
         for e in range(elastic.size):
             # whether the full step stays in the present pieces
-            k, polished, travel[e], terms = elastic[e], 0.0, 0.0, 0.0
+            k = elastic[e]
+            polished = 0.0
+            travel[e] = 0.0
+            terms = 0.0
             for j in range(size):
                 travel[e] += combination[e, j] * direction[j]
                 terms += abs(combination[e, j] * direction[j])
                 polished += combination[e, j] * (x[j] + direction[j])
             if is_flat and abs(travel[e]) <= _ROUNDING * terms:
                 travel[e] = 0.0
-            begin, end = laws.first[k], laws.first[k + 1] - 1
+            begin = laws.first[k]
+            end = laws.first[k + 1] - 1
             stays = stays and piece_at(laws.upper, begin, end, polished) == pieces[e]
         # found: polished by the last Newton step where that stays in the pieces
         if is_balanced and not is_flat:
@@ -267,10 +301,12 @@ def rest(system, label, statics, acceleration, x, travel):
 def is_loose(laws, statics, x):
     """Whether a free gap may carry no load: where one rests in it is then a matter of choice."""
     for e in range(statics.elastic.size):
-        k, delta = statics.elastic[e], 0.0
+        k = statics.elastic[e]
+        delta = 0.0
         for j in range(x.size):
             delta += statics.combination[e, j] * x[j]
-        begin, last = laws.first[k], laws.first[k + 1] - 1
+        begin = laws.first[k]
+        last = laws.first[k + 1] - 1
         p = begin + piece_at(laws.upper, begin, last, delta)
         if begin < p < last and laws.stiffness[p] == 0.0:
             return True

@@ -39,8 +39,10 @@ def fill_in_turn(stack, index, rows, count, columns):
 @strict
 def fill_bounds(workspace, stack, index):
     """Four real and four imaginary parts in turn."""
-    free, bounds = free_at(workspace), bounds_at(workspace)
-    modes, width = bounds.used[0], free.width[0]
+    free = free_at(workspace)
+    bounds = bounds_at(workspace)
+    modes = bounds.used[0]
+    width = free.width[0]
     for i in range(4 * ((modes + 3) // 4)):
         strip = 2 * (i // 4)
         for j in range(width):
@@ -55,20 +57,26 @@ def _shape_of(common, free):
 
     All chains move alike: the rows of one of them, the first, stand for all.
     """
-    width, chained, links = free.width[0], free.chained[0], common.links[0]
+    width = free.width[0]
+    chained = free.chained[0]
+    links = common.links[0]
     return (width, chained, links), min(width, chained + links)
 
 
 @strict
 def finest_level(workspace):
     """Smallest level, of those allowed, at which ORDER Taylor terms leave a negligible remainder."""
-    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    common = common_at(workspace)
+    free = free_at(workspace)
+    scratch = scratch_at(workspace)
     coarsest = common.coarsest[0]
     shape, rows = _shape_of(common, free)
     norm = norm_of_chained_columns(free.generator, shape)
     if norm == 0.0:
         return coarsest
-    one, two, three = scratch.one, scratch.two, scratch.three
+    one = scratch.one
+    two = scratch.two
+    three = scratch.three
     times_chained(1.0 / (norm * norm), free.generator, TOP, free.generator, rows, shape, one, TOP)
     times_chained(1.0, one, TOP, one, rows, shape, two, TOP)  # the fourth power
     times_chained(1.0, two, TOP, two, rows, shape, one, TOP)
@@ -81,7 +89,8 @@ def finest_level(workspace):
 @strict
 def _append(more, increment, scratch, carried, rows, shape):
     """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); ``more`` is E(b)."""
-    every, width = carried + rows, shape[0]
+    every = carried + rows
+    width = shape[0]
     copy_rows(increment, carried, rows, width, scratch.two)
     times_chained(1.0, more, TOP, scratch.two, every, shape, scratch.three, TOP)
     for i in range(every):
@@ -104,11 +113,16 @@ def fill_tables(workspace, tables, first, carried):
     Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
     """
     # sizes, and the step at which a dozen terms of the Taylor series suffice
-    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    common = common_at(workspace)
+    free = free_at(workspace)
+    scratch = scratch_at(workspace)
     fine = free.fine[0]
     shape, rows = _shape_of(common, free)
     width = shape[0]
-    every, octaves, one, four = carried + rows, (fine + 1) // 2, scratch.one, scratch.four
+    every = carried + rows
+    octaves = (fine + 1) // 2
+    one = scratch.one
+    four = scratch.four
     h = LONGEST / 2.0**octaves
     norm = norm_of_chained_columns(free.generator, shape)
     below = max(1, int(ceil(log2(max(norm * h, 1e-300) / 0.25))))
@@ -140,8 +154,11 @@ def fill_tables(workspace, tables, first, carried):
 @strict
 def fill_powers(workspace, powers, first, carried, h):
     """(h A)^1 ... (h A)^POWERS, the carried rows with one power less of A; none of the chains."""
-    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
-    one, two = scratch.one, scratch.two
+    common = common_at(workspace)
+    free = free_at(workspace)
+    scratch = scratch_at(workspace)
+    one = scratch.one
+    two = scratch.two
     shape, rows = _shape_of(common, free)
     width = shape[0]
     for i in range(rows):
@@ -156,8 +173,11 @@ def fill_powers(workspace, powers, first, carried, h):
 @strict
 def fill_series(workspace, series, slot, h):
     """Taylor coefficients over h of every deflection, a row of its own for every order."""
-    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
-    watched, row = free.fast.shape[0], TOP + 1
+    common = common_at(workspace)
+    free = free_at(workspace)
+    scratch = scratch_at(workspace)
+    watched = free.fast.shape[0]
+    row = TOP + 1
     shape, _ = _shape_of(common, free)
     width = shape[0]
     for k in range(watched):
@@ -181,9 +201,15 @@ def differentiate(rows, i, frequency, factor, o):
 @strict
 def fill_forced(workspace, series, slot, h):
     """The same of the inputs split off; returns the number of strips with entries that are not zero."""
-    common, region, scratch = common_at(workspace), region_at(workspace), scratch_at(workspace)
-    watched, inputs = common.corner_scale.size, common.input_size.size
-    one, row, largest, last = scratch.one, TOP + 1, 0.0, 0
+    common = common_at(workspace)
+    region = region_at(workspace)
+    scratch = scratch_at(workspace)
+    watched = common.corner_scale.size
+    inputs = common.input_size.size
+    one = scratch.one
+    row = TOP + 1
+    largest = 0.0
+    last = 0
     for order in range(ORDER + 1):
         scratch.largest[order] = 0.0
     for k in range(watched):

@@ -112,7 +112,9 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
     if has_left(side[c], here - lower, upper - here, band):
         side[c] = 0
     # the first root of either gap from there on; the earlier one is the crossing
-    best, upward, speed = NEVER, 0, 0.0
+    best = NEVER
+    upward = 0
+    speed = 0.0
     for up in range(2):
         sign = 2 * up - 1
         corner = upper if up else lower
@@ -131,16 +133,26 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
             distance = lifted(distance, band)
         s = exit_from(gap, low, distance, -sign * rate, -sign * curvature)
         if s < best and s <= end:
-            best, upward, speed = s, up, -sign * slope(gap, s)
+            best = s
+            upward = up
+            speed = -sign * slope(gap, s)
     return best, upward, speed
 
 
 @kernel
 def _search_all(network, laws, band, sweep, buffers, low):
     """Find every clearance's next crossing."""
-    table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
-    clearances, first, error_of = network.clearances, laws.first, network.error_of
-    whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
+    table = sweep.table
+    errors = sweep.errors
+    side = sweep.side
+    reach = sweep.reach
+    piece = sweep.piece
+    clearances = network.clearances
+    first = laws.first
+    error_of = network.error_of
+    whole = buffers.whole
+    gap = buffers.gap
+    end = 1.0 - sweep.clock[0]
     for c in range(side.size):
         k = clearances[c]
         p = first[k] + piece[c]
@@ -165,9 +177,18 @@ def _search_all(network, laws, band, sweep, buffers, low):
 @kernel
 def _search_near(network, laws, near, band, sweep, buffers, c, low):
     """Find the next crossing of the clearances near one that has crossed."""
-    table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
-    first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
-    whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
+    table = sweep.table
+    errors = sweep.errors
+    side = sweep.side
+    reach = sweep.reach
+    piece = sweep.piece
+    first = laws.first
+    error_of = network.error_of
+    clearance = network.clearance
+    elements = near.element
+    whole = buffers.whole
+    gap = buffers.gap
+    end = 1.0 - sweep.clock[0]
     for i in range(near.element_start[c], near.element_start[c + 1]):
         k = np.int64(elements[i])
         other = clearance[k]
@@ -201,7 +222,8 @@ def _search_near(network, laws, near, band, sweep, buffers, c, low):
 @kernel
 def _refresh(network, laws, band, inputs, sweep, buffers):
     """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
-    counts, clock = sweep.counts, sweep.clock
+    counts = sweep.counts
+    clock = sweep.clock
     # the states and the inputs where the window begins
     for i in range(buffers.y.size):
         sweep.table[0, i] = buffers.y[i]
@@ -234,7 +256,9 @@ def _refresh(network, laws, band, inputs, sweep, buffers):
 @kernel
 def _emit(sweep, samples, until, buffers):
     """Store every sample before ``until``, counted from the origin."""
-    counts, clock, per_cycle = sweep.counts, sweep.clock, samples.per_cycle
+    counts = sweep.counts
+    clock = sweep.clock
+    per_cycle = samples.per_cycle
     begun = (counts[CYCLE] * sweep.windows + counts[WINDOW]) * per_cycle
     while counts[SAMPLE] < samples.pieces.shape[0]:
         i = counts[SAMPLE]
@@ -252,10 +276,15 @@ def _emit(sweep, samples, until, buffers):
 @kernel
 def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
     """Take clearance c over its corner, and the motion on from there."""
-    counts, clock, k = sweep.counts, sweep.clock, network.clearances[c]
-    s, upward, before = sweep.exit[c], sweep.upward[c], clock[0] + clock[1]
+    counts = sweep.counts
+    clock = sweep.clock
+    k = network.clearances[c]
+    s = sweep.exit[c]
+    upward = sweep.upward[c]
+    before = clock[0] + clock[1]
     # the force integral at the crossing, and its line in the log
-    column, integral = network.mean.size + c, 0.0
+    column = network.mean.size + c
+    integral = 0.0
     for j in range(sweep.table.shape[0] - 1, -1, -1):
         integral = integral * s + sweep.table[j, column]
     clock[1] = s
@@ -267,10 +296,13 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
     counts[STALLED] = counts[STALLED] + 1 if clock[0] + s == before else 0
     # one element changes its piece, and sits on the corner
     p = laws.first[k] + sweep.piece[c]
-    corner, q = laws.upper[p] if upward else laws.lower[p], p + 2 * upward - 1
+    corner = laws.upper[p] if upward else laws.lower[p]
+    q = p + 2 * upward - 1
     sweep.piece[c] += 2 * upward - 1
     sweep.side[c] = -1 if upward else 1
-    sweep.stiffness[k], sweep.damping[k], sweep.offset[k] = laws.stiffness[q], laws.damping[q], laws.offset[q]
+    sweep.stiffness[k] = laws.stiffness[q]
+    sweep.damping[k] = laws.damping[q]
+    sweep.offset[k] = laws.offset[q]
     # the force changes by a known polynomial: add what that makes of the motion near the element
     if counts[CORRECTED] < sweep.most:
         change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
@@ -324,7 +356,9 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.
     """
-    counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
+    counts = sweep.counts
+    clock = sweep.clock
+    exits = sweep.exit
     # the first window
     if not counts[EXPANDED]:
         copy(sweep.table[0], buffers.y.size, buffers.y)
@@ -337,10 +371,12 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
         if counts[EVENTS] >= log.cycle.size:
             return LOG_FULL
         # the earliest crossing of all clearances in the window
-        k, end = -1, NEVER
+        k = -1
+        end = NEVER
         for c in range(exits.size):
             if exits[c] < end:
-                k, end = c, exits[c]
+                k = c
+                end = exits[c]
         if end < 0.0:  # undecided
             return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
         # up to that crossing, and over it

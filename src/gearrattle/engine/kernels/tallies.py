@@ -48,7 +48,9 @@ def _in_order(log, events, period, time):
 def _broken(judged, crossings, pieces):
     """The first crossing that does not lead from its clearance's present piece to a neighbouring one; -1: none."""
     for i in range(crossings.time.size):
-        k, origin, to = crossings.clearance[i], crossings.from_piece[i], crossings.to_piece[i]
+        k = crossings.clearance[i]
+        origin = crossings.from_piece[i]
+        to = crossings.to_piece[i]
         if not 0 <= k < pieces.size:
             return i
         if origin != pieces[k] or abs(to - origin) != 1 or not 0 <= to < judged.pieces[k + 1] - judged.pieces[k]:
@@ -61,36 +63,58 @@ def _broken(judged, crossings, pieces):
 def _clear(judged, pieces, v, out):
     """Put all sums to zero; the flank of the last contact is that of the piece in which the motion begins."""
     for k in range(pieces.size):
-        out.sides[v, k, 0] = out.sides[v, k, 1] = 0.0
-        out.count[v, k] = out.drive[v, k] = out.speed[v, k] = out.top_speed[v, k] = out.square[v, k] = 0.0
-        out.left[v, k] = out.top_change[v, k] = out.push[v, k] = out.top_push[v, k] = out.final[v, k] = 0.0
-        out.lost[v, k] = out.kept[v, k] = out.moving[v, k] = out.held[v, k] = 0.0
-        out.same[v, k] = out.other[v, k] = 0.0
-        begin, piece, below = judged.pieces[k], pieces[k], 0
+        out.sides[v, k, 0] = 0.0
+        out.sides[v, k, 1] = 0.0
+        out.count[v, k] = 0.0
+        out.drive[v, k] = 0.0
+        out.speed[v, k] = 0.0
+        out.top_speed[v, k] = 0.0
+        out.square[v, k] = 0.0
+        out.left[v, k] = 0.0
+        out.top_change[v, k] = 0.0
+        out.push[v, k] = 0.0
+        out.top_push[v, k] = 0.0
+        out.final[v, k] = 0.0
+        out.lost[v, k] = 0.0
+        out.kept[v, k] = 0.0
+        out.moving[v, k] = 0.0
+        out.held[v, k] = 0.0
+        out.same[v, k] = 0.0
+        out.other[v, k] = 0.0
+        begin = judged.pieces[k]
+        piece = pieces[k]
+        below = 0
         for p in range(judged.pieces[k], judged.pieces[k + 1]):
             out.dwell[v, p] = 0.0
             below += 1 if judged.inner[p] and p < begin + piece else 0
         out.flank[v, k] = 0.0 if judged.inner[begin + piece] else (1.0 if below else -1.0)
     for corner in range(out.open.shape[1]):
-        out.open[v, corner] = out.begun[v, corner] = out.met[v, corner] = out.since[v, corner] = 0.0
+        out.open[v, corner] = 0.0
+        out.begun[v, corner] = 0.0
+        out.met[v, corner] = 0.0
+        out.since[v, corner] = 0.0
     out.crossings[v, 0] = 0.0
 
 
 @strict
 def _stay(judged, crossings, window, pieces, v, out):
     """Add times in every region, and the sides on which corners are crossed."""
-    clearances, since, dwell = pieces.size, np.empty(pieces.size), np.zeros(out.dwell.shape[1])
+    clearances = pieces.size
+    since = np.empty(pieces.size)
+    dwell = np.zeros(out.dwell.shape[1])
     for k in range(clearances):
         since[k] = window[0]
     for i in range(crossings.time.size):
-        k, time = crossings.clearance[i], crossings.time[i]
+        k = crossings.clearance[i]
+        time = crossings.time[i]
         # the time in the piece that is left
         begin = judged.pieces[k]
         if window[0] <= time <= window[1]:
             dwell[begin + pieces[k]] += time - since[k]
             since[k] = time
             # a corner between inner and outer pieces: the side on which it is crossed
-            lower, last = begin + min(crossings.from_piece[i], crossings.to_piece[i]), begin
+            lower = begin + min(crossings.from_piece[i], crossings.to_piece[i])
+            last = begin
             inside = judged.inner[lower] + judged.inner[lower + 1]
             if inside == 1 or (inside == 0 and not judged.gap[k]):
                 for p in range(begin, judged.pieces[k + 1]):
@@ -131,28 +155,36 @@ def _strike(judged, crossings, window, v, out):
     """Add the impacts that begin in the window, and contacts that were open and end here."""
     # the next crossing of the same corner, backwards: it ends the contact
     events = crossings.time.size
-    following, returns = np.empty(events, np.int64), np.full(out.open.shape[1], -1, np.int64)
-    time, rate, integral = crossings.time, crossings.velocity, crossings.force_integral
+    following = np.empty(events, np.int64)
+    returns = np.full(out.open.shape[1], -1, np.int64)
+    time = crossings.time
+    rate = crossings.velocity
+    integral = crossings.force_integral
     for i in range(events - 1, -1, -1):
         k = crossings.clearance[i]
         corner = judged.pieces[k] - k + min(crossings.from_piece[i], crossings.to_piece[i])
-        following[i], returns[corner] = returns[corner], i
+        following[i] = returns[corner]
+        returns[corner] = i
     # contacts that were open when the chunk began
     for corner in range(returns.size):
         i = returns[corner]
         if out.open[v, corner] > 0.0 and i >= 0:
-            push, held = abs(integral[i] - out.begun[v, corner]), time[i] - out.since[v, corner]
+            push = abs(integral[i] - out.begun[v, corner])
+            held = time[i] - out.since[v, corner]
             _end(out, v, crossings.clearance[i], out.met[v, corner], abs(rate[i]), push, held)
             out.open[v, corner] = 0.0
     for i in range(events):
         # an impact: out of the free gap, or outwards into a stiffer piece
         k = crossings.clearance[i]
-        begin, origin, to = judged.pieces[k], crossings.from_piece[i], crossings.to_piece[i]
+        begin = judged.pieces[k]
+        origin = crossings.from_piece[i]
+        to = crossings.to_piece[i]
         outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
         if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
             continue
         # the flank it is on, and the one before
-        flank, before = (1.0 if to + judged.label[k] >= 0 else -1.0), out.flank[v, k]
+        flank = 1.0 if to + judged.label[k] >= 0 else -1.0
+        before = out.flank[v, k]
         out.flank[v, k] = flank
         if not window[0] <= time[i] <= window[1]:
             continue
@@ -169,8 +201,10 @@ def _strike(judged, crossings, window, v, out):
         j = following[i]
         if j < 0:
             corner = begin - k + min(origin, to)
-            out.open[v, corner], out.begun[v, corner] = 1.0, integral[i]
-            out.met[v, corner], out.since[v, corner] = speed, time[i]
+            out.open[v, corner] = 1.0
+            out.begun[v, corner] = integral[i]
+            out.met[v, corner] = speed
+            out.since[v, corner] = time[i]
         else:
             _end(out, v, k, speed, abs(rate[j]), abs(integral[j] - integral[i]), time[j] - time[i])
 
@@ -214,11 +248,14 @@ def tally(judged, log, events, window, initial, final, scales, v, out):
     v: which of the variants.
     out: ``variants.Tallies``; its counts of function calls stay as they are.
     """
-    time, rate = np.empty(events), np.empty(events)
-    origin, to = np.empty(events, np.int64), np.empty(events, np.int64)
+    time = np.empty(events)
+    rate = np.empty(events)
+    origin = np.empty(events, np.int64)
+    to = np.empty(events, np.int64)
     _in_order(log, events, window[2], time)
     for i in range(events):
-        origin[i], to[i] = log.piece[i], log.piece[i] + 2 * log.upward[i] - 1
+        origin[i] = log.piece[i]
+        to[i] = log.piece[i] + 2 * log.upward[i] - 1
         rate[i] = log.rate[i] * scales.corner[log.clearance[i]] / window[2]
     crossings = Crossings(time, log.clearance[:events], origin, to, rate, log.integral[:events])
     add_crossings(judged, crossings, window, initial, final, True, v, out)

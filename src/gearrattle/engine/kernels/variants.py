@@ -118,7 +118,8 @@ class Tallies(NamedTuple):
 
 def room_for(count: int, judged: Judged) -> Tallies:
     """Tallies of so many motions, all zero."""
-    clearances, pieces = judged.label.size, int(judged.pieces[-1])
+    clearances = judged.label.size
+    pieces = int(judged.pieces[-1])
     shapes = {"sides": (clearances, 2), "dwell": (pieces,), "crossings": (1,), "calls": (1,)}
     shapes |= dict.fromkeys(("open", "begun", "met", "since"), (pieces - clearances,))
     return Tallies._make(np.zeros((count, *shapes.get(name, (clearances,)))) for name in Tallies._fields)

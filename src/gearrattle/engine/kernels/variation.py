@@ -43,13 +43,15 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     """
     size = rows.shape[1]
     segment = 0
-    columns, term = out[0], out[0].copy()
+    columns = out[0]
+    term = out[0].copy()
     columns[:] = 0.0
     for i in range(size):
         columns[i, i] = 1.0
     for i in range(durations.size):
         # within the interval: exp(A h)
-        region, clearance = path[i, 0], path[i, 1]
+        region = path[i, 0]
+        clearance = path[i, 1]
         propagate(tables[region], generators[region], steps, fine[region], durations[i], order, columns, term)
         for p in range(size):
             # the crossing: memories that are known, and the kick by the saltation matrix

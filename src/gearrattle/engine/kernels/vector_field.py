@@ -48,14 +48,16 @@ def sine_cosine(turn):
     quarter = floor(4.0 * turn + 0.5)
     a = 2.0 * pi * (turn - 0.25 * quarter)
     q = a * a
-    sine, cosine = _SINE[8], _COSINE[9]
+    sine = _SINE[8]
+    cosine = _COSINE[9]
     for i in range(7, -1, -1):
         sine = sine * q + _SINE[i]
     for i in range(8, -1, -1):
         cosine = cosine * q + _COSINE[i]
     sine *= a
     rest = quarter - 4.0 * floor(0.25 * quarter)
-    odd, back = rest - 2.0 * floor(0.5 * rest) == 1.0, rest >= 2.0
+    odd = rest - 2.0 * floor(0.5 * rest) == 1.0
+    back = rest >= 2.0
     s, c = (cosine, -sine) if odd else (sine, cosine)
     return (-s, -c) if back else (s, c)
 
@@ -66,16 +68,19 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
 
     A piece is looked up by the deflection, or taken as it is if pieces are held.
     """
-    count, laws = field.cycles.size, field.laws
+    count = field.cycles.size
+    laws = field.laws
     elements, size = field.rows.shape
     r = field.basis.shape[0]
     # sines and cosines of the harmonics
-    turns, unit = time / field.period, 2.0 * pi / field.period
+    turns = time / field.period
+    unit = 2.0 * pi / field.period
     for j in range(count):
         wave[j], wave[count + j] = sine_cosine(field.cycles[j] * turns)
     for k in range(elements):
         # deflection and rate, transmission error taken off
-        d, v = 0.0, 0.0
+        d = 0.0
+        v = 0.0
         for i in range(r):
             d += field.combination[k, i] * y[i]
         for i in range(size):
@@ -91,7 +96,9 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
         else:
             while d > laws.upper[p]:
                 p += 1
-        deflection[k], rate[k], piece[k] = d, v, p - laws.first[k]
+        deflection[k] = d
+        rate[k] = v
+        piece[k] = p - laws.first[k]
         force[k] = laws.stiffness[p] * d + laws.damping[p] * v + laws.offset[p]
 
 
@@ -100,7 +107,8 @@ def derivative(field, time, y, wave, deflection, rate, piece, force, out, held=F
     """Write y' to out; the work arrays keep the elements' states at (time, y)."""
     element_states(field, time, y, wave, deflection, rate, piece, force, held)
     elements, size = field.rows.shape
-    r, count = field.basis.shape[0], field.cycles.size
+    r = field.basis.shape[0]
+    count = field.cycles.size
     # x' = X v
     for i in range(r):
         total = 0.0

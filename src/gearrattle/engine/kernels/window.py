@@ -48,7 +48,10 @@ def advance(tables, index, width, chain, y, carried, out):
 def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
     """total = (g N)^4 total + c0 q + c1 g N q + c2 (g N)^2 q + c3 (g N)^3 q for chains q: N takes every link's next."""
     count, links, g = chained
-    c1, c2, c3, c4 = c1 * g, c2 * (g * g), c3 * (g * g * g), (g * g) * (g * g)
+    c1 = c1 * g
+    c2 = c2 * (g * g)
+    c3 = c3 * (g * g * g)
+    c4 = (g * g) * (g * g)
     for c in range(begin, begin + count, links):
         last = c + links - 1
         for j in range(c, last - 3):
@@ -78,8 +81,10 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     """
     # sizes: strips of what is carried and of y without its chains
     out, terms, total, weight = scratch
-    behind, moved = strips_of(carried.size), width - chained[0]
-    first, strips = 4 * behind, behind + strips_of(moved)
+    behind = strips_of(carried.size)
+    moved = width - chained[0]
+    first = 4 * behind
+    strips = behind + strips_of(moved)
     rows = 4 * strips
     # y, B y, B^2 y, B^3 y
     for i in range(4 * strips_of(moved)):
@@ -96,19 +101,27 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         rounds += 1
     # Horner in B^4
     x2 = x * x
-    x3, x4 = x2 * x, x2 * x2
+    x3 = x2 * x
+    x4 = x2 * x2
     for q in range(rounds - 1, 0, -1):
         p = _INVERSE[4 * q]
         for _ in range(q):
             p *= x4
-        c1, c2, c3 = p * x * _FALLING[q, 1], p * x2 * _FALLING[q, 2], p * x3 * _FALLING[q, 3]
-        weight[0], weight[1], weight[2], weight[3] = p, c1, c2, c3
+        c1 = p * x * _FALLING[q, 1]
+        c2 = p * x2 * _FALLING[q, 2]
+        c3 = p * x3 * _FALLING[q, 3]
+        weight[0] = p
+        weight[1] = c1
+        weight[2] = c2
+        weight[3] = c3
         strip_product(terms, (first, 4, rows, strips - behind, 4), weight, total, 0)
         add(strips - behind, out, first, total)
         _combine_chains(p, c1, c2, c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
     # the first three orders of what is carried, then add all
-    weight[0], weight[1], weight[2] = x, x2 / 2.0, x3 / 6.0
+    weight[0] = x
+    weight[1] = x2 / 2.0
+    weight[2] = x3 / 6.0
     strip_product_added(terms, (rows, 4, rows, strips, 3), weight, out, 0)
     add(behind, out, 0, carried)
     add(strips - behind, out, first, y)
@@ -150,7 +163,10 @@ def first_crossing(
     Returns (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
         Simultaneous crossings go to the first element.
     """
-    best, element, upward, rate = NEVER, -1, 0, 0.0
+    best = NEVER
+    element = -1
+    upward = 0
+    rate = 0.0
     for k in range(side.size):
         for up in range(2):
             if not unsafe[k, up]:
@@ -171,10 +187,13 @@ def first_crossing(
             # the earliest root of all
             x = first_exit(gap)
             if x < best:
-                best, element, upward = x, k, up
+                best = x
+                element = k
+                upward = up
                 rate = -sign * slope(gap, x) / h
     if reach < 1.0 and best < NEVER:
-        best, rate = reach * best, rate / reach
+        best = reach * best
+        rate = rate / reach
     return best, element, upward, rate
 
 

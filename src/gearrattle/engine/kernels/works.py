@@ -58,18 +58,26 @@ class WorkBuffers(NamedTuple):
 def _add_powers(network, buffers, works, length, s, weight):
     """Add weight times every power at s of the window in the table."""
     # the motion and the inputs at s
-    y, wave, slip, load, m = buffers.y, buffers.wave, buffers.slip, buffers.torque, buffers.force.size
+    y = buffers.y
+    wave = buffers.wave
+    slip = buffers.slip
+    load = buffers.torque
+    m = buffers.force.size
     n = network.mean.size - m
-    stiffness, damping, offset = buffers.stiffness, buffers.damping, buffers.offset
+    stiffness = buffers.stiffness
+    damping = buffers.damping
+    offset = buffers.offset
     move(buffers.table, s, y)
     move(buffers.waves, s, wave)
     # transmission errors and their rates
     for i in range(slip.shape[1]):
-        value, rate = 0.0, 0.0
+        value = 0.0
+        rate = 0.0
         for j in range(buffers.errors.shape[0] - 1, -1, -1):
             rate = rate * s + value
             value = value * s + buffers.errors[j, i]
-        slip[0, i], slip[1, i] = value, rate / length
+        slip[0, i] = value
+        slip[1, i] = rate / length
     # torques, and the powers of torques and drags
     for i in range(load.size):
         load[i] = network.mean[i]
@@ -152,8 +160,6 @@ def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle
         if c >= 0:
             k = network.clearances[c]
             p = laws.first[k] + path.piece[i]
-            buffers.stiffness[k], buffers.damping[k], buffers.offset[k] = (
-                laws.stiffness[p],
-                laws.damping[p],
-                laws.offset[p],
-            )
+            buffers.stiffness[k] = laws.stiffness[p]
+            buffers.damping[k] = laws.damping[p]
+            buffers.offset[k] = laws.offset[p]

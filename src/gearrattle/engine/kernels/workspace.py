@@ -231,7 +231,8 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 
     def place(shape: tuple[int, ...], kind: Any) -> Any:
         nonlocal count
-        begin, count = 8 * count, count + _LINE * -(-prod(shape) * np.dtype(kind).itemsize // (8 * _LINE))
+        begin = 8 * count
+        count = count + _LINE * -(-prod(shape) * np.dtype(kind).itemsize // (8 * _LINE))
         words.extend((begin, *shape))
         addresses.extend((1, *(0 for _ in shape)))
         return shape, kind, begin
@@ -243,8 +244,11 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
     """Call ``allocate`` with the shape and type of every array; return its answers in the groups of a workspace."""
     m, n, r, states, harmonics, chain, references, clearances, auxiliaries, pieces = sizes
-    inputs, watched, carried = 1 + 2 * harmonics, clearances + auxiliaries, references + clearances
-    members, z = m + auxiliaries, states + inputs + chain
+    inputs = 1 + 2 * harmonics
+    watched = clearances + auxiliaries
+    carried = references + clearances
+    members = m + auxiliaries
+    z = states + inputs + chain
     rows = max(carried + z, ORDER + 1)
 
     def floats(*shape: int) -> Any:
@@ -349,12 +353,16 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
 
 def _prepare_lapack(workspace: Workspace) -> None:
     """Store the addresses of the fifteen arguments of zgees; the sorting function (SELECT) is null."""
-    modes, lapack = workspace.modes, workspace.lapack
+    modes = workspace.modes
+    lapack = workspace.lapack
     states = len(modes.schur)
     # addresses of its integers, letters and work arrays
-    n, job, work = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
+    n = lapack.integers.ctypes.data
+    job = lapack.letters.ctypes.data
+    work = lapack.room.ctypes.data
     leading, sorted_count, work_size, info = (n + 4 * i for i in range(1, 5))
-    eigenvalues, real_work = work + 16 * _LAPACK * states, work + 16 * (_LAPACK + 1) * states
+    eigenvalues = work + 16 * _LAPACK * states
+    real_work = work + 16 * (_LAPACK + 1) * states
     # zgees(JOBVS, SORT, SELECT, N, A, LDA, SDIM, W, VS, LDVS, WORK, LWORK, RWORK, BWORK, INFO)
     arguments = (
         job,

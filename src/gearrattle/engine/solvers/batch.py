@@ -55,7 +55,8 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
     threads: how many; as many as the machine has cores by default.
     """
     count = threads or os.cpu_count() or 1
-    numbered, capacities = enumerate(tasks), deque[Capacity](maxlen=1)
+    numbered = enumerate(tasks)
+    capacities = deque[Capacity](maxlen=1)
     if count == 1:
         for index, task in numbered:
             yield march_one(index, task, keep, capacities)

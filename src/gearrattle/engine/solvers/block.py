@@ -74,7 +74,8 @@ class Block:
     @cached_property
     def _work(self) -> list[Array]:
         """State, wave, deflection, rate, piece, force: what the callbacks write to."""
-        m, waves = len(self.field.rows), 2 * self.field.cycles.size
+        m = len(self.field.rows)
+        waves = 2 * self.field.cycles.size
         return [np.zeros(self.states), np.zeros(waves), *(np.zeros(m) for _ in range(4))]
 
     @cached_property
@@ -85,7 +86,8 @@ class Block:
     def words(self) -> IntArray:
         """The block itself; the two accessors' addresses, 0 here, are the C library's to fill in."""
         f = self.field
-        (m, n), r = f.rows.shape, f.basis.shape[0]
+        (m, n) = f.rows.shape
+        r = f.basis.shape[0]
         counts = [n, m, r, f.references.size, f.laws.stiffness.size, f.cycles.size, len(self.clearances)]
         arrays = [*f[:-2], *f.laws, self._period, self.size, *self._work, self.clearances, self.bounds]
         return np.array([0, 0, *counts, *(a.ctypes.data for a in arrays)], dtype=np.int64)

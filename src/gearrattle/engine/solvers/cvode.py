@@ -34,7 +34,8 @@ from gearrattle.outcome import Outcome
 TOLERANCE = 1e-6
 _SLICE = 0.02  # seconds
 _FIRST_LOG = 4096
-_FIRST_BUDGET, _LARGEST_BUDGET = 256, 2**20
+_FIRST_BUDGET = 256
+_LARGEST_BUDGET = 2**20
 
 
 class MultistepMarch:
@@ -48,8 +49,10 @@ class MultistepMarch:
 
     def __init__(self, task: Task, *, method: int, newton: bool, events: bool) -> None:
         self._march_on = vectorised(march_on)
-        self.task, self.problem = task, FieldProblem.of(task)
-        self.field = plain = contiguous(self.problem.field)
+        self.task = task
+        self.problem = FieldProblem.of(task)
+        plain = contiguous(self.problem.field)
+        self.field = plain
         elements = len(plain.rows)
         laws = plain.laws
         lowest = plain.laws.first[:-1]
@@ -63,21 +66,26 @@ class MultistepMarch:
             self.block, method=method, newton=newton, roots=events, tolerance=tolerance, step=task.step
         )
         self._begin()
-        self._budget, self._limit = _FIRST_BUDGET, StepLimit(task.system, a_period=MOST_CHOSEN)
+        self._budget = _FIRST_BUDGET
+        self._limit = StepLimit(task.system, a_period=MOST_CHOSEN)
         self._newton = newton
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
         # addresses of CVODE's functions
-        memory, problem = self.memory, self.problem
-        elements, samples = len(self.block.field.rows), len(problem.sample_times)
+        memory = self.memory
+        problem = self.problem
+        elements = len(self.block.field.rows)
+        samples = len(problem.sample_times)
         names = ["CVode", "CVodeGetDky", "CVodeGetIntegratorStats", "CVodeGetNumStepSolveFails"]
         names += ["CVodeGetNumJacEvals", "CVodeGetRootInfo", "CVodeReInit", "CVodeSetStopTime", "CVodeSetInitStep"]
         functions: list[int] = [sundials.address("cvode", name) for name in names]
         self.library = kernel.Library._make([memory.memory, memory.vector, memory.between, *functions, memory.newton])
         # the state at t = 0 is the first sample; room for samples and crossings
-        counts, numbers = np.zeros(8, np.int64), np.zeros(6)
-        counts[kernel.SAMPLE], numbers[kernel.SMALLEST] = 1, np.inf
+        counts = np.zeros(8, np.int64)
+        numbers = np.zeros(6)
+        counts[kernel.SAMPLE] = 1
+        numbers[kernel.SMALLEST] = np.inf
         states = np.zeros((samples, self.block.states))
         states[0] = problem.initial
         self.march = kernel.March(
@@ -107,7 +115,8 @@ class MultistepMarch:
 
     def advance(self) -> Outcome:
         """Take one slice of steps; grow the log where the kernel asks for it."""
-        begin, m = time.perf_counter(), self.march
+        begin = time.perf_counter()
+        m = self.march
         most = 2 * int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
             self._march_on(self.field, self.block.size, self.held, self.library, m, *self.scratch, most, self._budget)
@@ -143,7 +152,8 @@ class MultistepMarch:
         """Samples, crossings and CVODE's own counts; see ``kernels.multistep`` on rejected steps' sizes."""
         m = self.march
         total = m.counts + m.current
-        steps, count = int(total[kernel.STEPS]), int(m.counts[kernel.EVENTS])
+        steps = int(total[kernel.STEPS])
+        count = int(m.counts[kernel.EVENTS])
         rejected = int(total[kernel.ERROR_FAILS] + total[kernel.SOLVE_FAILS])
         return self.problem.motion(
             m.states,

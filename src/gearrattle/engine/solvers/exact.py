@@ -51,7 +51,8 @@ _NOTED = 1_000_000  # samples a cycle, times notes
 def notes_for(size: Size, per_cycle: int) -> packed.Notes:
     """Room for some notes: few where a step passes many samples, so that Ctrl-C works while they are worked out."""
     room = max(1, min(_NOTES, _NOTED // per_cycle))
-    whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
+    whole = 4 * strips_for(size.longest)
+    carried = 4 * strips_for(size.carried)
     row, count, slot = np.empty((3, room), np.int64)
     ahead, elapsed = np.empty((2, room))
     return packed.Notes(row, count, slot, ahead, elapsed, np.empty((room, whole)), np.empty((room, carried)))
@@ -62,7 +63,8 @@ class ExactMarch:
 
     def __init__(self, task: Task, slots: Slots | None = None) -> None:
         # the driveline and its regions
-        self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
+        self._march_on = vectorised(march_on)
+        self._work_out = vectorised(work_out)
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots
         self.flow = self.slots.flow
@@ -77,7 +79,8 @@ class ExactMarch:
         u = inputs_at_start(flow)
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
         # memories that are known in the first region
-        known, memory = flow.known(pieces), states[size.states - size.memories : size.states]
+        known = flow.known(pieces)
+        memory = states[size.states - size.memories : size.states]
         memory[:] = np.where(np.isnan(known), memory, known)
         # the march stands in the first region, with no bound and no fresh inputs yet
         counts = np.zeros(packed.COUNTS, np.int64)
@@ -102,21 +105,28 @@ class ExactMarch:
         self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
         self._limit = StepLimit(task.system)
         most = max(1, int(_BUILDING / max(1, size.states) ** 3))
-        self._built, self._limit_of_regions = 0, StepLimit(task.system, most, most)
+        self._built = 0
+        self._limit_of_regions = StepLimit(task.system, most, most)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
         """Make room for the samples of some cycles, the first of them taken already, and count anew."""
         # samples of these cycles, the first one taken already
-        counts, per_cycle = self.march.counts, self.task.samples_per_cycle
-        rows, pieces_now = cycles * per_cycle + 1, self.slots.pieces[counts[packed.SLOT]]
+        counts = self.march.counts
+        per_cycle = self.task.samples_per_cycle
+        rows = cycles * per_cycle + 1
+        pieces_now = self.slots.pieces[counts[packed.SLOT]]
         self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
-        states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
-        states[0], pieces[0] = sample, self.initial
+        states = np.zeros((rows, sample.size))
+        pieces = np.zeros((rows, self.initial.size), np.int64)
+        states[0] = sample
+        pieces[0] = self.initial
         self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle))
-        self.first_cycle, self.cycles = first_cycle, cycles
+        self.first_cycle = first_cycle
+        self.cycles = cycles
         # counts anew, and the instants known beforehand
-        counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
+        counts[packed.SAMPLE] = self.samples.first + 1
+        counts[packed.EVENTS] = 0
         self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
         counts[packed.INSTANT] = 0
         self.before = counts.copy(), float(self.march.tried[0])
@@ -153,7 +163,8 @@ class ExactMarch:
 
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
-        counts, regions = self.march.counts, self.slots.packed
+        counts = self.march.counts
+        regions = self.slots.packed
         # one slice of the compiled march, and the samples that it noted
         budget = min(_BUDGET, self._most_steps)
         outcome = Outcome(
@@ -204,18 +215,21 @@ class ExactMarch:
     def position(self) -> Position:
         """Time, deflections and the last clearance crossed."""
         counts = self.march.counts
-        cycle, fraction = counts[packed.CYCLE], self.march.clock[:2].sum()
+        cycle = counts[packed.CYCLE]
+        fraction = self.march.clock[:2].sum()
         states = self.march.y[: self.flow.states].copy()
         if counts[packed.ENTERED]:
             states += self.slots.store.particular(counts[packed.SLOT]) @ self.march.u
         z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
-        time, pieces = (cycle + fraction) * self.flow.system.inputs.period, self.slots.pieces[counts[packed.SLOT]]
+        time = (cycle + fraction) * self.flow.system.inputs.period
+        pieces = self.slots.pieces[counts[packed.SLOT]]
         return Position(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
         """The clearance that was crossed last, by its own corner or by that of its auxiliary element."""
-        count, system = int(self.march.counts[packed.EVENTS]), self.flow.system
+        count = int(self.march.counts[packed.EVENTS])
+        system = self.flow.system
         if not count:
             return None
         element = system.element_watched(int(self.log.clearance[count - 1]))
@@ -223,15 +237,18 @@ class ExactMarch:
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
-        flow, period = self.flow, self.flow.system.inputs.period
-        counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
+        flow = self.flow
+        period = self.flow.system.inputs.period
+        counted = self.march.counts - self.before[0]
+        tried = float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
         sampled, (forces, memory) = sampled_quantities(flow, self.samples)
         clearances = len(flow.system.clearances)
         log = self.logged()
         auxiliaries = None
         if flow.system.auxiliaries:
-            pieces, initial = self.samples.pieces[:, clearances:], self.initial[clearances:]
+            pieces = self.samples.pieces[:, clearances:]
+            initial = self.initial[clearances:]
             auxiliaries = Auxiliaries(forces, memory, pieces, initial, passages_of(flow, log))
         return Motion(
             **sampled,
@@ -251,7 +268,8 @@ class ExactMarch:
         return sampled_z(self.flow, self.samples)
 
     def _audit(self) -> Auditor:
-        system, log = self.flow.system, self.logged()
+        system = self.flow.system
+        log = self.logged()
         pieces = [0] * (len(system.laws) + len(system.auxiliaries))
         for k, piece in zip(system.places, self.initial, strict=True):
             pieces[k] = int(piece)

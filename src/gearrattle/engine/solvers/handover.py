@@ -63,13 +63,15 @@ class StepLimit:
     def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
         self._most = most
         self._least = most / a_period / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
-        self._steps, self._time = 0, -1.0
+        self._steps = 0
+        self._time = -1.0
         self.average: float | None = None
 
     def is_exceeded(self, steps: int, now: float) -> bool:
         """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
         if steps < self._steps or now < self._time or now - self._time >= self._least:
-            self._steps, self._time = steps, now
+            self._steps = steps
+            self._time = now
         if steps - self._steps <= self._most:
             return False
         self.average = (now - self._time) / (steps - self._steps)
@@ -118,19 +120,27 @@ def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, A
 
     Returns the fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
-    system, count, clearances = flow.system, len(samples.states), len(flow.system.clearances)
-    of_body, of_element = (count, system.size), (count, len(system.laws))
-    angle, velocity, acceleration = np.empty(of_body), np.empty(of_body), np.empty(of_body)
+    system = flow.system
+    count = len(samples.states)
+    clearances = len(flow.system.clearances)
+    of_body = (count, system.size)
+    of_element = (count, len(system.laws))
+    angle = np.empty(of_body)
+    velocity = np.empty(of_body)
+    acceleration = np.empty(of_body)
     out = Quantities(angle, velocity, acceleration, np.zeros(of_element), np.empty((clearances, count)))
     forces, memory = np.empty((2, count, len(system.auxiliaries)))
     lines = _lines(flow)
     repeats = len(samples.waves) > 0 and not flow.chain.size
     table = samples.waves * flow.input_size
     for part in slices(count, max(flow.width, lines.rows.size // 16)):
-        rows, states, pieces = np.arange(part.start, part.stop), samples.states[part], samples.pieces[part]
+        rows = np.arange(part.start, part.stop)
+        states = samples.states[part]
+        pieces = samples.pieces[part]
         phase = (samples.first + part.start) % samples.per_cycle
         if not repeats:
-            table, phase = _inputs_at(flow, samples, rows), 0
+            table = _inputs_at(flow, samples, rows)
+            phase = 0
         if system.auxiliaries:
             z = np.hstack([states[:, : flow.states], table[(phase + rows - part.start) % len(table)]])
             forces[part], memory[part] = forces_beside(flow, z, pieces)
@@ -145,7 +155,8 @@ def sampled_quantities(flow: Flow, samples: packed.Samples) -> tuple[dict[str, A
 @kept
 def _lines(flow: Flow) -> Lines:
     """Rows and laws from which the samples of a driveline are computed."""
-    system, coordinates = flow.system, flow.coordinates
+    system = flow.system
+    coordinates = flow.coordinates
     shape = np.zeros((system.size, flow.width))
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
     rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
@@ -186,9 +197,11 @@ def _rows_beside(flow: Flow) -> list[tuple[Array, int]]:
 def forces_beside(flow: Flow, z: Array, pieces: IntArray) -> tuple[Array, Array]:
     """Force and state e of every auxiliary at some samples z, (t, C) each [SI], each sample by itself."""
     deflection, rate, memory = (_by_row(rows, z) for rows in _rows_beside(flow))
-    force, first = np.empty_like(memory), len(flow.system.clearances)
+    force = np.empty_like(memory)
+    first = len(flow.system.clearances)
     for c, auxiliary in enumerate(flow.system.auxiliaries):
-        k, piece = auxiliary.element, pieces[:, first + c]
+        k = auxiliary.element
+        piece = pieces[:, first + c]
         force[:, c] = (
             auxiliary.stiffness[piece] * deflection[:, k]
             + auxiliary.damping[piece] * rate[:, k]
@@ -221,7 +234,8 @@ def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
 
 def passages_of(flow: Flow, log: packed.Log) -> Passages:
     """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
-    period, count = flow.system.inputs.period, len(flow.system.clearances)
+    period = flow.system.inputs.period
+    count = len(flow.system.clearances)
     velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
     time = (log.cycle + log.fraction) * period
     watch = log.clearance.copy()
@@ -233,7 +247,8 @@ def _element_order(cycle: IntArray, fraction: Array, clearance: IntArray) -> Int
     """Order of crossings with simultaneous ones (to rounding) of different elements in element order."""
     order = np.arange(len(cycle))
     while True:
-        times, elements = (cycle[order], fraction[order]), clearance[order]
+        times = (cycle[order], fraction[order])
+        elements = clearance[order]
         apart = sum(time[1:] - time[:-1] for time in times)
         together = (apart <= _SIMULTANEOUS) & (elements[1:] < elements[:-1])
         if not together.any():

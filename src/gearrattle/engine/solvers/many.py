@@ -126,7 +126,8 @@ def follow_variants(
     pattern, numbers, start, window: as of ``march_variants``.
     kept: what ``Batch.motion`` of the variant yielded is made of.
     """
-    cursor, is_more = Batch(pattern, numbers, start, window, kept=kept), True
+    cursor = Batch(pattern, numbers, start, window, kept=kept)
+    is_more = True
     while is_more:
         variant = cursor.done
         is_more = cursor.go_on(1)
@@ -159,7 +160,8 @@ class Batch:
         longest = size.states + size.inputs
         self.store = Store(flow, Capacity(4, 64, longest, longest))
         self.log = empty_log()
-        self.outcome, self.cursor = np.zeros(count, np.int64), np.zeros(many.CURSOR, np.int64)
+        self.outcome = np.zeros(count, np.int64)
+        self.cursor = np.zeros(many.CURSOR, np.int64)
         # the variants
         angle, velocity = (np.array(part, dtype=float) for part in start)
         shared = pattern.frame(), pattern.statics(), pattern.judged
@@ -167,14 +169,17 @@ class Batch:
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, how, self.outcome)
         # a march, its samples and notes, and the inputs in the scales of each variant
         self.buffers = _buffers(flow, self.cases)
-        self.march, self.samples = _march(size), _room(flow, size, pattern.cycles, kept)
-        self.inputs, self.notes = packed_inputs(flow), notes_for(size, kept.per_cycle)
+        self.march = _march(size)
+        self.samples = _room(flow, size, pattern.cycles, kept)
+        self.inputs = packed_inputs(flow)
+        self.notes = notes_for(size, kept.per_cycle)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         # what is written of a finished motion, and the addresses of the kernels called
         self.out: Any
         entry, self.out = finish or (compact(many.judge), room_for(count, self.cases.judged))
-        self.at, self.limit = self._entries(entry), StepLimit(pattern.system)
+        self.at = self._entries(entry)
+        self.limit = StepLimit(pattern.system)
 
     @property
     def done(self) -> int:
@@ -211,12 +216,14 @@ class Batch:
         elif answer == many.MORE_LOG:
             self.log = doubled(self.log)
         # a variant that goes on without end is left to the general way
-        now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
+        now = float(counts[packed.CYCLE] + self.march.clock[:2].sum())
+        events = int(counts[packed.EVENTS])
         is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
         is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
         if self.cursor[many.UNDER_WAY] and is_lost:
             self.outcome[self.done] = many.LEFT
-            self.cursor[many.AT], self.cursor[many.UNDER_WAY] = self.done + 1, 0
+            self.cursor[many.AT] = self.done + 1
+            self.cursor[many.UNDER_WAY] = 0
         return self.done < self.outcome.size
 
     def motion(self, flow: Flow) -> Motion | None:
@@ -225,16 +232,19 @@ class Batch:
         None where a crossing coincides with the first sample, so that it is unknown which side the motion begins on.
         """
         # crossings behind the first sample, and the pieces there
-        samples, counts = self.samples, self.march.counts
+        samples = self.samples
+        counts = self.march.counts
         log = first_of(self.log, int(counts[packed.EVENTS]))
         ahead = (log.cycle - samples.first // samples.per_cycle) + log.fraction > 0.0
-        initial, passed = self.buffers.initial.copy(), np.flatnonzero(~ahead)
+        initial = self.buffers.initial.copy()
+        passed = np.flatnonzero(~ahead)
         initial[log.clearance[passed]] = log.piece[passed] + 2 * log.upward[passed] - 1
         if not np.array_equal(initial, samples.pieces[0]):
             return None
         # samples in SI units
         sampled, _ = sampled_quantities(flow, samples)
-        steps, period = int(counts[packed.STEPS]), flow.system.inputs.period
+        steps = int(counts[packed.STEPS])
+        period = flow.system.inputs.period
         cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
         return Motion(
             **sampled,
@@ -310,14 +320,18 @@ def _buffers(flow: Flow, cases: Any) -> Any:
 
 def _march(size: Size) -> packed.March:
     """An empty march."""
-    y, carried = aligned(4 * strips_for(size.states + size.inputs)), aligned(4 * strips_for(size.carried))
+    y = aligned(4 * strips_for(size.states + size.inputs))
+    carried = aligned(4 * strips_for(size.carried))
     bound = aligned(4 * strips_for(3 * size.clearances))
-    counts, side = np.zeros(packed.COUNTS, np.int64), np.zeros(size.clearances, np.int64)
+    counts = np.zeros(packed.COUNTS, np.int64)
+    side = np.zeros(size.clearances, np.int64)
     return packed.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
 
 
 def _room(flow: Flow, size: Size, cycles: int, kept: Kept) -> packed.Samples:
     """Capacity for the samples of the last cycles, both ends included."""
-    first, rows = (cycles - kept.cycles) * kept.per_cycle, kept.cycles * kept.per_cycle + 1
-    states, pieces = np.zeros((rows, size.states + size.carried)), np.zeros((rows, size.clearances), np.int64)
+    first = (cycles - kept.cycles) * kept.per_cycle
+    rows = kept.cycles * kept.per_cycle + 1
+    states = np.zeros((rows, size.states + size.carried))
+    pieces = np.zeros((rows, size.clearances), np.int64)
     return packed.Samples(kept.per_cycle, first, states, pieces, flow.waves(kept.per_cycle))

@@ -66,14 +66,17 @@ class StepMarch:
         self.fixed = fixed
         self.problem = FieldProblem.of(task)
         # the step, and limits on their number
-        self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
+        self.step = _first_step(self.problem)
+        self._limit = StepLimit(task.system, a_period=MOST_CHOSEN)
         if fixed:
             _check_count(task, self.step)
         slice_steps = min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1))
         self._steps = max(10, slice_steps if tableau is not None else slice_steps // _CALLS_OF_EXTRAPOLATION)
-        self.method, self.control = _method(tableau), self._control(held)
+        self.control = self._control(held)
+        self.method = _method(tableau)
         # the stepper at the start, with room for samples and crossings
-        y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
+        y = self.problem.initial
+        start = np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
             y.copy(),
             np.array([0.0, self.step, 0.0, np.inf]),
@@ -95,7 +98,8 @@ class StepMarch:
     def advance(self, steps: int | None = None) -> Outcome:
         """Take at most so many steps; grow the log where the kernel asks for it."""
         steps = self._steps if steps is None else steps
-        s, most = self.stepper, int(sum(law.pieces for law in self.task.system.laws))
+        s = self.stepper
+        most = int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
             self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, steps)
         )

@@ -44,11 +44,14 @@ class ScipyStepper:
 
         # compiled derivatives, called by their addresses
         kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, *[ctypes.c_void_p] * 3)
-        self._slopes, self._matrix = kind(plain_slopes.address), kind(plain_jacobian.address)
-        self._given, self._answer = np.zeros(block.states), np.zeros(block.states)
+        self._slopes = kind(plain_slopes.address)
+        self._matrix = kind(plain_jacobian.address)
+        self._given = np.zeros(block.states)
+        self._answer = np.zeros(block.states)
         self._addresses = tuple(a.ctypes.data for a in (self._given, self._answer, block.words))
         # counts
-        self.block, self.implicit = block, method == "Radau"
+        self.block = block
+        self.implicit = method == "Radau"
         self.rejected_steps = 0
         self.refreshed = 0
         self._between = 0
@@ -61,7 +64,8 @@ class ScipyStepper:
             self.notes = (f"{method.lower()}: SciPy takes no relative tolerance below {FINEST:.2g}; that one is used.",)
             relative = FINEST
         # the solver at the start
-        end, start = float(block.problem.sample_times[-1]), block.initial
+        end = float(block.problem.sample_times[-1])
+        start = block.initial
         self._lost = not np.isfinite(start).all()  # SciPy raises on such a start
         options: dict[str, Any] = {"jac": self._jacobian} if self.implicit else {}
         first = None if task.step is None else min(task.step, end)
@@ -86,7 +90,8 @@ class ScipyStepper:
     def _jacobian(self, time: float, z: Array) -> Array:
         solver = getattr(self, "solver", None)
         self.refreshed += int(solver is not None and time == solver.t)  # within a step, not behind it
-        self._given[:], out = z, np.empty((self.block.states, self.block.states))
+        out = np.empty((self.block.states, self.block.states))
+        self._given[:] = z
         self._matrix(time, self._addresses[0], out.ctypes.data, self._addresses[2])
         return out.T
 
@@ -113,7 +118,8 @@ class ScipyStepper:
     def step(self) -> Outcome:
         """Take one step; SciPy's failures, and what it raises on numbers that are not finite, are outcomes."""
         # a step that is not finite is not tried
-        solver, begin = self.solver, self.time
+        solver = self.solver
+        begin = self.time
         if self._lost or not (
             np.isfinite(solver.h_abs) and np.isfinite(solver.f).all()
         ):  # SciPy would try such a step for ever

@@ -80,7 +80,8 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
     knots = knots[: np.searchsorted(knots, end, side="right")]
     whole = np.floor(knots)
     instants: tuple[NDArray[Any], ...] = (whole, knots - whole, np.full(len(knots), -1))
-    clock, first = flow.system.clock, len(flow.system.clearances)
+    clock = flow.system.clock
+    first = len(flow.system.clearances)
     if clock is not None:
         cycle, fraction, auxiliary = clock.ticks(int(counts[TICKS]), end, flow.system.inputs.period)
         ticks = cycle, fraction, auxiliary + first
@@ -94,7 +95,8 @@ class Slots:
     """The regions a run has visited; ``packed`` holds the arrays of the kernels."""
 
     def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
-        self.flow, self._shelf = flow, shelf
+        self.flow = flow
+        self._shelf = shelf
         self._lock = Lock()
         self._index: dict[Pieces, int] = {}
         self.store = Store(flow, capacity)

@@ -21,7 +21,8 @@ _STEP_OVER_FASTEST = 0.25
 _GROSS = 1.01  # steps are tried in this ratio before the limit is bisected
 ROUNDING = 1e-9
 _MOST_KEPT = 4096
-MOST_REGIONS, FEWEST_REGIONS = 256, 8
+MOST_REGIONS = 256
+FEWEST_REGIONS = 8
 _WORK = 2e8  # sum of the cubes of their orders: about a second of eigenvalues
 
 
@@ -90,7 +91,8 @@ def regions_visited(
     Returns as many regions as can be decomposed in about a second, all of most drivelines; and how many
         there are.
     """
-    pieces, clearances = list(start), flow.system.clearances
+    pieces = list(start)
+    clearances = flow.system.clearances
     visits = Counter([tuple(pieces)])
     for k, target in zip(clearance.tolist(), to_piece.tolist(), strict=True):
         pieces[clearances[k]] = target

@@ -89,16 +89,20 @@ def _accompanied(flow: Flow, pieces: Sequence[int], z: Array, known: IntArray | 
         if known is not None and known[c] >= 0:  # one of a region that the deflection has left is another one here
             auxiliary_pieces.append(int(auxiliary.follow[pieces[auxiliary.element], known[c]]))
             continue
-        deflection, rate = float(flow.deflection[auxiliary.element] @ z), float(flow.rate[auxiliary.element] @ z)
+        deflection = float(flow.deflection[auxiliary.element] @ z)
+        rate = float(flow.rate[auxiliary.element] @ z)
         auxiliary_pieces.append(auxiliary.start(pieces[auxiliary.element], deflection, rate))
     return (*pieces, *auxiliary_pieces)
 
 
 def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:
     """(K,) sign of one derivative of every clearance's deflection; 0 where it is rounding."""
-    matrix, rows = flow.generator(pieces), flow.deflection[list(flow.system.clearances)]
-    derivative, size = z, np.abs(z)
+    matrix = flow.generator(pieces)
+    rows = flow.deflection[list(flow.system.clearances)]
+    derivative = z
+    size = np.abs(z)
     for _ in range(order):
-        derivative, size = matrix @ derivative, np.abs(matrix) @ size
+        derivative = matrix @ derivative
+        size = np.abs(matrix) @ size
     value = rows @ derivative
     return np.where(np.abs(value) > _NOTHING * (np.abs(rows) @ size), np.sign(value), 0.0).astype(np.int64)

@@ -71,12 +71,14 @@ class StepwiseMarch:
     """
 
     def __init__(self, task: Task, start: Callable[[Block], Stepper]) -> None:
-        self.task, self.problem = task, FieldProblem.of(task)
+        self.task = task
+        self.problem = FieldProblem.of(task)
         self.block = Block.of(self.problem)
         self.stepper = start(self.block)
         times = self.problem.sample_times
         self.states = np.zeros((len(times), self.block.states))
-        self.states[0], self.stored = self.problem.initial, 1
+        self.states[0] = self.problem.initial
+        self.stored = 1
         self.piece = np.array(self.problem.start, dtype=np.int64)
         self.deflection = self._elements(0.0, self.block.initial)[0]
         self.log: list[tuple[float, int, int, int, float, float]] = []
@@ -104,8 +106,10 @@ class StepwiseMarch:
         outcome = self.stepper.step()
         if outcome is not Outcome.SLICE_SPENT:
             return outcome
-        end, z = self.stepper.time, self.stepper.z
-        self.steps, self.smallest = self.steps + 1, min(self.smallest, end - begin)
+        end = self.stepper.time
+        z = self.stepper.z
+        self.steps = self.steps + 1
+        self.smallest = min(self.smallest, end - begin)
         deflection, _, piece = self._elements(end, z)
         times = self.problem.sample_times
         # crossings and samples within the step, by its interpolant
@@ -121,7 +125,8 @@ class StepwiseMarch:
         while self.stored < len(times) and times[self.stored] <= end:
             self.states[self.stored] = z * self.block.size
             self.stored += 1
-        self.piece, self.deflection = piece, deflection
+        self.piece = piece
+        self.deflection = deflection
         return outcome
 
     def _elements(self, at: float, z: Array) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -167,7 +172,8 @@ class StepwiseMarch:
 
     def motion(self) -> Motion:
         """Samples, crossings and the stepper's counts."""
-        stepper, end = self.stepper, float(self.problem.sample_times[-1])
+        stepper = self.stepper
+        end = float(self.problem.sample_times[-1])
         log = np.array(self.log, dtype=float).reshape(-1, 6)
         pieces = log[:, 2:4].astype(np.int64)
         return self.problem.motion(

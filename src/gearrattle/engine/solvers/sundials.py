@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from gearrattle.engine.solvers.block import Block
 from gearrattle.errors import NotInstalled, Problem
 
-ADAMS, BDF = 1, 2
+ADAMS = 1
+BDF = 2
 _MANY = 2**31 - 1
 _PARTS = ("core", "nvecserial", "sunmatrixdense", "sunlinsoldense", "cvode")
 
@@ -91,8 +92,10 @@ class Memory:
         # addresses of the accessors in the block
         block.words[callbacks.VECTOR] = address("core", "N_VGetArrayPointer")
         block.words[callbacks.ENTRIES] = address("sunmatrixdense", "SUNDenseMatrix_Data")
-        self.block, self.newton = block, newton
-        self.z, self.point = block.initial.copy(), np.zeros(block.states)
+        self.block = block
+        self.newton = newton
+        self.z = block.initial.copy()
+        self.point = np.zeros(block.states)
         # a context whose failures are return codes
         context = c_void_p()
         _call("core", "SUNContext_Create", c_int, (c_int, 0), (c_void_p, ctypes.addressof(context)))
@@ -101,7 +104,8 @@ class Memory:
         _call("core", "SUNContext_ClearErrHandlers", c_int, (c_void_p, context.value))  # failures are codes
         self._context = (c_void_p, context.value)
         # vectors over our arrays, and the integrator
-        self.vector, self.between = self._vector(self.z), self._vector(self.point)
+        self.vector = self._vector(self.z)
+        self.between = self._vector(self.point)
         self.memory = self._own("cvode", "CVodeCreate", "CVodeFree", (c_int, method), self._context)
         # equations, tolerances, stop time and first step
         relative, absolute = block.tolerances(tolerance)
@@ -125,7 +129,8 @@ class Memory:
         """Attach the iteration for the implicit formula."""
         from gearrattle.engine.kernels import callbacks
 
-        vector, index = (c_void_p, self.vector), (c_int, self.block.states)
+        vector = (c_void_p, self.vector)
+        index = (c_int, self.block.states)
         if self.newton:
             matrix = self._own("sunmatrixdense", "SUNDenseMatrix", "SUNMatDestroy", index, index, self._context)
             linear = self._own(

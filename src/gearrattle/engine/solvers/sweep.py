@@ -63,7 +63,8 @@ class Plan:
 @kept
 def plan_of(system: PiecewiseSystem) -> Plan:
     """Lay out a system."""
-    flow, bound = flow_of(system), Majorant(system)
+    flow = flow_of(system)
+    bound = Majorant(system)
     windows = windows_of(system, bound)
     laws = [system.laws[k] for k in system.clearances]
     scaled = np.array([packed.BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
@@ -83,13 +84,15 @@ class SweepMarch:
     def __init__(self, task: Task) -> None:
         # the plan: windows, network and neighbourhoods
         self._sweep_on = vectorised(sweep_on)
-        self.task, self.plan = task, plan_of(task.system)
+        self.task = task
+        self.plan = plan_of(task.system)
         self.flow = self.plan.flow
         flow = self.flow
         system = task.system
         inputs = task.system.inputs
         # the state in the scales of the flow, and the pieces it starts in
-        scaling, clearances = flow.scaling, list(system.clearances)
+        scaling = flow.scaling
+        clearances = list(system.clearances)
         basis = flow.coordinates.basis @ task.angle
         z = np.concatenate(
             [basis * scaling.deflection, task.velocity * scaling.velocity, flow.inputs_at(np.zeros(1), np.zeros(1))[0]]
@@ -113,11 +116,13 @@ class SweepMarch:
             np.zeros((count, len(clearances)), np.int64),
             flow.waves(task.samples_per_cycle),
         )
-        self.samples.states[0], self.samples.pieces[0] = columns, self.initial
+        self.samples.states[0] = columns
+        self.samples.pieces[0] = self.initial
         self.sweep.counts[packed.SAMPLE] = 1
         # inputs without knots and without tables
         high, low = split_cycles(inputs.cycles)
-        none, rows = np.zeros(0), np.zeros((0, 0))
+        none = np.zeros(0)
+        rows = np.zeros((0, 0))
         self.inputs = packed.Inputs(
             high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, rows[None], rows, 0.0, 1, rows, rows
         )
@@ -131,7 +136,8 @@ class SweepMarch:
             return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
         outcome = self._march()
         if outcome is Outcome.DONE and self.task.audit:
-            plan, arrays = self.plan, (self.plan.network, self.plan.laws, self.inputs)
+            plan = self.plan
+            arrays = (self.plan.network, self.plan.laws, self.inputs)
             self.auditor = SweepAuditor(
                 self.flow, arrays, windows=plan.windows, samples=self.samples, crossings=self._crossings()
             )
@@ -181,7 +187,8 @@ class SweepMarch:
 
     def position(self) -> Position:
         """Time, deflections and the last clearance crossed."""
-        count, now = int(self.sweep.counts[packed.EVENTS]), self.sweep.clock[1]
+        count = int(self.sweep.counts[packed.EVENTS])
+        now = self.sweep.clock[1]
         states = np.polynomial.polynomial.polyval(now, self.sweep.table)
         whole = self._now()
         samples = self._states(states[None])
@@ -199,7 +206,8 @@ class SweepMarch:
         flow = self.flow
         m = len(self.flow.system.laws)
         n = self.flow.system.size
-        elements, carried = list(flow.coordinates.elements), m + n + len(flow.system.clearances)
+        elements = list(flow.coordinates.elements)
+        carried = m + n + len(flow.system.clearances)
         out = np.empty((len(columns), len(elements) + columns.shape[1] - m))
         for part in slices(*columns.shape):
             x = columns[part, elements] * flow.scaling.deflection
@@ -223,7 +231,8 @@ class SweepMarch:
         period = self.flow.system.inputs.period
         samples = self.stored()
         sampled, _ = sampled_quantities(self.flow, samples)
-        steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
+        steps = int(counts[packed.STEPS])
+        expansions = int(counts[packed.EXPANSIONS])
         step = task.cycles * period / max(steps, 1)
         return Motion(
             **sampled,
@@ -243,7 +252,8 @@ class SweepMarch:
 
 def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns: Array) -> Any:
     """The sweeper at the start."""
-    system, clearances = plan.flow.system, list(plan.flow.system.clearances)
+    system = plan.flow.system
+    clearances = list(plan.flow.system.clearances)
     table = np.zeros((packed.ORDER + 1, columns.size))
     table[0] = columns
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
@@ -270,7 +280,8 @@ def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns
 
 def _buffers(plan: Plan, columns: int) -> Any:
     """Scratch."""
-    system, orders = plan.flow.system, packed.ORDER + 1
+    system = plan.flow.system
+    orders = packed.ORDER + 1
     elements = int(np.diff(plan.near.element_start).max(initial=0))
     inertias = int(np.diff(plan.near.inertia_start).max(initial=0))
     lengths = {

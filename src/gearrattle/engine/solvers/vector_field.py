@@ -62,8 +62,10 @@ class FieldProblem:
     @cached_property
     def initial(self) -> Array:
         """(S,) y at t = 0."""
-        task, coordinates = self.task, self.flow.coordinates
-        deflection, references = coordinates.basis @ task.angle, task.angle[list(coordinates.references)]
+        task = self.task
+        coordinates = self.flow.coordinates
+        deflection = coordinates.basis @ task.angle
+        references = task.angle[list(coordinates.references)]
         return np.concatenate([deflection, task.velocity, references, np.zeros(len(task.system.laws))])
 
     @cached_property
@@ -113,18 +115,22 @@ class FieldProblem:
         counted: the fields of ``Motion`` on cost, and its notes.
         """
         # room for all samples
-        system, coordinates = self.task.system, self.flow.coordinates
+        system = self.task.system
+        coordinates = self.flow.coordinates
         r = len(coordinates.elements)
         n = system.size
         clearances = list(system.clearances)
         angle, velocity, acceleration = np.empty((3, len(states), n))
-        force, deflection = np.empty((len(states), len(system.laws))), np.empty((len(clearances), len(states))).T
+        force = np.empty((len(states), len(system.laws)))
+        deflection = np.empty((len(clearances), len(states))).T
         pieces = np.empty((len(clearances), len(states)), np.int64).T
         # accelerations, deflections and forces from the equation of motion, part by part
         for part in slices(*states.shape):
-            some, time = states[part], self.sample_times[part]
+            some = states[part]
+            time = self.sample_times[part]
             acceleration[part], deflections, piece, force[part] = element_samples(self.field, time, some)
-            deflection[part], pieces[part] = deflections[:, clearances], piece[:, clearances]
+            deflection[part] = deflections[:, clearances]
+            pieces[part] = piece[:, clearances]
             # angles from deflections and from the angles of the references
             references = some[:, r + n : r + n + len(coordinates.references)]
             turned = references @ coordinates.angle_from_reference.T

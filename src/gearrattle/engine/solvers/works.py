@@ -86,7 +86,8 @@ class SweepAuditor:
 
     def result(self) -> EnergyAudit:
         """The audit, once ``advance`` has answered True."""
-        m, n = len(self.flow.system.laws), self.flow.system.size
+        m = len(self.flow.system.laws)
+        n = self.flow.system.size
         ends = []
         for i in (0, -1):
             columns = self.samples.states[i]

@@ -98,7 +98,8 @@ def slider(
     period: a time [s] by which rates are made deflections.
     """
     # pieces: sticking, slipping forwards, slipping backwards, let go
-    (stiffness, limit), none = spring, np.inf
+    (stiffness, limit) = spring
+    none = np.inf
     reach = limit / stiffness
     # the piece that it is in while its element is in each of its own
     follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
@@ -142,21 +143,36 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
     """
     # pieces: off, then idle and limiting for each of the law's
     count = 1 + 2 * law.pieces
-    stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
-    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
-    below, above, follow = np.arange(count), np.arange(count), np.zeros((law.pieces, count), dtype=np.int64)
+    stiffness = np.zeros(count)
+    damping = np.zeros(count)
+    offset = np.zeros(count)
+    watched = np.zeros((count, 3))
+    lower = np.full(count, -np.inf)
+    upper = np.full(count, np.inf)
+    below = np.arange(count)
+    above = np.arange(count)
+    follow = np.zeros((law.pieces, count), dtype=np.int64)
     for piece in range(law.pieces):
         # only pieces with stiffness and damping can be limited
-        k, c, f = float(law.stiffness[piece]), float(law.damping[piece]), float(law.offset[piece])
+        k = float(law.stiffness[piece])
+        c = float(law.damping[piece])
+        f = float(law.offset[piece])
         if k == 0.0 or c == 0.0:
             continue
         # limiting: the damping force c delta' is replaced by way (k delta + f)
-        side, idle, limiting = np.sign(piece + law.first_label), 1 + 2 * piece, 2 + 2 * piece
-        stiffness[limiting], damping[limiting], offset[limiting] = way * k, -c, way * f
+        side = np.sign(piece + law.first_label)
+        idle = 1 + 2 * piece
+        limiting = 2 + 2 * piece
+        stiffness[limiting] = way * k
+        damping[limiting] = -c
+        offset[limiting] = way * f
         # watched: s delta - sign (c / k) delta', with the bound -s f / k
-        watched[idle] = watched[limiting] = side, -way * side * c / k, 0.0
-        lower[idle] = upper[limiting] = -side * f / k
-        below[idle], above[limiting] = limiting, idle
+        watched[idle] = side, -way * side * c / k, 0.0
+        watched[limiting] = watched[idle]
+        lower[idle] = -side * f / k
+        upper[limiting] = lower[idle]
+        below[idle] = limiting
+        above[limiting] = idle
         # the piece in which contact begins
         follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
@@ -185,7 +201,9 @@ def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacki
     lacking: the part, 0 ... 1.
     begins_lacking: whether it is lacking at the start.
     """
-    p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
+    p = law.pieces
+    none = np.inf
+    both = np.arange(2 * law.pieces)
     part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])
     nothing = np.zeros(2 * p)
     return Auxiliary(

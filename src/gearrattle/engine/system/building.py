@@ -47,14 +47,17 @@ class RegionBuilder:
 
     def __init__(self, flow: Flow) -> None:
 
-        self._stages, self._zgees = building.stages(), lapack_address("zgees")
-        self._work_out, self._pack = compact(building.work_out), compact(building.pack)
+        self._stages = building.stages()
+        self._zgees = lapack_address("zgees")
+        self._work_out = compact(building.work_out)
+        self._pack = compact(building.pack)
         self.workspace, words = workspace_for(_sizes(flow))
         self.words: Any = words if is_compiling() else self.workspace
         system = flow.system
         _write_limits(flow, self.workspace.common)
         if system.is_plain:
-            frame, scaling = frame_of(system, flow.coordinates), flow.scaling
+            frame = frame_of(system, flow.coordinates)
+            scaling = flow.scaling
             scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(len(system.clearances)))
             compact(lay_out)(self.words, coefficients_of(system), frame, scales)
         else:
@@ -105,7 +108,8 @@ class RegionBuilder:
 
 def _sizes(flow: Flow) -> Sizes:
     """Sizes of the arrays of a flow."""
-    system, coordinates = flow.system, flow.coordinates
+    system = flow.system
+    coordinates = flow.coordinates
     return Sizes(
         elements=len(system.laws),
         inertias=system.size,
@@ -122,7 +126,8 @@ def _sizes(flow: Flow) -> Sizes:
 
 def _write_limits(flow: Flow, common: Common) -> None:
     """Write which elements are clearances, and the limits that do not depend on an ordinary motion."""
-    signals, limits = flow.system.signals, common.limits
+    signals = flow.system.signals
+    limits = common.limits
     common.clearances[:] = flow.system.clearances
     common.links[0] = 1 if signals is None else signals.degree + 1
     common.coarsest[0] = level_of_turns(flow.frequency)
@@ -134,18 +139,26 @@ def _write_limits(flow: Flow, common: Common) -> None:
 
 def _lay_out(flow: Flow, workspace: Workspace) -> None:
     """Write the arrays that all regions share, of a driveline with more than laws and harmonics."""
-    system, scaling, period, common = flow.system, flow.scaling, flow.system.inputs.period, workspace.common
+    system = flow.system
+    scaling = flow.scaling
+    period = flow.system.inputs.period
+    common = workspace.common
     clearances = list(system.clearances)
     unit = 1.0 / flow.corner_scale[: len(clearances), None]
     common.motion[:] = period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity)
     common.balance[:] = flow.torque - system.drag[:, None] * flow.velocity
-    common.rows[:], common.deflection[:], common.rate[:] = system.rows, flow.deflection, flow.rate
+    common.rows[:] = system.rows
+    common.deflection[:] = flow.deflection
+    common.rate[:] = flow.rate
     common.references[:] = period * flow.velocity[list(flow.coordinates.references)]
     common.seen[:] = np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period])
     common.curvature[:] = flow.curvature_of_error[clearances]
-    common.inertia[:], common.pace[:] = system.inertia, period * scaling.velocity
-    common.corner_scale[:], common.frequency[:] = flow.corner_scale, flow.frequency
-    common.amplitude[:], common.input_size[:] = scaling.inputs, flow.input_size
+    common.inertia[:] = system.inertia
+    common.pace[:] = period * scaling.velocity
+    common.corner_scale[:] = flow.corner_scale
+    common.frequency[:] = flow.frequency
+    common.amplitude[:] = scaling.inputs
+    common.input_size[:] = flow.input_size
     common.cornered[:] = [np.any(system.laws[k].corners != 0.0) for k in clearances]
     for array, numbers in zip(workspace.laws, laws_of((*system.laws, *system.auxiliaries)), strict=True):
         array[:] = numbers
@@ -155,11 +168,15 @@ def _lay_out(flow: Flow, workspace: Workspace) -> None:
 
 def _write_auxiliaries(flow: Flow, workspace: Workspace) -> None:
     """Write the data of auxiliaries that are not in the laws."""
-    system, auxiliaries, first = flow.system, workspace.auxiliaries, workspace.laws.first
+    system = flow.system
+    auxiliaries = workspace.auxiliaries
+    first = workspace.laws.first
     for c, auxiliary in enumerate(system.auxiliaries):
         own = slice(first[len(system.laws) + c], first[len(system.laws) + c + 1])
-        auxiliaries.element[c], auxiliaries.state[c] = auxiliary.element, -1
-        auxiliaries.by_memory[own], auxiliaries.moves[own] = auxiliary.memory, auxiliary.moves
+        auxiliaries.element[c] = auxiliary.element
+        auxiliaries.state[c] = -1
+        auxiliaries.by_memory[own] = auxiliary.memory
+        auxiliaries.moves[own] = auxiliary.moves
         auxiliaries.by_deflection[own], auxiliaries.by_rate[own], auxiliaries.by_itself[own] = auxiliary.watched.T
     for i, c in enumerate(system.memories):
         auxiliaries.state[c] = flow.states - len(system.memories) + i

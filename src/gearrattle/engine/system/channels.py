@@ -69,8 +69,10 @@ class Channel:
 def shifted(coefficients: Array, by: Array) -> Array:
     """(G, D + 1) coefficients of the same polynomials about points (G,) further on."""
     degree = coefficients.shape[1] - 1
-    out, further = coefficients.copy(), by != 0.0
-    original, powers = coefficients[further], by[further, None] ** np.arange(degree + 1)
+    out = coefficients.copy()
+    further = by != 0.0
+    original = coefficients[further]
+    powers = by[further, None] ** np.arange(degree + 1)
     moved = np.zeros_like(original)
     for i in range(degree + 1):
         for j in range(i, degree + 1):

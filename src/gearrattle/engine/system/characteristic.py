@@ -44,7 +44,8 @@ class Scales:
 
     def units(self) -> dict[str, float]:
         """Return the unit of every kind of quantity [SI]."""
-        stiffness, damping = self.inertia * self.frequency**2, self.inertia * self.frequency
+        stiffness = self.inertia * self.frequency**2
+        damping = self.inertia * self.frequency
         return {
             "time": 1.0 / self.frequency,
             "speed": self.frequency,
@@ -110,7 +111,9 @@ def coefficients(
     omega: reference speed [rad/s].
     scales: what counts as one.
     """
-    w, named_values, inertia = scales.frequency, dict[str, float](), system.inertia
+    w = scales.frequency
+    named_values = dict[str, float]()
+    inertia = system.inertia
     for i, drag in enumerate(system.drag.tolist()):
         if drag:
             named_values[_name("xi", i, i)] = drag / (inertia[i] * w)
@@ -125,7 +128,8 @@ def coefficients(
     deflection = np.where(is_mesh, scales.length, scales.angle)
     for k, law in enumerate(system.laws):
         named_values |= _stages(k, law, float(deflection[k]))
-    inputs, torque = system.inputs, inertia * w**2 * scales.angle
+    inputs = system.inputs
+    torque = inertia * w**2 * scales.angle
     amplitude = np.hypot(inputs.torque_sine, inputs.torque_cosine) / torque[:, None]
     error = np.hypot(inputs.error_sine, inputs.error_cosine) / deflection[:, None]
     named_values |= {f"T_m{i + 1}": mean / torque[i] for i, mean in enumerate(inputs.mean.tolist()) if mean}

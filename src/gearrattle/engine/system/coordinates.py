@@ -46,7 +46,8 @@ def _independent_rows(candidates: Array, order: list[int]) -> list[int]:
     for index in order:
         if len(chosen) == len(orthonormal):
             break
-        span, row = orthonormal[: len(chosen)], candidates[index] / np.linalg.norm(candidates[index])
+        span = orthonormal[: len(chosen)]
+        row = candidates[index] / np.linalg.norm(candidates[index])
         for _ in range(2):
             row = row - (span @ row) @ span
         length = float(np.linalg.norm(row))
@@ -73,7 +74,8 @@ def _coordinates(
     data: bytes, shape: tuple[int, int], candidates: tuple[int, ...], clearances: tuple[int, ...]
 ) -> RelativeCoordinates:
     """The basis for W (m, n), given by its bytes."""
-    rows, size = np.frombuffer(data).reshape(shape)[list(candidates)], shape[1]
+    rows = np.frombuffer(data).reshape(shape)[list(candidates)]
+    size = shape[1]
     corners = set(clearances)
     chosen = _independent_rows(rows, sorted(range(len(rows)), key=lambda i: (candidates[i] not in corners, i)))
     basis = rows[chosen]
@@ -83,7 +85,8 @@ def _coordinates(
     references = tuple(sorted(size - 1 - (i - len(chosen)) for i in independent[len(chosen) :]))
     inverse = np.linalg.inv(np.vstack([basis, unit[list(references)]]))
     inverse[np.abs(inverse) < 1e-15 * np.abs(inverse).max()] = 0.0
-    to_basis, to_reference = inverse[:, : len(chosen)], inverse[:, len(chosen) :]
+    to_basis = inverse[:, : len(chosen)]
+    to_reference = inverse[:, len(chosen) :]
     combination = rows @ to_basis
     combination[chosen] = np.eye(len(chosen))
     combination[np.abs(combination) < 1e-14 * np.abs(combination).max(initial=0.0)] = 0.0

@@ -90,7 +90,8 @@ def _sliders(flow: Flow) -> Array:
 
 def _potential(law: PiecewiseLaw, deflection: float) -> float:
     """Elastic energy: the force integrated from zero, piece by piece."""
-    low, high = min(0.0, deflection), max(0.0, deflection)
+    low = min(0.0, deflection)
+    high = max(0.0, deflection)
     ends = np.concatenate([[low], law.corners[(law.corners > low) & (law.corners < high)], [high]])
     middle = 0.5 * (ends[:-1] + ends[1:])
     area = float(np.diff(ends) @ [law.elastic(float(d)) for d in middle])
@@ -125,7 +126,9 @@ class Auditor:
         first_cycle: whole periods before the first sample.
         """
         # regions visited, their rates and their finest steps
-        self.flow, self.samples, self.count = flow, samples, count
+        self.flow = flow
+        self.samples = samples
+        self.count = count
         regions, visited = _visited(flow, initial, watch, upward)
         generators = np.array([flow.generator(pieces) for pieces in regions])
         finest = np.array([step_of(finest_level(_turning(flow, matrix))) for matrix in generators])
@@ -154,7 +157,8 @@ class Auditor:
         self.moves = _moves(flow, regions, (generators, shift, by_deflections), self.steps)
         # the path: region, first sample, knot, and whether the interval is whole
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
-        of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
+        of_sample = begins < len(restarts)
+        of_knot = begins - len(restarts) - len(time)
         self.interval = apart / per_cycle
         is_long = np.abs(self.durations - self.interval) < _UNCUT * self.interval
         self.path = np.stack(
@@ -168,10 +172,14 @@ class Auditor:
         )
         # energy let go by auxiliary elements at crossings
         self.let_go = _let_go(flow, initial, watch, upward, memory)
-        self.first_cycle, self.per_cycle = first_cycle, per_cycle
-        self.regions, self.visited, self.time = regions, visited, time
+        self.first_cycle = first_cycle
+        self.per_cycle = per_cycle
+        self.regions = regions
+        self.visited = visited
+        self.time = time
         # room for the moments
-        rows, terms = 4 * self.moves.generator.shape[1], self.moves.powers.shape[1]
+        rows = 4 * self.moves.generator.shape[1]
+        terms = self.moves.powers.shape[1]
         count = (2 + self.steps.length.shape[1]) * len(regions)
         self.sums, self.recent = np.zeros((2, count, flow.width, rows))
         self.room = Room._make(map(np.zeros, (rows, rows, rows, terms * rows, terms)))
@@ -209,13 +217,15 @@ class Auditor:
 
     def result(self) -> EnergyAudit:
         """The audit, once ``advance`` has answered True."""
-        flow, period = self.flow, self.flow.system.inputs.period
+        flow = self.flow
+        period = self.flow.system.inputs.period
         springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in self.ends]
         begin, end = (
             stored_energy(flow, flow.deflection @ z, flow.velocity @ z) + spring
             for z, spring in zip(self.ends, springs, strict=True)
         )
-        n, m = flow.system.size, len(flow.system.laws)
+        n = flow.system.size
+        m = len(flow.system.laws)
         torque, drag, loss, rubbed, error = np.split(period * self._works(), np.cumsum([n, n, m, m]))
         drag = flow.system.drag * drag
         if flow.system.signals is not None and flow.system.signals.reference.size:
@@ -224,11 +234,14 @@ class Auditor:
 
     def _works(self) -> Array:
         """(2 n + 3 m,) integrals of torque and drag over its constant, losses, friction, errors with the other sign."""
-        flow, regions = self.flow, len(self.regions)
+        flow = self.flow
+        regions = len(self.regions)
         upper = np.triu(self.sums[..., : flow.width])
         sums = upper + np.triu(upper, 1).swapaxes(1, 2)
         stacked = sums.reshape(-1, regions, *sums.shape[1:])
-        begun, rest, whole = stacked[:-2].reshape(regions, -1, *sums.shape[1:]), stacked[-2], stacked[-1]
+        begun = stacked[:-2].reshape(regions, -1, *sums.shape[1:])
+        rest = stacked[-2]
+        whole = stacked[-1]
         moments = rest + self.steps.integrals(begun, whole, self.interval)
         forms = np.array([_forms(flow, pieces) for pieces in self.regions]) @ self.back
         forms[..., flow.states] += _times(forms, self.moves.shift) / flow.scaling.inputs[0]
@@ -241,9 +254,11 @@ class Auditor:
         signals: the polynomials, compared with their reference.
         torque, error: (n,), (m,) works of the polynomials; added to [J].
         """
-        flow, knots = self.flow, self.flow.knots - self.first_cycle
+        flow = self.flow
+        knots = self.flow.knots - self.first_cycle
         rows = np.arange(self.count)
-        grid, samples = rows / self.per_cycle, self.samples(rows)
+        grid = rows / self.per_cycle
+        samples = self.samples(rows)
         of_sample = self.visited[np.searchsorted(self.time, grid, side="right")]
         within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < grid[-1]))
         length = np.diff(knots)[within, None]
@@ -265,7 +280,8 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
     intervals: (G,) of these.
     since: (G, P) periods since the interval's start.
     """
-    period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
+    period = flow.system.inputs.period
+    pace = signals.pace(flow.system.inputs.period)
     chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
     by_rate = np.any(signals.error != 0.0, axis=0)
     chains[:, by_rate, :-1] = chains[:, by_rate, 1:] * (pace / period)
@@ -277,14 +293,18 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
     """Regions, each once, and (E + 1,) the index of the motion's region: at first, and after every crossing."""
-    index, regions, visited, here = {initial: 0}, [initial], [0], 0
+    index = {initial: 0}
+    regions = [initial]
+    visited = [0]
+    here = 0
     kinds = 2 * int(watch.max(initial=0)) + 2
     beyond = [-1] * kinds  # by region, then watch and direction
     for crossing in (2 * watch + upward).tolist():
         reached = beyond[here * kinds + crossing]
         if reached < 0:
             pieces = flow.system.beyond(regions[here], *divmod(crossing, 2))
-            reached = beyond[here * kinds + crossing] = index.setdefault(pieces, len(regions))
+            reached = index.setdefault(pieces, len(regions))
+            beyond[here * kinds + crossing] = reached
             if reached == len(regions):
                 regions.append(pieces)
                 beyond += [-1] * kinds
@@ -295,7 +315,9 @@ def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> 
 
 def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memory: Array) -> Array:
     """(m,) energy in the springs of sliders that were let go, by element [J]."""
-    system, lost, pieces = flow.system, np.zeros(len(flow.system.laws)), initial
+    system = flow.system
+    lost = np.zeros(len(flow.system.laws))
+    pieces = initial
     if not system.memories:
         return lost
     sliders = _sliders(flow)
@@ -310,7 +332,8 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
 
 def _shift(flow: Flow, pieces: Pieces) -> Array:
     """(Z,) what is taken from z so that forces that begin at a corner are products of z alone, as far as it goes."""
-    shift, count = np.zeros(flow.width), len(flow.coordinates.elements)
+    shift = np.zeros(flow.width)
+    count = len(flow.coordinates.elements)
     laws = [
         (k, law.stiffness[p], law.offset[p]) for k, (law, p) in enumerate(zip(flow.system.laws, pieces, strict=False))
     ]
@@ -332,7 +355,8 @@ def _by_deflections(flow: Flow) -> tuple[Array, Array]:
     What an inertia of prescribed motion or a record turns may be a hundred times a deflection: products of such angles
     would have to cancel.
     """
-    there, count = np.eye(flow.width), len(flow.coordinates.elements)
+    there = np.eye(flow.width)
+    count = len(flow.coordinates.elements)
     rows = flow.scaling.deflection[:, None] * flow.deflection[list(flow.coordinates.elements)]
     there[:count, flow.states :] = rows[:, flow.states :]
     return there, 2.0 * np.eye(flow.width) - there
@@ -364,7 +388,8 @@ def _turning(flow: Flow, matrix: Array) -> Array:
     signals = flow.system.signals
     if signals is None:
         return matrix
-    closed, links = matrix.copy(), signals.degree + 1
+    closed = matrix.copy()
+    links = signals.degree + 1
     for first in range(flow.width - flow.chain.size, flow.width, links):
         closed[first + links - 1, first] = signals.pace(flow.system.inputs.period)
     return closed
@@ -374,15 +399,19 @@ def _forms(flow: Flow, pieces: Pieces) -> Array:
     """(2 n + 5 m, Z) velocities, torques, rates, forces, rates of errors, forces not elastic, of these friction."""
     error_rate = flow.system.rows @ flow.velocity - flow.rate
     force = flow.force_rows(pieces)
-    loss, friction = force - _elastic_rows(flow, pieces), _friction_rows(flow, pieces)
+    loss = force - _elastic_rows(flow, pieces)
+    friction = _friction_rows(flow, pieces)
     return np.vstack([flow.velocity, flow.torque, flow.rate, force, error_rate, loss, friction])
 
 
 def _pairs(n: int, m: int) -> IntArray:
     """(2, 2 n + 3 m) forms whose products are powers: of torques, drag over its constant, losses, friction, errors with
     the other sign."""
-    inertia, element = np.arange(n), np.arange(m)
-    velocity, torque, rate = inertia, n + inertia, 2 * n + element
+    inertia = np.arange(n)
+    element = np.arange(m)
+    velocity = inertia
+    torque = n + inertia
+    rate = 2 * n + element
     force, error_rate, loss, friction = (2 * n + i * m + element for i in range(1, 5))
     pairs = [(torque, velocity), (velocity, velocity), (loss, rate), (friction, rate), (force, error_rate)]
     return np.hstack([np.stack(pair) for pair in pairs])

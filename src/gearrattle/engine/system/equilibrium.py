@@ -68,11 +68,14 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
-    numbers, label = coefficients_of(system), np.array([law.first_label for law in system.laws], dtype=np.int64)
+    numbers = coefficients_of(system)
+    label = np.array([law.first_label for law in system.laws], dtype=np.int64)
     sought = statics_of(elastic, coordinates)
     # trains whose means do not balance, and the minimum of U
-    acceleration, angle = np.empty(system.size), np.empty(system.size)
-    x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
+    acceleration = np.empty(system.size)
+    angle = np.empty(system.size)
+    x = np.empty(len(coordinates.elements))
+    travel = np.empty(len(elastic))
     with plainly() if len(elastic) <= _SMALL else nullcontext():
         compact(statics.accelerate_rigidly)(numbers, sought.motion, acceleration)
         code = compact(statics.rest)(numbers, label, sought, acceleration, x, travel)

@@ -71,7 +71,8 @@ class Flow:
 
         Without pieces of auxiliaries these are left out.
         """
-        rows, unit = np.empty_like(self.deflection), 1.0 / self.scaling.inputs[0]
+        rows = np.empty_like(self.deflection)
+        unit = 1.0 / self.scaling.inputs[0]
         for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=False)):
             rows[k] = law.stiffness[piece] * self.deflection[k] + law.damping[piece] * self.rate[k]
             rows[k, self.states] += law.offset[piece] * unit
@@ -89,7 +90,8 @@ class Flow:
     @cached_property
     def memory_rows(self) -> Array:
         """(auxiliaries, Z) e of every auxiliary [SI]; zero for one without."""
-        rows, first = np.zeros((len(self.system.auxiliaries), self.width)), self.states - self.memory.size
+        rows = np.zeros((len(self.system.auxiliaries), self.width))
+        first = self.states - self.memory.size
         for i, c in enumerate(self.system.memories):
             rows[c, first + i] = 1.0 / self.memory[i]
         return rows
@@ -118,7 +120,8 @@ class Flow:
     @cached_property
     def pace_of_chains(self) -> Array:
         """(Q, Q) dq/ds = w q_(j+1) of every channel."""
-        signals, rates = self.system.signals, np.zeros((self.chain.size, self.chain.size))
+        signals = self.system.signals
+        rates = np.zeros((self.chain.size, self.chain.size))
         for j in range(self.chain.size):
             if signals is not None and j % (signals.degree + 1) < signals.degree:
                 rates[j, j + 1] = signals.pace(self.system.inputs.period)
@@ -151,7 +154,8 @@ class Flow:
 
     def remembering(self, pieces: Pieces) -> list[tuple[Auxiliary, int]]:
         """The auxiliaries with a memory, each with its piece; none without pieces of auxiliaries."""
-        first, auxiliaries = len(self.system.laws), self.system.auxiliaries
+        first = len(self.system.laws)
+        auxiliaries = self.system.auxiliaries
         return [(auxiliaries[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
 
     def known(self, pieces: Pieces) -> Array:
@@ -168,10 +172,12 @@ class Flow:
     def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
         """(W, Z) quantities watched, their first and second derivatives by s, in corner scales."""
         clearances = list(self.system.clearances)
-        period, count = self.system.inputs.period, len(clearances)
+        period = self.system.inputs.period
+        count = len(clearances)
         unit = 1.0 / self.corner_scale[:count, None]
         second = self.system.rows[clearances] @ self.acceleration_rows(pieces) - self.curvature_of_error[clearances]
-        limits, matrix = self.limit_rows(pieces), self.generator(pieces)
+        limits = self.limit_rows(pieces)
+        matrix = self.generator(pieces)
         return (
             np.vstack([self.deflection[clearances] * unit, limits]),
             np.vstack([self.rate[clearances] * unit * period, limits @ matrix]),
@@ -266,7 +272,9 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     coordinates = relative_coordinates(system)
     scaling = energy_scaling(system, coordinates)
     inputs = system.inputs
-    r, n, m = len(coordinates.elements), system.size, len(system.laws)
+    r = len(coordinates.elements)
+    n = system.size
+    m = len(system.laws)
     moving = r + n
     states = moving + len(system.memories)
     signals = system.signals
@@ -329,7 +337,8 @@ def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: 
     deflection, rate, curvature, torque = rows
     stiffest = np.array([law.stiffness.max() for law in system.laws])
     pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))
-    period, order = system.inputs.period, signals.degree + 1
+    period = system.inputs.period
+    order = signals.degree + 1
     size = period * np.linalg.norm(pushed / np.sqrt(system.inertia)[:, None], axis=0)
     scale = power_of_two(np.where(size > 0.0, size, 1.0))
     # q_j = T^j p^(j) / w^j: the first link is the signal, the next ones its derivatives

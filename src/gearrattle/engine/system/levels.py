@@ -47,7 +47,8 @@ def force_levels(flow: Flow, initial: Pieces, states: Array, path: Passages, end
     At a crossing the force may jump; both its limits count. Arguments as of ``deflection_levels``.
     """
     regions, region, duration, known, z = _intervals(flow, initial, states, path, end)
-    chosen, first = list(flow.system.clearances), np.zeros(1, np.int64)
+    chosen = list(flow.system.clearances)
+    first = np.zeros(1, np.int64)
     generators = [flow.generator(one)[None] for one in regions]
     rows = [np.ascontiguousarray(flow.force_rows(one)[chosen]) for one in regions]
     out = np.empty((len(region), len(chosen), 3))
@@ -61,7 +62,8 @@ def _intervals(flow: Flow, initial: Pieces, states: Array, path: Passages, end: 
     index: dict[Pieces, int] = {}
     region = np.empty(len(path.time) + 1, np.int64)
     known = np.full((len(region), flow.width), np.nan)
-    first, pieces = flow.states - flow.memory.size, initial
+    first = flow.states - flow.memory.size
+    pieces = initial
     for i in range(len(region)):
         region[i] = index.setdefault(pieces, len(index))
         if i > 0:

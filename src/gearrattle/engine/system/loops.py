@@ -29,14 +29,17 @@ class Follower:
     """
 
     def __init__(self, law: PiecewiseLaw, sliders: Sequence[Auxiliary], start: float = 0.0) -> None:
-        self.law, self.sliders = law, sliders
-        self.here, self.piece = start, law.piece_at(start)
+        self.law = law
+        self.sliders = sliders
+        self.here = start
+        self.piece = law.piece_at(start)
         self.held = [0.0 for _ in sliders]
         self.points = [(start, self.torque())]
 
     def torque(self) -> float:
         """The torque in the present state."""
-        law, springs = self.law, (slider.memory[STICK] for slider in self.sliders)
+        law = self.law
+        springs = (slider.memory[STICK] for slider in self.sliders)
         elastic = law.stiffness[self.piece] * self.here + law.offset[self.piece]
         return float(elastic + sum(s * e for s, e in zip(springs, self.held, strict=True)))
 
@@ -60,7 +63,8 @@ class Follower:
         return int(self.sliders[i].follow[self.piece, OFF]) == STICK
 
     def _move(self, stop: float) -> None:
-        moved, self.here = stop - self.here, stop
+        moved = stop - self.here
+        self.here = stop
         for i, slider in enumerate(self.sliders):
             if self._engaged(i):
                 self.held[i] = min(max(self.held[i] + moved, float(slider.lower[STICK])), float(slider.upper[STICK]))
@@ -68,7 +72,8 @@ class Follower:
 
     def _enter(self, piece: int) -> None:
         """Enter the next piece: sliders that end there are let go."""
-        self.piece, before = piece, self.held
+        self.piece = piece
+        before = self.held
         self.held = [held if self._engaged(i) else 0.0 for i, held in enumerate(before)]
         if self.held != before:
             self.points.append((self.here, self.torque()))

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 
 DEPTH = 6
 """The shortest step is the finest one over two to this power."""
-NODES, NODES_WITH_SIGNALS = 4, 7
+NODES = 4
+NODES_WITH_SIGNALS = 7
 """Nodes that integrate z z' over the shortest step to rounding: with n of them the error is about
 (n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of it (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 25.4.30),
 a = |(h A)^20|^(1/20) <= 1.17 / 2^DEPTH there (``region.finest_level``): below 1e-20 by four. High derivatives of
@@ -49,7 +50,8 @@ class Steps:
         most = MOST_BYTES // max(1, 16 * regions * width**2)
         self.length = shortest[:, None] * 2.0 ** np.arange(min(wanted, max(DEPTH + 1, most)))
         x, weights = np.polynomial.legendre.leggauss(nodes)
-        self.abscissas, self.weights = 0.5 * (x + 1.0), 0.5 * weights
+        self.abscissas = 0.5 * (x + 1.0)
+        self.weights = 0.5 * weights
         self._generators = generators
         self.increments = np.zeros((regions, self.length.shape[1], width, width))
         *self._nodes, move = self._moves(shortest)
@@ -60,7 +62,8 @@ class Steps:
     def _moves(self, length: Array) -> list[Array]:
         """(R, Z, Z) each: increments to every node of lengths (R,), of the shortest step at most, and to their end."""
         at = np.append(self.abscissas, 1.0)
-        matrix, moves = self._generators * length[:, None, None], np.zeros((at.size, *self._generators.shape))
+        matrix = self._generators * length[:, None, None]
+        moves = np.zeros((at.size, *self._generators.shape))
         term = np.broadcast_to(np.eye(matrix.shape[1]), matrix.shape)
         for p in range(1, ORDER + 1):
             term = term @ matrix / p
@@ -74,7 +77,8 @@ class Steps:
         whole: (R, Z, Z) the same of whole intervals.
         interval: their length, in periods.
         """
-        begun, left = begun.copy(), np.full(len(whole), interval)
+        begun = begun.copy()
+        left = np.full(len(whole), interval)
         for level in range(self.length.shape[1] - 1, -1, -1):
             length = self.length[:, level]
             while (fits := left >= length).any():

@@ -87,7 +87,8 @@ class Majorant:
             largest = max(part.max(initial=0.0) for part in states)
             if largest == 0.0:
                 return 0.0
-            states, log = (states[0] / largest, states[1] / largest), log + float(np.log(largest))
+            states = (states[0] / largest, states[1] / largest)
+            log = log + float(np.log(largest))
         return float(np.exp(log / (ORDER + 1)))
 
     def reached(self, element: int, length: float) -> IntArray:
@@ -98,11 +99,14 @@ class Majorant:
         force = np.zeros(len(self.damping))
         force[element] = self.stiffness[element] + self.damping[element] * self.rate(np.ones(len(self.drag)))[element]
         source = self.pull(force, len(self.drag))
-        deflection, velocity = np.zeros(len(self.damping)), np.zeros(len(self.drag))
-        first_order, decay = np.full(len(self.drag), ORDER + 1), 1.0
+        deflection = np.zeros(len(self.damping))
+        velocity = np.zeros(len(self.drag))
+        first_order = np.full(len(self.drag), ORDER + 1)
+        decay = 1.0
         for j in range(ORDER):
             rates = self.times(deflection, velocity)
-            deflection, velocity = length / (j + 1) * rates[0], length / (j + 1) * (rates[1] + decay * source)
+            deflection = length / (j + 1) * rates[0]
+            velocity = length / (j + 1) * (rates[1] + decay * source)
             decay *= window_norm(ORDER + 1) / (j + 1)
             first_order = np.where(velocity > NEGLIGIBLE / ORDER, np.minimum(first_order, j + 1), first_order)
         first_order[self.ends[element]] = 1
@@ -119,9 +123,12 @@ def windows_of(system: PiecewiseSystem, bound: Majorant) -> int:
 def network_of(flow: Flow, windows: int) -> Network:
     """Pack a sparse system into the arrays of the sweep."""
     # inertias at both ends of each element, and their arms
-    system, coordinates, inputs = flow.system, flow.coordinates, flow.system.inputs
+    system = flow.system
+    coordinates = flow.coordinates
+    inputs = flow.system.inputs
     ends, arm = ends_of(system)
-    elements, none = len(system.laws), np.zeros(len(system.laws))
+    elements = len(system.laws)
+    none = np.zeros(len(system.laws))
     # clearances, references and inertias that are driven
     clearances = np.array(system.clearances, dtype=np.int64)
     references = np.array(coordinates.references, dtype=np.int64)
@@ -168,9 +175,14 @@ def network_of(flow: Flow, windows: int) -> Network:
 def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
     """List the inertias and elements that a force change of every clearance reaches in a window of this length [s]."""
     # one clearance after the other
-    system, references = flow.system, list(flow.coordinates.references)
+    system = flow.system
+    references = list(flow.coordinates.references)
     arms = ends_of(system)[1]
-    inertias, elements, ends, active, positions = [], [], [], [], []
+    inertias = []
+    elements = []
+    ends = []
+    active = []
+    positions = []
     for k in system.clearances:
         # the first order of the window in which its force is felt by inertias and elements
         inertia_order = bound.reached(k, length)
@@ -192,7 +204,8 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
             [(np.count_nonzero(inertia_order <= j), np.count_nonzero(element_order <= j)) for j in range(ORDER + 1)]
         )
     # all lists end to end
-    inertia, element = _joined(inertias, np.int64).astype(int), _joined(elements, np.int64).astype(int)
+    inertia = _joined(inertias, np.int64).astype(int)
+    element = _joined(elements, np.int64).astype(int)
     end = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     return Near(
         _starts(inertias),

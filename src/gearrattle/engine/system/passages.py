@@ -57,7 +57,8 @@ class Passages:
         """Return the same and changes by the clock at a later time [s], none of which changes a memory."""
         if not len(watches):
             return self
-        last, count = max(time, float(self.time.max(initial=0.0))), len(watches)
+        last = max(time, float(self.time.max(initial=0.0)))
+        count = len(watches)
         return Passages(
             np.append(self.time, np.full(count, last)),
             np.append(self.watch, watches),

@@ -28,7 +28,8 @@ from gearrattle.engine.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-DIRECTIONS, SKETCHED = 4, 8
+DIRECTIONS = 4
+SKETCHED = 8
 _APART = 8  # a period
 RESOLVED = 1e20
 """Largest growth that is followed: no double resolves more."""
@@ -71,7 +72,8 @@ class Gradient(ABC):
     def exponents(self, begin: float = 0.0) -> Array:
         """(N,) Lyapunov exponents [1/s], largest first, averaged over [begin, end] (whole segments)."""
         first = self._first(begin)
-        basis, total = np.eye(len(self.scale)), np.zeros(len(self.scale))
+        basis = np.eye(len(self.scale))
+        total = np.zeros(len(self.scale))
         for segment in range(first, len(self.time) - 1):
             basis, triangle = np.linalg.qr(self.carried(segment, basis))
             total += _logarithms(triangle)
@@ -105,7 +107,8 @@ class Perturbed(Gradient):
         elements = self.regions.stiffness.shape[1]
         y: Array = np.ascontiguousarray(columns, dtype=np.float64).copy()
         room = np.empty_like(y), np.empty_like(y), np.empty((elements, y.shape[1])), np.empty((1, y.shape[1]))
-        first, last = self.ends[segment], self.ends[segment + 1]
+        first = self.ends[segment]
+        last = self.ends[segment + 1]
         vectorised(carry)(self.plan, self.regions, self.path, first, last, y, *room)
         return y
 
@@ -119,7 +122,9 @@ class Perturbed(Gradient):
         if logarithms:
             return
         # orthonormal perturbations, and random ones beside them
-        rng, size, segments = np.random.default_rng(0), len(self.scale), len(self.time) - 1
+        rng = np.random.default_rng(0)
+        size = len(self.scale)
+        segments = len(self.time) - 1
         count = min(DIRECTIONS, size)
         columns = np.hstack([np.linalg.qr(rng.normal(size=(size, count)))[0], _fresh(rng, size)])
         grown: list[float] = []
@@ -169,11 +174,16 @@ def _fresh(rng: np.random.Generator, size: int) -> Array:
 def driveline_of(flow: Flow) -> Driveline:
     """The rows of a flow, sparse, with the norm of the stiffest and most damped region there could be."""
     # rows of deflections, rates and accelerations, in the scales of the flow
-    system, period, r, n = flow.system, flow.system.inputs.period, len(flow.coordinates.elements), flow.system.size
-    deflection, rate = flow.deflection[:, :r], flow.rate[:, r : r + n]
+    system = flow.system
+    period = flow.system.inputs.period
+    r = len(flow.coordinates.elements)
+    n = flow.system.size
+    deflection = flow.deflection[:, :r]
+    rate = flow.rate[:, r : r + n]
     turning = period * flow.scaling.deflection[:, None] * flow.coordinates.basis / flow.scaling.velocity
     push = -period * (flow.scaling.velocity / system.inertia)[:, None] * system.rows.T
-    drag, element = period * system.drag / system.inertia, [system.auxiliaries[c].element for c in system.memories]
+    drag = period * system.drag / system.inertia
+    element = [system.auxiliaries[c].element for c in system.memories]
     # the largest stiffness and damping that any region has
     stiffness, damping = (
         np.array([getattr(law, name).max() for law in system.laws]) for name in ("stiffness", "damping")
@@ -199,17 +209,23 @@ def driveline_of(flow: Flow) -> Driveline:
 
 def regions_of(flow: Flow, regions: list[Pieces]) -> Regions:
     """Stiffness, damping and memory of every element in some regions."""
-    system, pieces = flow.system, np.array(regions, dtype=np.int64)
-    count, laws = len(regions), len(flow.system.laws)
-    stiffness, damping = np.empty((count, laws)), np.empty((count, laws))
+    system = flow.system
+    pieces = np.array(regions, dtype=np.int64)
+    count = len(regions)
+    laws = len(flow.system.laws)
+    stiffness = np.empty((count, laws))
+    damping = np.empty((count, laws))
     for k, law in enumerate(system.laws):
-        stiffness[:, k], damping[:, k] = law.stiffness[pieces[:, k]], law.damping[pieces[:, k]]
+        stiffness[:, k] = law.stiffness[pieces[:, k]]
+        damping[:, k] = law.damping[pieces[:, k]]
     for c, auxiliary in enumerate(system.auxiliaries):
         stiffness[:, auxiliary.element] += auxiliary.stiffness[pieces[:, laws + c]]
         damping[:, auxiliary.element] += auxiliary.damping[pieces[:, laws + c]]
-    memory, moves = np.empty((count, len(system.memories))), np.empty((count, len(system.memories)))
+    memory = np.empty((count, len(system.memories)))
+    moves = np.empty((count, len(system.memories)))
     for s, c in enumerate(system.memories):
-        auxiliary, piece = system.auxiliaries[c], pieces[:, laws + c]
+        auxiliary = system.auxiliaries[c]
+        piece = pieces[:, laws + c]
         memory[:, s] = auxiliary.memory[piece] / flow.memory[s]
         moves[:, s] = auxiliary.moves[piece] * system.inputs.period * flow.memory[s]
     return Regions(stiffness, damping, memory, moves)

@@ -56,7 +56,8 @@ class Ramp:
         Rounded once, and of a multiple of the lowest order by less than 2^-55 besides.
         """
         ticks = [(top << _CLOCK) // bottom for top, bottom in map(float.as_integer_ratio, np.asarray(time).tolist())]
-        out, lowest = np.empty((len(orders), len(ticks))), min((o for o in orders if o > 0.0), default=0.0)
+        out = np.empty((len(orders), len(ticks)))
+        lowest = min((o for o in orders if o > 0.0), default=0.0)
         base = self._turned(lowest, ticks) if lowest else np.zeros(len(ticks), np.uint64)
         for h, order in enumerate(orders):
             times = Fraction(order) / Fraction(lowest) if lowest else Fraction(0)
@@ -69,8 +70,10 @@ class Ramp:
 
     def _turned(self, order: float, ticks: Sequence[int]) -> NDArray[np.uint64]:
         """(t,) fractions of a turn in units of 2^-64."""
-        over, cut = _whole(Fraction(self.over), _CLOCK), _RATE + 2 * _CLOCK
-        mask, kept = (1 << cut) - 1, cut - 64
+        over = _whole(Fraction(self.over), _CLOCK)
+        cut = _RATE + 2 * _CLOCK
+        mask = (1 << cut) - 1
+        kept = cut - 64
         slope, bend, final, at_end = self._rates(order)
         turned = ((slope + bend * tick) * tick if tick <= over else final * tick + at_end for tick in ticks)
         return np.array([(word & mask) >> kept for word in turned], dtype=np.uint64)

@@ -122,7 +122,9 @@ class PiecewiseSystem:
         watch: the clearance, or the number of clearances and the auxiliary.
         upward: 1 beyond its upper bound, 0 beyond the lower one.
         """
-        after, first, auxiliary = list(pieces), len(self.laws), watch - len(self.clearances)
+        after = list(pieces)
+        first = len(self.laws)
+        auxiliary = watch - len(self.clearances)
         if auxiliary >= 0:
             way = self.auxiliaries[auxiliary].above if upward else self.auxiliaries[auxiliary].below
             after[first + auxiliary] = int(way[pieces[first + auxiliary]])

@@ -71,7 +71,8 @@ def strips(rows: Array) -> Array:
 
 def unpacked(packed: Array, *rows: int) -> list[Array]:
     """Undo ``strips`` for groups of so many rows, each in strips of its own: (strips, Z, 4) to (rows, Z) each."""
-    out, first = [], 0
+    out = []
+    first = 0
     for count in rows:
         behind = first - (-count // 4)
         group = packed[first:behind].transpose(0, 2, 1).reshape(4 * (behind - first), packed.shape[1])
@@ -100,7 +101,8 @@ def exponential_increments(matrix: Array, carried: Array, fine: int) -> Array:
         increment += term
     out = np.empty((fine + 1, *increment.shape))
     for octave in range(below + octaves - 1, -1, -1):
-        half, increment = increment, 2.0 * increment + increment @ increment[:width]
+        half = increment
+        increment = 2.0 * increment + increment @ increment[:width]
         if 2 * octave <= fine:
             out[2 * octave] = increment
         if 0 <= 2 * octave - 1 <= fine:
@@ -118,8 +120,13 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
 def region_in(store: Store, slot: int) -> Region:
     """The region in a slot, its arrays unpacked."""
     # sizes
-    a, c, k, n = store.packed, store.size.carried, store.size.watched, store.flow.states
-    width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
+    a = store.packed
+    c = store.size.carried
+    k = store.size.watched
+    n = store.flow.states
+    width = int(a.width[slot])
+    modes = int(a.modes[slot])
+    first = int(a.first_table[slot])
     kept = a.kept[slot, : width - n].copy()
     chains = _rates_of_chains(store.flow, width)
     moved_rows = width - len(chains)
@@ -174,7 +181,9 @@ def _rates_of_chains(flow: Flow, width: int) -> Array:
 
 def _increments_of_chains(rates: Array, h: float) -> Array:
     """(Q, Y) their increments over a step: the series ends with the last link."""
-    count, increment, term = len(rates), h * rates, h * rates
+    count = len(rates)
+    increment = h * rates
+    term = h * rates
     for order in range(2, count + 1):
         if not term.any():
             break

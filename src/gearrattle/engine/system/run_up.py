@@ -151,9 +151,11 @@ def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
     if not any(tone.order for tone in sound.tones):
         return until
     low, high = sorted((ramp.begin, ramp.end))
-    enough, too_long = until, 2.0 * until
+    enough = until
+    too_long = 2.0 * until
     while not _suffices(sound, low, high, ramp, enough):
-        enough, too_long = 0.5 * enough, enough
+        too_long = enough
+        enough = 0.5 * enough
         if enough * _MOST < until:
             raise TooLong("more than two million intervals")
     while enough < until and too_long > 1.01 * enough:
@@ -184,12 +186,17 @@ def bound(
     length: of the interval [s].
     over: how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
     """
-    half, rho = 0.5 * length, _RHO
-    reach, height, square = 0.5 * (rho + 1 / rho), 0.5 * (rho - 1 / rho), 0.25 * (rho**2 - rho**-2)
-    largest, allowed = np.zeros_like(rho), np.zeros(3)
+    half = 0.5 * length
+    rho = _RHO
+    reach = 0.5 * (rho + 1 / rho)
+    height = 0.5 * (rho - 1 / rho)
+    square = 0.25 * (rho**2 - rho**-2)
+    largest = np.zeros_like(rho)
+    allowed = np.zeros(3)
     for tone in sound.tones:
         size = tone.largest(low, high)
-        first, second = tone.order * high * half, 0.5 * tone.order * rate * min(half, 0.5 * over) ** 2
+        first = tone.order * high * half
+        second = 0.5 * tone.order * rate * min(half, 0.5 * over) ** 2
         grown = size * rho**tone.degree * np.cosh(np.minimum(first * height + second * square, 700.0))
         if sound.smooth:
             turning = first + 2.0 * second * reach
@@ -201,7 +208,10 @@ def bound(
     error = float(np.min(4.0 * largest * rho ** -float(degree) / (rho - 1.0)))
     if not sound.smooth:
         return np.array([error, 0.0, 0.0]), allowed
-    value, slope, bend = 2.0 * error, 2.0 * error, error  # integrated from the left: at most 2, 2 and 1 times
+    # integrated from the left: at most 2, 2 and 1 times
+    value = 2.0 * error
+    slope = 2.0 * error
+    bend = error
     return np.array([2.0 * value + 0.5 * slope, 1.5 * value + 2.0 * slope, bend + 3.0 * value + 3.0 * slope]), allowed
 
 
@@ -215,13 +225,16 @@ class _Course:
 
     def values(self, sound: Sound, since: Array, derivative: int) -> Array:
         """(G, P) f, f' or f'' at times (G, P) after the begins."""
-        ramp, knots = self.ramp, self.knots
+        ramp = self.ramp
+        knots = self.knots
         centre = 0.5 * (knots[1:] + knots[:-1])
         rate = np.where(centre < ramp.over, ramp.rate, 0.0)[:, None]
         # The knot at the ramp's end may be a corner just before it (``distinct``): the speed is the last one after it.
         begin = np.where(centre < ramp.over, ramp.speed(knots[:-1]), ramp.end)[:, None]
-        speed, middle = begin + rate * since, ramp.speed(centre)
-        turned, out = since * (begin + 0.5 * rate * since), np.zeros(since.shape)
+        speed = begin + rate * since
+        middle = ramp.speed(centre)
+        turned = since * (begin + 0.5 * rate * since)
+        out = np.zeros(since.shape)
         for tone in sound.tones:
             piece = tone.piece(middle)[:, None]
             a, slope, bend = (tone.of_piece(piece, speed, d) * rate**d if d <= derivative else 0.0 for d in range(3))

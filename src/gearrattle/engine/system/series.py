@@ -21,7 +21,9 @@ from gearrattle.engine.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 Rows = Callable[[Pieces], Array]
 
-_TOGETHER, _MOST_TOGETHER = 2.0, 64  # |h M| of some intervals together, and how many: a power of two
+# |h M| of some intervals together, and how many: a power of two
+_TOGETHER = 2.0
+_MOST_TOGETHER = 64
 _LONGEST = 4.0  # |h M| of a block
 _POWER = 20  # by which |h M| is measured
 _SMALL = 1e-17  # first term left out of a series
@@ -61,16 +63,20 @@ class Series:
     @classmethod
     def of(cls, flow: Flow, pieces: Pieces, interval: float) -> Series:
         """Return those of a region, with so long an interval between two samples, in periods."""
-        phase, together = phase_of(flow, pieces, interval), 1
+        phase = phase_of(flow, pieces, interval)
+        together = 1
         while together < _MOST_TOGETHER and 2.0 * together * phase <= _TOGETHER:
             together *= 2
         count = blocks_of(phase * together)
-        phase, block = phase * together / count, interval * together / count
-        terms, term = 8, phase**9 / 362880.0
+        phase = phase * together / count
+        block = interval * together / count
+        terms = 8
+        term = phase**9 / 362880.0
         while term > _SMALL:
             terms += 1
             term *= phase / (terms + 1)
-        matrix, first_memory = flow.generator(pieces), flow.states - flow.memory.size
+        matrix = flow.generator(pieces)
+        first_memory = flow.states - flow.memory.size
         return cls(together, matrix, flow.known(pieces), first_memory, count, block, phase, terms)
 
     @property
@@ -104,7 +110,8 @@ class Series:
     @cached_property
     def points(self) -> Array:
         """(2 d + 1,) Chebyshev points on 0 ... 1, both ends included, d the degree that resolves an oscillation."""
-        degree, rest = 2, 2.0 * (0.25 * self.phase) ** 3 / 6.0
+        degree = 2
+        rest = 2.0 * (0.25 * self.phase) ** 3 / 6.0
         while rest > _TAIL:
             degree += 1
             rest *= 0.25 * self.phase / (degree + 1)
@@ -113,7 +120,8 @@ class Series:
     @cached_property
     def gauss(self) -> tuple[Array, Array]:
         """(J,) nodes on 0 ... 1 and weights for the mean of a fourth power."""
-        nodes, error = 1, (4.0 * self.phase) ** 2 / 24.0
+        nodes = 1
+        error = (4.0 * self.phase) ** 2 / 24.0
         while error > _MOMENT or nodes < 3:  # the error of Gauss's rule for exp(4 i |h M| x)
             nodes += 1
             error *= (4.0 * self.phase) ** 2 * nodes**4 * (2 * nodes - 1) / (2 * nodes + 1)
@@ -139,7 +147,8 @@ class Series:
         for j in range(int(whole.max(initial=0))):
             on = np.flatnonzero(whole > j)
             states[on] += states[on] @ self._move.T
-        term, rest = states, (durations - whole * self.block)[:, None]
+        term = states
+        rest = (durations - whole * self.block)[:, None]
         for p in range(1, self.terms + 1):
             term = (term @ self.matrix.T) * (rest / p)
             states = states + term
@@ -151,7 +160,8 @@ def _increment(matrix: Array, length: float) -> Array:
     norm = float(np.linalg.norm(matrix, 1)) * length
     halved = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
     scaled = matrix * (length / 2.0**halved)
-    increment, term = scaled.copy(), scaled
+    increment = scaled.copy()
+    term = scaled
     for j in range(2, 17):
         term = term @ scaled / j
         increment += term

@@ -102,7 +102,9 @@ class Signals:
         With s = w times an interval's length, r_j = s^j q_j have sup |r_j| <= max |r_j(x_i)| + d sup |r_(j+1)|; none of
         the interval is farther than a part d of it from one of the points x_i.
         """
-        links, order, pace = self.degree + 1, 4, self.pace(period)
+        links = self.degree + 1
+        order = 4
+        pace = self.pace(period)
         bounds = np.zeros((len(self.coefficients), self.channels, links))
         if links > order:
             length = np.maximum(pace * np.diff(self.knots) / period, _SHORTEST)[:, None, None]

@@ -54,7 +54,8 @@ class Swept:
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
         """(t,) values, or a derivative up to the second, at times (t,) [s]."""
-        ramp, out = self.ramp, np.zeros(np.shape(time))
+        ramp = self.ramp
+        out = np.zeros(np.shape(time))
         speed = ramp.speed(time)
         rate = np.where(time < ramp.over, ramp.rate, 0.0)
         turned: dict[float, Array] = {}
@@ -62,7 +63,8 @@ class Swept:
             size = tone.at(speed)
             if tone.order not in turned:
                 turned[tone.order] = 2.0 * np.pi * turns(ramp, tone.order, time, rest)
-            angle, turning = turned[tone.order] + tone.phase, tone.order * speed
+            angle = turned[tone.order] + tone.phase
+            turning = tone.order * speed
             if derivative == 0:
                 out += size * np.sin(angle)
                 continue
@@ -76,7 +78,8 @@ class Swept:
 
     def rounding(self, time: Array, derivative: int = 0) -> Array:
         """(t,) what four roundings of the highest speed make of the amplitudes, where a table is steep."""
-        ramp, out = self.ramp, np.zeros(np.shape(time))
+        ramp = self.ramp
+        out = np.zeros(np.shape(time))
         speed = ramp.speed(time)
         step = _ROUNDED * np.spacing(max(ramp.begin, ramp.end))
         for tone in self.tones:
@@ -91,7 +94,9 @@ class Swept:
 
 def turns(ramp: Ramp, order: float, time: Array, rest: Array | float = 0.0) -> Array:
     """(t,) fractions of a turn, about 0, that ``order`` times the angle has made at times (t,) [s]."""
-    begin, end, over = Fraction(ramp.begin), Fraction(ramp.end), Fraction(ramp.over)
+    begin = Fraction(ramp.begin)
+    end = Fraction(ramp.end)
+    over = Fraction(ramp.over)
     factor = Fraction(order) * PER_RADIAN
     at = _sum(time, rest)
     bend = _times(_pair(factor * (end - begin) / (2 * over)), at)
@@ -120,7 +125,8 @@ def _plus(a: Pair, b: Pair) -> Pair:
 
 
 def _times(a: Pair, b: Pair) -> Pair:
-    (a_high, a_low), (b_high, b_low) = _split(a[0]), _split(b[0])
+    (a_high, a_low) = _split(a[0])
+    (b_high, b_low) = _split(b[0])
     high = a[0] * b[0]
     low = ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low
     return _sum(high, low + (a[0] * b[1] + a[1] * b[0]))

@@ -32,11 +32,15 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _UNCUT = 1e-9  # of an interval between two samples: shorter remainders are rounding
-_LEVEL, _NEWTON = 1e-12, 1e-8  # of a level: its rounding, and a step of Newton's after which that is its error
+# of a level: its rounding, and a step of Newton's after which that is its error
+_LEVEL = 1e-12
+_NEWTON = 1e-8
 _TURN = 0.05  # rad of the fastest oscillation between two points of a curve: chords miss 0.03 % of its amplitude
-_MOST_POINTS, _FEWEST = 200_000, 8  # of a curve; of a block where these are too many
+_MOST_POINTS = 200_000  # of a curve
+_FEWEST = 8  # of a block of a curve with more
 _PIECE = 2_000_000  # values of curves that are in memory at a time
-_MOST_BLOCKS, _MOST_CUTS = 16, 4096
+_MOST_BLOCKS = 16
+_MOST_CUTS = 4096
 """Blocks of a region's series through an interval between samples, and parts into which one of more is cut."""
 _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
 
@@ -113,7 +117,8 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
     """
     # parts by region and sample interval, and whether they take too long
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
-    parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
+    parts = _parts_of(flow, path, visited)
+    length = 1.0 / path.per_cycle
     counts = np.bincount(parts.region, minlength=len(regions))
     present = np.flatnonzero(counts).tolist()
     if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
@@ -130,7 +135,8 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
     # neighbouring parts in one region become one
     together, blocks = np.ones((2, len(regions)), dtype=np.int64)
     for r, region_series in series.items():
-        together[r], blocks[r] = region_series.intervals, region_series.count
+        together[r] = region_series.intervals
+        blocks[r] = region_series.count
     parts = parts.joined(together, path, _UNCUT * length)
     # where the series of a part start: its own sample, the next one, or a state carried on
     backward = parts.backward(_UNCUT * length, blocks == 1)
@@ -179,11 +185,14 @@ class Walk:
         # which moments are wanted, and about what
         marked = np.broadcast_to(np.asarray(with_moments), count)
         packed, scratch = self._packed(chosen, with_nodes=bool(marked.any()))
-        about, wanted = self._reference(chosen), np.flatnonzero(marked)
+        about = self._reference(chosen)
+        wanted = np.flatnonzero(marked)
         # window by window: extremes, then moments
         ends = self._ends(cycles)
         shape = (len(ends) - 1, count)
-        low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
+        low = np.full(shape, np.inf)
+        high = np.full(shape, -np.inf)
+        powers = np.zeros((4, *shape))
         for i, (first, last) in enumerate(pairwise(ends)):
             compiled.extremes(self._compiled, packed, first, last, scratch, low[i], high[i])
             if wanted.size:
@@ -195,7 +204,8 @@ class Walk:
                 powers[:, i] = own / float(self.parts.duration[some].sum())
         # central moments
         m1, m2, m3, m4 = powers
-        third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
+        third = m3 - 3 * m1 * m2 + 2 * m1**3
+        fourth = m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
         known = (np.where(marked, moment, np.nan) for moment in (about + m1, m2 - m1**2, third, fourth))
         all_moments = (low, high, *known)
         return Statistics(*(all_moments if cycles is not None else (moment[0] for moment in all_moments)))
@@ -223,7 +233,8 @@ class Walk:
         if self._takes_too_long(count):
             return None
         most = max(_FEWEST, int(_MOST_POINTS / self.blocks))
-        shares, values = {}, np.zeros(len(self.regions))
+        shares = {}
+        values = np.zeros(len(self.regions))
         for r, series in self.series.items():
             shares[r] = np.linspace(0.0, 1.0, 1 + min(most, int(np.ceil(series.phase / _TURN))))
             values[r] = series.count * shares[r].size * count
@@ -234,16 +245,19 @@ class Walk:
 
     def _piece(self, expanded: dict[int, Array], shares: dict[int, Array], first: int, last: int) -> Array:
         """(N, q) values of rows in some parts, at these shares of the blocks of their regions."""
-        duration, region = self.parts.duration[first:last], self.parts.region[first:last]
+        duration = self.parts.duration[first:last]
+        region = self.parts.region[first:last]
         begins = np.cumsum(duration) - duration
-        times, values = [], []
+        times = []
+        values = []
         for r in np.unique(region).tolist():
             series = self.series[r]
             part = np.flatnonzero((region == r) & (duration > 0.0))
             states = series.begun(self._states_at(first + part))
             for j in range(series.count):
                 on = duration[part] > j * series.block
-                some, length = part[on], np.minimum(duration[part[on]] - j * series.block, series.block)
+                some = part[on]
+                length = np.minimum(duration[part[on]] - j * series.block, series.block)
                 is_backward = self.backward[first + some]
                 powers = np.where(is_backward, -length, length)[:, None] / series.block
                 terms = np.einsum("qpz,nz->nqp", expanded[r][j], states[on]) * (powers**series.powers)[:, None]
@@ -265,11 +279,14 @@ class Walk:
 
         # bounds on the modulus in every part, and on the level
         duration = self.parts.duration
-        lower, upper = np.empty(duration.size), np.empty(duration.size)
+        lower = np.empty(duration.size)
+        upper = np.empty(duration.size)
         compiled.reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
-        wanted, most = share * float(duration.sum()), np.maximum(upper, -lower)
+        wanted = share * float(duration.sum())
+        most = np.maximum(upper, -lower)
         least = np.maximum(np.maximum(lower, -upper), 0.0)
-        low, high = _exceeded_for(least, duration, wanted), _exceeded_for(most, duration, wanted)
+        low = _exceeded_for(least, duration, wanted)
+        high = _exceeded_for(most, duration, wanted)
 
         def excess(level: float) -> tuple[float, float]:
             which = np.flatnonzero((least <= level) & (most > level))
@@ -283,7 +300,8 @@ class Walk:
         while high - low > _LEVEL * high:  # Newton's steps, and halves where these lead out
             beyond, loss = excess(level)
             low, high = (level, high) if beyond > 0.0 else (low, level)
-            before, level = level, level + beyond / loss if loss > 0.0 else -1.0
+            before = level
+            level = level + beyond / loss if loss > 0.0 else -1.0
             if not low <= level <= high:
                 level = 0.5 * (low + high)
             elif abs(level - before) <= _NEWTON * high:
@@ -296,7 +314,8 @@ class Walk:
 
     def _ends(self, cycles: tuple[int, ...] | None) -> list[int]:
         """Parts with which windows begin, and the one after the last."""
-        begins, count = np.flatnonzero(self.parts.sample >= 0), self.parts.sample.size
+        begins = np.flatnonzero(self.parts.sample >= 0)
+        count = self.parts.sample.size
         if cycles is None:
             return [0, count]
         at = np.searchsorted(self.parts.sample[begins], np.array(cycles) * self.path.per_cycle)
@@ -321,12 +340,12 @@ class Walk:
         """Rows of every region for compiled code, and room to work in."""
 
         # room: sizes, memories, nodes of the quadrature
-        count, regions = len(next(iter(chosen.values()))), len(self.regions)
-        sizes, most = (
-            np.zeros((9, regions), dtype=np.int64),
-            max(region_series.terms for region_series in self.series.values()),
-        )
-        block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
+        count = len(next(iter(chosen.values())))
+        regions = len(self.regions)
+        sizes = np.zeros((9, regions), dtype=np.int64)
+        most = max(region_series.terms for region_series in self.series.values())
+        block = np.ones(regions)
+        known = np.full((regions, next(iter(self.series.values())).known.size), np.nan)
         moving = np.zeros((regions, count), dtype=np.bool_)
         # Gauss's rule in every region
         rules = {r: region_series.gauss for r, region_series in self.series.items()}
@@ -335,15 +354,19 @@ class Walk:
         begun = [0, 0, 0, 0]
         for r, series in self.series.items():
             # series of the rows, a bound on their rest, their values at Chebyshev points and at nodes
-            coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
+            coefficients = series.expanded(chosen[r])
+            (x, weight) = rules[r]
             rest = np.abs(coefficients[:, :, compiled.FEW :]).sum(axis=2)
             both = np.concatenate([series.points, -series.points])
             looks = (both[:, None] ** series.powers) @ coefficients
             seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
             # sizes of the region, and where its numbers begin
             sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
-            block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
-            abscissas[r, : x.size], weights[r, : x.size] = x, weight
+            block[r] = series.block
+            known[r] = series.known
+            moving[r] = np.any(chosen[r] != 0.0, axis=1)
+            abscissas[r, : x.size] = x
+            weights[r, : x.size] = weight
             for k, array in enumerate((coefficients, rest, seen, looks)):
                 flat[k].append(array.ravel())
                 begun[k] += array.size
@@ -404,9 +427,11 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
         states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
         carried_states[where[now]] = states
         goes_on = ~parts.is_last[now]
-        now, states = now[goes_on], states[goes_on]
+        now = now[goes_on]
+        states = states[goes_on]
         follows = where[now + 1] >= 0
-        now, states = now[follows], states[follows]
+        now = now[follows]
+        states = states[follows]
     return carried_states
 
 
@@ -414,7 +439,8 @@ def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1)
     """Cut the window at samples, crossings and knots, and intervals between samples into so many."""
     # samples, knots and crossings of the window
     samples = path.first + np.arange(len(path.samples) - 1)
-    begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
+    begin = path.first / path.per_cycle
+    end = (path.first + samples.size) / path.per_cycle
     knots = flow.knots[1:-1] - path.first_cycle
     first_knot = int(np.searchsorted(knots, begin, side="right"))
     knots = knots[first_knot : np.searchsorted(knots, end)]
@@ -426,7 +452,8 @@ def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray, cuts: int = 1)
     order = np.argsort(at, kind="stable")
     durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
     # what each part begins with
-    is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
+    is_sample = order < samples.size
+    which_knot = order - samples.size - crossings.size
     crossed = ~is_sample & (which_knot < 0)
     which_knot = np.where(which_knot < knots.size, which_knot, -1)
     return _Parts(

@@ -20,7 +20,8 @@ from gearrattle.engine.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 
 _LINE = 8  # numbers in a cache line
-_FIRST, _TABLES = 8, 16  # regions that most runs visit at least, and tables of a region as they mostly are
+_FIRST = 8  # regions that most runs visit at least
+_TABLES = 16  # of a region, as they mostly are
 _SMALL = 1_000_000  # bytes that these may take before any is visited
 
 
@@ -69,7 +70,9 @@ class Size:
     def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
         """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
         # strips of four rows
-        u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
+        u = self.inputs
+        k = self.watched
+        order = strips_for(ORDER + 1)
         moved = self.made(max(self.states, width - self.chain))  # the marches move chains by themselves
         # numbers
         floats: dict[str, tuple[int, ...]] = {
@@ -120,10 +123,12 @@ class Store:
     """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
 
     def __init__(self, flow: Flow, capacity: Capacity | None = None) -> None:
-        self.flow, self.size = flow, Size.of(flow)
+        self.flow = flow
+        self.size = Size.of(flow)
         self.pieces: list[Pieces] = []
         self.builder = RegionBuilder(flow)
-        self._tables_used = self._last = 0
+        self._tables_used = 0
+        self._last = 0
         self._arrays: dict[str, NDArray[Any]] = {}
         self._reserve(capacity or self._first_capacity())
 
@@ -149,7 +154,8 @@ class Store:
         FloatingPointError
             the region's rates are not finite, or have no Schur form.
         """
-        slot, builder = len(self.pieces), self.builder
+        slot = len(self.pieces)
+        builder = self.builder
         builder.work_out(pieces)
         capacity = Capacity(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
         if not self._has(capacity):

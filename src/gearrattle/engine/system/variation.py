@@ -74,7 +74,9 @@ class Variation(Gradient):
 
         Growth is the Frobenius norm of the gradient between two times.
         """
-        time, segments, grown = self.time, self.segments, 1.0
+        time = self.time
+        segments = self.segments
+        grown = 1.0
         while len(segments) > 0:
             passed, grown = _first_passage(segments[:_MOST_STARTS], least)
             if passed is not None:
@@ -95,9 +97,12 @@ def _first_passage(segments: Array, least: float) -> tuple[int | None, float]:
     Products begun in earlier blocks go on block by block: while the norm of the farthest of them times that of any part
     of the block stays below, none can reach it inside.
     """
-    begun, largest = segments[:0], 1.0
+    begun = segments[:0]
+    largest = 1.0
     for first in range(0, len(segments), _BLOCK):
-        inner, heads, passed = segments[:0], [], None
+        inner = segments[:0]
+        heads = []
+        passed = None
         for i, segment in enumerate(segments[first : first + _BLOCK]):
             inner = segment @ np.concatenate([inner, np.eye(segments.shape[1])[None]])
             heads.append(inner[0])
@@ -135,16 +140,21 @@ def variation(
     end: length of the motion [s]: a whole number of eighths of the period.
     """
     # intervals end at crossings and at every eighth of a period
-    system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
+    system = flow.system
+    period = flow.system.inputs.period
+    n = flow.states
+    s = flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
     at = np.concatenate([path.time / period, grid])
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
     # room: region, clearance and end of an eighth for each interval, with the kick behind it
     index: dict[Pieces, int] = {}
-    steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
+    steps = np.full((len(at), 3), -1, dtype=np.int64)
+    kicks = np.zeros((len(at), n))
     reset = np.zeros((len(at), s), dtype=np.bool_)
-    push, pieces = _kicks(flow), initial
+    push = _kicks(flow)
+    pieces = initial
     crossings = list(zip(path.watch.tolist(), path.upward.tolist(), strict=True))
     changes: dict[tuple[Pieces, int, int], _Change] = {}
     # region by region along the log
@@ -227,7 +237,8 @@ def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
 
 def torque_let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
     """Return the torque of an element's sliders that vanishes where its piece changes [SI]."""
-    total, auxiliaries = 0.0, flow.system.auxiliaries
+    total = 0.0
+    auxiliaries = flow.system.auxiliaries
     held = dict(zip(flow.system.memories, memory, strict=True))
     for c, (auxiliary, old, _) in enumerate(flow.beside(before)):
         new = after[len(flow.system.laws) + c]
@@ -243,7 +254,8 @@ def torque_let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memor
 
 def _engaged(flow: Flow, element: int, before: Pieces, after: Pieces) -> Array:
     """(S,) 1, scaled, for every slider of an element that is engaged where its piece changes."""
-    old, new = flow.remembering(before), flow.remembering(after)
+    old = flow.remembering(before)
+    new = flow.remembering(after)
     moved = [
         leaving.element == element and leaving.moves[p] == 0.0 and entered.moves[q] != 0.0
         for (leaving, p), (entered, q) in zip(old, new, strict=True)
@@ -253,7 +265,8 @@ def _engaged(flow: Flow, element: int, before: Pieces, after: Pieces) -> Array:
 
 def _kicks(flow: Flow) -> Array:
     """(K, N) J^-1 w of every clearance, balanced: change of velocities for a unit of deflection and damping jump."""
-    system, n = flow.system, flow.states
+    system = flow.system
+    n = flow.states
     out = np.zeros((len(system.clearances), n))
     rows = system.rows[list(system.clearances)]
     first = n - flow.memory.size - system.size

@@ -132,7 +132,8 @@ class Steps:
     """Progress of a fit, in simulations."""
 
     def __init__(self, starts: int, count: int, progress: Progress | None) -> None:
-        self._done, self._progress = 0, progress
+        self._done = 0
+        self._progress = progress
         self._all = starts + min(starts, FOLLOWED) * (1 + 2 * count) * _EXPECTED
 
     def count(self) -> None:

@@ -205,7 +205,8 @@ class Recorded:
         square = self.draws.error(self._deviations) ** 2
         n = self.measured.size
         if self.chosen.phases:
-            square[:n] = square[n : 2 * n] = 0.5 * (square[:n] + square[n : 2 * n])
+            square[:n] = 0.5 * (square[:n] + square[n : 2 * n])
+            square[n : 2 * n] = square[:n]
         return np.asarray(np.sqrt(square + self._open**2 + np.sum(self._gains**2, axis=0) + self.scatter**2))
 
     @cached_property
@@ -272,7 +273,8 @@ class Recorded:
         for label, unit, is_level, *numbers in zip(*self._labels, self.own_values, fitted, errors, rows, strict=True):
             one, other, error, residual = (float(number) for number in numbers)
             if is_level:
-                one, other = float(np.exp(one)), float(np.exp(other))
+                one = float(np.exp(one))
+                other = float(np.exp(other))
                 error *= one
             made.append(Residual(label, unit, one, other, error, residual))
         return tuple(made)

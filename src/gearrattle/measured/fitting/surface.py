@@ -29,7 +29,8 @@ from gearrattle.wording import counted
 Array = NDArray[np.float64]
 
 _ROUNDS = 8
-_WIDE, _NARROW = 4.0, 0.01  # standard errors, and logarithms, that a region reaches at least to either side
+_WIDE = 4.0  # standard errors that a region reaches at least to either side
+_NARROW = 0.01  # logarithms that a region reaches at least to either side
 _CLEAR = 2.0  # times the scatter of all rows together: change of the residuals wanted over a region
 _SHRUNK = 0.3  # of the region before, at least
 _BENDS = 1.5  # times the scatter of neighbouring runs: with larger residuals the parabola bends too little
@@ -85,7 +86,8 @@ class Surface(Judged):
     def data_residuals(self, x: Array) -> tuple[Array, Array]:
         """(N,) residuals of the data and (N, P) Jacobian."""
         rows = self._terms(x) @ self.coefficients
-        first, second = self.coefficients[1 : 1 + self.count], self.coefficients[1 + self.count :]
+        first = self.coefficients[1 : 1 + self.count]
+        second = self.coefficients[1 + self.count :]
         u = ((x - self.centre) / self.half)[:, None]
         jacobian = ((first + 2.0 * u * second) / self.half[:, None]).T
         error = np.sqrt(np.outer(self._scatter, self._of_slopes(x)).max(axis=1, keepdims=True))
@@ -103,7 +105,8 @@ class Surface(Judged):
         variances = []
         for p, along in enumerate(u.tolist()):
             by = np.zeros(len(self.inverse))
-            by[1 + p], by[1 + self.count + p] = 1.0, 2.0 * along
+            by[1 + p] = 1.0
+            by[1 + self.count + p] = 2.0 * along
             variances.append(float(by @ self.inverse @ by) / float(self.half[p]) ** 2)
         return np.array(variances)
 
@@ -170,11 +173,13 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
     from scipy.stats import qmc
 
     low, high = problem.parameters.box
-    low, high = np.maximum(low, centre - half), np.minimum(high, centre + half)
+    low = np.maximum(low, centre - half)
+    high = np.minimum(high, centre + half)
     if np.any(high <= low):
         raise ConvergenceError("the region around the best start has no room within the bounds")
     share = qmc.LatinHypercube(centre.size, rng=np.random.default_rng(seed)).random(runs)
-    middle, width = 0.5 * (low + high), 0.5 * (high - low)
+    middle = 0.5 * (low + high)
+    width = 0.5 * (high - low)
     u = 2.0 * share - 1.0
     design = np.column_stack([np.ones(runs), u, u**2])
     rows = np.array([problem.rows(middle + width * row) for row in u])
@@ -187,7 +192,8 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
 def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
     """Return the minimum of the smoothed residuals near the best of those that jump, and its surface."""
     # the first region: the step of the differences, around the minimum of the search
-    x, half = best.x, np.full(problem.count, problem.step)
+    x = best.x
+    half = np.full(problem.count, problem.step)
     runs = _RUNS[0] * (1 + 2 * x.size)
     jitter = problem.of.scatter(x)
     clearest: tuple[Array, Array, int, int] | None = None

@@ -148,7 +148,8 @@ def _mode(index: int, row: ModeTable, default: State, assumed: list[str]) -> Mea
     # the frequency and its standard error, assumed where none is stated
     label = f"mode {row.number}" if row.number is not None else f"mode entry {index + 1}"
     label += f" with rigid {', '.join(row.rigid)}" if row.rigid else ""
-    omega, shape = _omega(row), row.shape or {}
+    omega = _omega(row)
+    shape = row.shape or {}
     error = row.standard_error
     if omega is not None and error is None:
         if row.relative_error is None:

@@ -176,7 +176,8 @@ def _covariance(problem: DataProblem, best: Minimum, null: Array) -> Array:
     matrix[np.ix_(inside, inside)] = problem.covariance(best.x, inside)
     if problem.prior is None:
         for p in np.flatnonzero(np.any(np.abs(null) > 1e-5, axis=1) & inside):
-            matrix[p], matrix[:, p] = np.nan, np.nan
+            matrix[p] = np.nan
+            matrix[:, p] = np.nan
             matrix[p, p] = np.inf
     return matrix
 
@@ -228,7 +229,8 @@ def _profiles(
 
 def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
     """Return notes for any data: assumed errors, large residuals, rival minima, bounds."""
-    (scale, freedom), minima = numbers, searched.minima
+    (scale, freedom) = numbers
+    minima = searched.minima
     # standard errors that were assumed, or that the residuals exceed
     notes = []
     if problem.assumed:

@@ -130,7 +130,8 @@ def covariance(jacobian: Array, null: Array) -> Array:
     root = kept @ (vectors.T / values)
     matrix = root @ root.T
     open_ones = np.any(np.abs(null) > _WHOLE, axis=1)
-    matrix[open_ones] = matrix[:, open_ones] = np.nan
+    matrix[open_ones] = np.nan
+    matrix[:, open_ones] = np.nan
     matrix[open_ones, open_ones] = np.inf
     return np.asarray(matrix)
 

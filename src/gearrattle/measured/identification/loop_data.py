@@ -142,7 +142,8 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
         loop = _cut(deflection[order], torque[order], source)
         return replace(loop, notes=(*loop.notes, _JOINED))
     # legs that go from one end to the other, on both ways
-    low, high = float(deflection.min()), float(deflection.max())
+    low = float(deflection.min())
+    high = float(deflection.max())
     whole = [
         (first, last)
         for first, last in pairwise(turns)
@@ -180,12 +181,14 @@ def _turns(deflection: Array, least: float) -> list[int]:
     for i, value in enumerate(values):
         if way == 0.0:
             if abs(value - values[0]) > least:
-                way, extreme = (1.0 if value > values[0] else -1.0), i
+                way = 1.0 if value > values[0] else -1.0
+                extreme = i
         elif way * (value - values[extreme]) >= 0.0:
             extreme = i
         elif way * (values[extreme] - value) > least:
             turns.append(extreme)
-            way, extreme = -way, i
+            way = -way
+            extreme = i
     if extreme > turns[-1]:
         turns.append(extreme)
     return turns
@@ -193,7 +196,8 @@ def _turns(deflection: Array, least: float) -> list[int]:
 
 def _meets(deflection: Array, torque: Array, whole: Sequence[tuple[int, int]], source: str) -> None:
     """Refuse a loop whose last leg does not come back to the torque from which the first one began."""
-    (first, _), (_, last) = whole[0], whole[-1]
+    (first, _) = whole[0]
+    (_, last) = whole[-1]
     if deflection[first] > deflection[last] + 0.5 * np.ptp(deflection) or (
         deflection[last] > deflection[first] + 0.5 * np.ptp(deflection)
     ):
@@ -209,7 +213,8 @@ def _meets(deflection: Array, torque: Array, whole: Sequence[tuple[int, int]], s
 
 def _gathered(deflection: Array, torque: Array, whole: Sequence[tuple[int, int]], source: str) -> Loop:
     rows = [np.arange(first if n == 0 else first + 1, last + 1) for n, (first, last) in enumerate(whole)]
-    kept, counts = np.concatenate(rows), [r.size for r in rows]
+    kept = np.concatenate(rows)
+    counts = [r.size for r in rows]
     way = np.repeat([np.sign(deflection[last] - deflection[first]) for first, last in whole], counts)
     turn = np.repeat([deflection[first] for first, _ in whole], counts)
     leg = np.repeat(np.arange(len(rows)), counts)

@@ -102,12 +102,15 @@ def _fitted(
     chosen, steps = select(loop, stages)
     low, high = loop.ends
     settled = settle(Polish(Moments(loop, REACH * (high - low)), frozenset(idle(chosen))), chosen)
-    polish, law = settled.polish, settled.law
+    polish = settled.polish
+    law = settled.law
     # covariance of coefficients, breaks and reaches, and the density of every break
-    fixed, known = polish.held, spread(polish, law)
+    fixed = polish.held
+    known = spread(polish, law)
     breaks = places(settled, known)
     # the numbers of the coupling, their covariance and standard errors
-    values, slopes = values_of(law, fixed), derivatives(law, fixed, known)
+    values = values_of(law, fixed)
+    slopes = derivatives(law, fixed, known)
     slopes_told = slopes * smaller(settled, known, breaks)
     open_ = ~np.isfinite(np.diag(known.covariance))
     covariance = slopes_told @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes_told.T

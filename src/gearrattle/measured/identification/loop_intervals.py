@@ -31,7 +31,8 @@ NORMAL = 1.959963984540054
 
 def places(settled: Settled, known: Spread) -> dict[str, Array]:
     """Return ends of the interval and standard deviation of every break [rad] by its name in a coupling."""
-    made, linear = {}, settled.polish.linear(settled.law)
+    made = {}
+    linear = settled.polish.linear(settled.law)
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
         for i in range(len(settled.law.shape.breaks(side))):
             density = settled.reaches.get((side, i + 1))
@@ -50,7 +51,8 @@ def intervals(
     values, errors = estimates
     made = {}
     for name, value in values.items():
-        kind, wide = name.rpartition(".")[2], NORMAL * errors[name]
+        kind = name.rpartition(".")[2]
+        wide = NORMAL * errors[name]
         if kind == "until":
             made[name] = (float(breaks[name][0]), float(breaks[name][1]))
         elif kind != "stick_stiffness":
@@ -65,7 +67,8 @@ def _widened(stretch: Stretch, value: float | None, rest: float) -> tuple[float,
     """Widen an interval by the uncertainty of the height, a standard error of its logarithm."""
     if value is None:
         return stretch.low, stretch.high
-    low, high = stretch.low, stretch.high
+    low = stretch.low
+    high = stretch.high
     more = NORMAL * rest
     if 0.0 < low < value:
         low = value * math.exp(-math.hypot(math.log(value / low), more))

@@ -63,13 +63,15 @@ class _Near(NamedTuple):
 def best_place(linear: Linear, solution: Solved, where: tuple[str, int]) -> float:
     """Return the magnitude of deflection at which a break fits best, all other parameters fitted again [rad]."""
     near = _near(linear, solution, *where)
-    low, high = near.here - near.wide, near.here + near.wide
+    low = near.here - near.wide
+    high = near.here + near.wide
     position = near.here
     for _ in range(3):
         places = _places(near, low, high)
         position = float(places[int(np.argmin(_raised(near, places, near.reach)))])
         narrow = 0.03 * (high - low)
-        low, high = position - narrow, position + narrow
+        low = position - narrow
+        high = position + narrow
     return position
 
 
@@ -85,7 +87,8 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
     """
     near = _near(linear, solution, *where)
     reaches = reaches if reaches.size else np.array([near.reach])
-    low, high = near.here - near.wide, near.here + near.wide
+    low = near.here - near.wide
+    high = near.here + near.wide
     places = _places(near, low, high)
     smooth = np.array([_logs(near, places, reach, variance, jumps=False) for reach in reaches])
     level = smooth.max(axis=1, keepdims=True)
@@ -95,7 +98,8 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
         logs = np.array([_logs(near, places, reach, variance) for reach in reaches]) - wholes[:, None]
         density = np.sum(np.exp(logs - logs.max()), axis=0)
         dense = np.flatnonzero(density > _FLAT * density.max())
-        low, high = places[max(dense[0] - 1, 0)], places[min(dense[-1] + 1, places.size - 1)]
+        low = places[max(dense[0] - 1, 0)]
+        high = places[min(dense[-1] + 1, places.size - 1)]
     share = np.diff(places) * 0.5 * (density[1:] + density[:-1])
     share /= share.sum()
     ends = np.interp([0.025, 0.975], np.concatenate([[0.0], np.cumsum(share)]), places)
@@ -105,7 +109,8 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
 
 def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     moments = linear.moments
-    here, loop = solution.shape.breaks(side)[index], moments.loop
+    here = solution.shape.breaks(side)[index]
+    loop = moments.loop
     low, high = loop.ends
     slider = (side, index + 1)
     height = heights_of(solution).get(slider, 0.0)
@@ -114,10 +119,12 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     bare = solution._replace(coefficients=np.where(own, 0.0, solution.coefficients))
     column = slopes_in(linear.loop, bare, ())[:, first - len(solution.labels)]
     curvature, pull = _yielding(*linear.with_column(first, column).normal(), first, solution)
-    variance, room = solution.left / loop.torque.size, _ROOM * (high - low)
+    variance = solution.left / loop.torque.size
+    room = _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
     reach = solution.shape.reach_of(slider, moments.reach)
-    sign, parts = (-1.0 if side == COAST else 1.0), []
+    sign = -1.0 if side == COAST else 1.0
+    parts = []
     for way in (1.0, -1.0):
         more = min(4.0 * reach, room) if way > 0.0 else 0.0
         part = moments.between(sign, way, here - wide, here + wide + more)
@@ -171,7 +178,8 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
 
 def _yielding(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
     """Curvature C and pull G in one parameter with the others eliminated: Schur complement of the normal matrix."""
-    free, number = np.diag(matrix) > 0.0, solution.coefficients.size
+    free = np.diag(matrix) > 0.0
+    number = solution.coefficients.size
     free[1:number] &= solution.coefficients[1:] > 0.0
     if not free[first]:
         return 0.0, 0.0

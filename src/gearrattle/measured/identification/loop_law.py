@@ -134,8 +134,10 @@ class Regression:
             self._first = np.flatnonzero(np.diff(key, prepend=-1))
         else:
             self._first = np.arange(loop.torque.size)
-        weight = self.weight = np.add.reduceat(self._count, self._first)
-        self.torque, self.reach = self._mean(self.loop.torque), reach
+        weight = np.add.reduceat(self._count, self._first)
+        self.weight = weight
+        self.torque = self._mean(self.loop.torque)
+        self.reach = reach
         self._weigh(weight, float(weight @ self.torque**2))
         self._known: dict[tuple[str, str, float, float], Array] = {}
 
@@ -175,9 +177,11 @@ class Regression:
         """Least squares with slopes and heights that are not negative."""
         labels = self.labels(shape, without)
         scaled = np.array([self._column(shape, label) for label in labels]) * self._root
-        gram, right = scaled @ scaled.T, scaled @ self._pull
+        gram = scaled @ scaled.T
+        right = scaled @ self._pull
         size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
-        gram, right = gram / size[:, None] / size, right / size
+        gram = gram / size[:, None] / size
+        right = right / size
         gram.flat[:: size.size + 1] += 1e-12
         coefficients = np.linalg.solve(gram, right)
         if np.any(coefficients[1:] < 0.0):
@@ -252,6 +256,7 @@ def _within(gram: Array, right: Array) -> Array:
     from scipy.optimize import nnls
 
     root = np.linalg.cholesky(gram)  # |root^T x - root^-1 right| is the residual
-    table, target = root.T, np.linalg.solve(root, right)
+    table = root.T
+    target = np.linalg.solve(root, right)
     weights, _ = nnls(np.column_stack([table, -table[:, 0]]), target)
     return np.concatenate([[weights[0] - weights[-1]], weights[1:-1]])

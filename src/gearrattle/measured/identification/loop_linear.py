@@ -33,10 +33,13 @@ class Linear:
     """
 
     def __init__(self, moments: Moments, solution: Solved, sliders: tuple[Slider, ...]) -> None:
-        self.moments, points = moments, moments.regression(solution.shape)
+        self.moments = moments
+        points = moments.regression(solution.shape)
         table = points.table(solution.shape, solution.labels)
-        self.loop, self.columns = points.loop, np.hstack([table, slopes_in(points.loop, solution, sliders)])
-        self.residual, self.weight = points.torque - table @ solution.coefficients, points.weight
+        self.loop = points.loop
+        self.columns = np.hstack([table, slopes_in(points.loop, solution, sliders)])
+        self.residual = points.torque - table @ solution.coefficients
+        self.weight = points.weight
 
     def normal(self) -> tuple[Array, Array]:
         """(P, P) normal matrix and (P,) right side."""

@@ -43,7 +43,8 @@ class Moments:
     """
 
     def __init__(self, loop: Loop, reach: float) -> None:
-        self.loop, self.reach = loop, reach
+        self.loop = loop
+        self.reach = reach
         self.whole = float(loop.torque @ loop.torque)
         behind, group = np.unique(np.stack([loop.way, loop.turn]), axis=1, return_inverse=True)
         self._legs = [
@@ -86,7 +87,8 @@ class Moments:
 
 def _legs(way: float, turn: float, loop: Loop, rows: NDArray[np.int64]) -> _Legs:
     rows = rows[np.argsort(loop.deflection[rows], kind="stable")]
-    x, torque = loop.deflection[rows].astype(np.longdouble), loop.torque[rows]
+    x = loop.deflection[rows].astype(np.longdouble)
+    torque = loop.torque[rows]
     sums = np.zeros((5, rows.size + 1), dtype=np.longdouble)
     sums[:, 1:] = np.cumsum(np.stack([np.ones_like(x), x, x * x, torque, x * torque]), axis=1)
     return _Legs(way, turn, loop.deflection[rows], sums)
@@ -114,7 +116,8 @@ def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
     # moments of the samples in every stretch
     count, *sums = np.diff(legs.sums[:, edges], axis=1)
     mean, square, torque, product = (total / count for total in sums)
-    spread, together = np.maximum(square - mean * mean, 0.0), product - mean * torque
+    spread = np.maximum(square - mean * mean, 0.0)
+    together = product - mean * torque
     # ways from the mean to the outermost samples; a stretch without spread is one point
     below = np.maximum(mean - x[edges[:-1]], 0.0)
     above = np.maximum(x[edges[1:] - 1] - mean, 0.0)
@@ -123,7 +126,8 @@ def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
     # two points with the same moments, and their weights
     ratio = np.sqrt(np.where(flat, 1.0, below) / np.where(flat, 1.0, above))
     root = np.sqrt(np.where(flat, 0.0, spread))
-    p, q = root * ratio, root / ratio
+    p = root * ratio
+    q = root / ratio
     slope = np.where(flat, 0.0, together / np.where(flat, 1.0, spread))
     part = ratio / (ratio + 1.0 / ratio)
     made = (

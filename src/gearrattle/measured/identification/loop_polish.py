@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 
 _STEPS = 40
 _GAIN = 1e-4  # of the variance: a smaller one ends the steps
-_WEAKEST, _STRONGEST = 1e-9, 1e6  # damping
+# damping
+_WEAKEST = 1e-9
+_STRONGEST = 1e6
 _RATIOS = (8.0, 20.0)  # stick stiffness over slope at starts
 _ROUNDS = 8
 
@@ -67,7 +69,8 @@ class Polish:
 
     def smooth(self, solution: Solved) -> Solved:
         """Step to the nearest minimum."""
-        damping, gain = 1e-3, _GAIN * solution.left / self.loop.torque.size
+        damping = 1e-3
+        gain = _GAIN * solution.left / self.loop.torque.size
         for _ in range(_STEPS):
             sliders = self.free(solution)
             if not sliders and not solution.shape.drive and not solution.shape.coast:
@@ -77,7 +80,8 @@ class Polish:
             while damping < _STRONGEST:
                 other = self.at(self._moved(solution, sliders, _step(matrix, right, solution, damping)))
                 if other.left < solution.left:
-                    solution, damping = other, max(0.1 * damping, _WEAKEST)
+                    solution = other
+                    damping = max(0.1 * damping, _WEAKEST)
                     break
                 damping *= 10.0
             if before - solution.left < gain:
@@ -130,7 +134,8 @@ class Polish:
         shape = solution.shape
         j = len(solution.labels)
         for side, end in ((DRIVE, high), (COAST, -low)):
-            breaks, edge = [], 0.0
+            breaks = []
+            edge = 0.0
             for i, value in enumerate(solution.shape.breaks(side)):
                 room = end - least * (len(solution.shape.breaks(side)) - i)
                 edge = min(max(value + float(step[j]), edge + least), room)

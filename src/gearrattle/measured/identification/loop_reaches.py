@@ -30,7 +30,9 @@ from gearrattle.measured.identification.loop_slopes import slopes_in
 
 Array = NDArray[np.float64]
 
-_WIDE, _FINE = 32, 15  # values of log r: over all the room, and about the least squares
+# values of log r: over all the room, and about the least squares
+_WIDE = 32
+_FINE = 15
 _ERRORS = 4.0  # standard errors to each side that have the fine values
 _CHAINS = 48
 _COOLING = 8
@@ -60,7 +62,8 @@ class Density:
         open_low, open_high = (self.density[end] > _OPEN for end in (0, -1))
         if open_low or open_high:
             high = np.flatnonzero(self.density > _OPEN)
-            low_log, high_log = self._falls(int(high[0]), -1), self._falls(int(high[-1]), 1)
+            low_log = self._falls(int(high[0]), -1)
+            high_log = self._falls(int(high[-1]), 1)
         else:
             tail = 0.5 * (1.0 - level)
             low_log, high_log = np.log(self.at(np.array([tail, 1.0 - tail]))).tolist()
@@ -77,7 +80,8 @@ class Density:
         beyond = last + way
         if not 0 <= beyond < self.logs.size:
             return float(self.logs[last])
-        over, under = self.density[last], self.density[beyond]
+        over = self.density[last]
+        under = self.density[beyond]
         share = (over - _OPEN) / (over - under)
         return float(self.logs[last] + share * (self.logs[beyond] - self.logs[last]))
 
@@ -115,7 +119,8 @@ class _Tables:
 
     def of_pair(self, state: NDArray[np.int64], i: int, j: int) -> Array:
         """(chains, K, K) raised chi-square of two reaches."""
-        one, other = self.conditional(state, i), self.conditional(state, j)
+        one = self.conditional(state, i)
+        other = self.conditional(state, j)
         one -= 2.0 * self.pairs[j, i][state[:, j]]
         other -= 2.0 * self.pairs[i, j][state[:, i]]
         return np.asarray(one[:, :, None] + other[:, None, :] + 2.0 * self.pairs[i, j], dtype=np.float64)

@@ -25,11 +25,16 @@ MOST = 6
 _CELLS = 300  # of each way
 LEAST = 0.02  # of the loop's range: no stage is narrower
 REACH = 0.01  # of the loop's range: where sliders' reaches begin
-SHORTEST, LONGEST = 2e-4, 0.25  # of the range: bounds of reaches
+# of the range: bounds of reaches
+SHORTEST = 2e-4
+LONGEST = 0.25
 _NOTHING = 1e-6
 _WORTH = 2.0  # by which BIC must fall: less is not worth more than a bare mention (Kass and Raftery, 1995, p. 777)
-_FIRST, _TRIALS = 24, 9  # values tried at once: over all the room, then ever closer
-_CLOSE, _CLOSE_LOG = 5e-4, 0.15  # how closely breaks, of the range, and logarithms of reaches are searched
+# values tried at once: over all the room, then ever closer
+_FIRST = 24
+_TRIALS = 9
+_CLOSE = 5e-4  # of the range: how closely breaks are searched
+_CLOSE_LOG = 0.15  # how closely the logarithms of reaches are searched
 _RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
 
 
@@ -94,7 +99,8 @@ class Search:
 
     def room(self, shape: Shape, side: str, index: int) -> tuple[float, float]:
         """Between which deflections, in magnitude, a break may lie."""
-        breaks, end = shape.breaks(side), self.high if side == DRIVE else -self.low
+        breaks = shape.breaks(side)
+        end = self.high if side == DRIVE else -self.low
         least = LEAST * self.span
         below = breaks[index - 1] if index > 0 else 0.0
         above = breaks[index + 1] if index + 1 < len(breaks) else end
@@ -153,13 +159,15 @@ def _closer(
     width, least = widths
     number = _FIRST
     while width > least:
-        low, high = max(ends[0], here - width), min(ends[1], here + width)
+        low = max(ends[0], here - width)
+        high = min(ends[1], here + width)
         if not low < high:
             break
         for value in np.linspace(low, high, number).tolist():
             other = trial(value)
             if other.left < solution.left:
-                solution, here = other, value
+                solution = other
+                here = value
         width = 1.25 * (high - low) / (number - 1)
         number = _TRIALS
     return solution

@@ -69,7 +69,8 @@ def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> li
     made = []
     variance = solution.left / polish.loop.torque.size
     for slider, stretch in sticks.items():
-        slope, height = slope_of(solution, slider), heights_of(solution)[slider]
+        slope = slope_of(solution, slider)
+        height = heights_of(solution)[slider]
         if not slope > 0.0:
             continue
         if stretch.high == np.inf and stretch.low <= STICK * slope:
@@ -84,7 +85,8 @@ def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> li
 def with_defaults(polish: Polish, solution: Solved) -> Solved:
     """Fit with the default stick stiffness of the sliders held, whose reaches then follow from their heights."""
     for _ in range(4):
-        shape, heights = solution.shape, heights_of(solution)
+        shape = solution.shape
+        heights = heights_of(solution)
         for slider in polish.held:
             slope = slope_of(solution, slider)
             if slope > 0.0 and heights.get(slider, 0.0) > 0.0:

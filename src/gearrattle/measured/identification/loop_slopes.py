@@ -32,8 +32,10 @@ def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]
 
 def carried(loop: Loop, solution: Solved, side: str, index: int) -> Array:
     """(N,) torque that the slider of a break carries at that break on the way back [N m]; 0 on the way out."""
-    start, slider = solution.shape.breaks(side)[index], (side, index + 1)
-    height, reach = heights_of(solution).get(slider, 0.0), solution.shape.reach_of(slider, np.nan)
+    start = solution.shape.breaks(side)[index]
+    slider = (side, index + 1)
+    height = heights_of(solution).get(slider, 0.0)
+    reach = solution.shape.reach_of(slider, np.nan)
     way = 1.0 if side == DRIVE else -1.0
     beyond = way * loop.turn - start
     left = np.maximum(np.minimum(beyond, reach) - beyond, -reach) / reach if height > 0.0 else 0.0
@@ -58,11 +60,13 @@ def _in_break(loop: Loop, solution: Solved, side: str, index: int) -> Array:
 
 def _in_reach(loop: Loop, solution: Solved, slider: tuple[str, int]) -> Array:
     side, index = slider
-    height, reach = heights_of(solution)[slider], solution.shape.reach_of(slider, np.nan)
+    height = heights_of(solution)[slider]
+    reach = solution.shape.reach_of(slider, np.nan)
     if side == CENTRE:
         behind = np.abs(loop.deflection - loop.turn) / reach
         return np.asarray(-height * loop.way * np.where(behind < 2.0, behind, 0.0), dtype=np.float64)
-    way, start = (1.0 if side == DRIVE else -1.0), 0.0 if index == 0 else solution.shape.breaks(side)[index - 1]
+    way = 1.0 if side == DRIVE else -1.0
+    start = 0.0 if index == 0 else solution.shape.breaks(side)[index - 1]
     delta = way * loop.deflection
     turn = way * loop.turn
     outward = way * loop.way > 0.0

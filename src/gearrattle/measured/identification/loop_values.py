@@ -19,7 +19,8 @@ _STEP = 1e-6
 
 def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
     """The slider of every stick stiffness, by its name in a coupling; sliders without height have none."""
-    heights, made = heights_of(solution), {}
+    heights = heights_of(solution)
+    made = {}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
         for i in range(len(solution.shape.breaks(side)) + 1):
             slider = (CENTRE, 0) if i == 0 and heights.get((side, 0), 0.0) == 0.0 else (side, i)
@@ -38,11 +39,13 @@ def values_of(
     sticks
         the sliders of the stick stiffnesses; None: those that have a height.
     """
-    heights, shape = heights_of(solution), solution.shape
+    heights = heights_of(solution)
+    shape = solution.shape
     behind = stick_sliders(solution) if sticks is None else sticks
     values = {"preload": float(solution.coefficients[0])}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
-        total, slopes = heights.get((CENTRE, 0), 0.0), slopes_of(solution, side)
+        total = heights.get((CENTRE, 0), 0.0)
+        slopes = slopes_of(solution, side)
         for i, slope in enumerate(slopes):
             total += heights.get((side, i), 0.0)
             values[f"{key}.{i}.stiffness"] = slope

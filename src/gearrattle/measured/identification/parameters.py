@@ -150,7 +150,8 @@ def free_parameters(
         raise ModelError(problems)
     # start and bounds
     start = np.array([float(value_at(tables, path)) for path in paths])
-    lower, upper = start / factor, start * factor
+    lower = start / factor
+    upper = start * factor
     for p, path in enumerate(paths):
         if path in bounds:
             lower[p], upper[p] = _bounds(model, path, bounds[path], float(start[p]))
@@ -184,8 +185,10 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
     by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
     names = assemble(model).layout.element_names
     held = [names.index(name) for name in state.rigid]
-    stiffness, damping = base[2].copy(), base[3].copy()
-    stiffness[held] = damping[held] = 0.0
+    stiffness = base[2].copy()
+    damping = base[3].copy()
+    stiffness[held] = 0.0
+    damping[held] = 0.0
     return Coefficients(
         base[0],
         base[1],

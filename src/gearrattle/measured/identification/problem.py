@@ -160,9 +160,11 @@ class FitProblem:
     def _frequency(
         self, mode: MeasuredMode, measured: float, spectrum: Spectrum, index: int
     ) -> tuple[tuple[Array, Array], Callable[[], list[Residual]]]:
-        error, fitted = mode.omega_error, float(spectrum.omega[index])
+        error = mode.omega_error
+        fitted = float(spectrum.omega[index])
         row = np.array([(fitted - measured) / error])
-        unit, label = ("rad/s" if self.units else ""), f"{mode.label}: frequency"
+        unit = "rad/s" if self.units else ""
+        label = f"{mode.label}: frequency"
         return (row, spectrum.omega_gradient(index)[None] / error), lambda: [
             Residual(label, unit, measured, fitted, error, float(row[0]))
         ]
@@ -188,7 +190,8 @@ class FitProblem:
     def _response(
         self, measured: MeasuredResponse, spectrum: Spectrum
     ) -> tuple[tuple[Array, Array], Callable[[], list[Residual]]]:
-        at, on = self.names.index(measured.at), self.names.index(measured.torque_on)
+        at = self.names.index(measured.at)
+        on = self.names.index(measured.torque_on)
         value, gradient = spectrum.response(at, on, measured.derivatives, measured.omega)
         away = (value - measured.value) / measured.error
         change = gradient / measured.error[:, None]

@@ -66,7 +66,8 @@ def _raised(
     def above(value: float) -> float:
         def reduced(y: Array) -> tuple[Array, Array]:
             whole = np.empty(x.size)
-            whole[others], whole[parameter] = y, value
+            whole[others] = y
+            whole[parameter] = value
             rows, jacobian = residuals(whole)
             return rows, jacobian[:, others]
 
@@ -85,11 +86,13 @@ def _end(above: Callable[[float], float], centre: float, side: int, limit: float
 
     room = abs(limit - centre)
     step = 1.96 * spread if math.isfinite(spread) and spread > 0.0 else 0.1 * room
-    inner, outer = centre, centre
+    inner = centre
+    outer = centre
     while outer != limit:
         outer = centre + side * min(step, room)
         outer = limit if step >= room else outer
         if above(outer) >= 0.0:
             return float(brentq(above, inner, outer, xtol=1e-4 * abs(outer - centre)))
-        inner, step = outer, 1.5 * step
+        inner = outer
+        step = 1.5 * step
     return side * math.inf

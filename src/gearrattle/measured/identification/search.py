@@ -161,8 +161,10 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
     """Put parameters that press against a bound onto it and settle the others: the method alone is slow there."""
     # parameters that the gradient presses against a bound
     rows, jacobian = residuals(x)
-    gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
-    low, high = (x <= box[0] + near) & (gradient > 0.0), (x >= box[1] - near) & (gradient < 0.0)
+    gradient = jacobian.T @ rows
+    near = _NEAR * (box[1] - box[0])
+    low = (x <= box[0] + near) & (gradient > 0.0)
+    high = (x >= box[1] - near) & (gradient < 0.0)
     held = low | high
     # search the others with these on their bounds
     if held.any():
@@ -176,12 +178,14 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
         if not held.all():
             part = box[0][~held], box[1][~held]
             ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
-            whole[~held], converged = ended.x, bool(ended.status > 0)
+            whole[~held] = ended.x
+            converged = bool(ended.status > 0)
         # keep the point if it fits no worse and the bounds still hold
         there = residuals(whole)
         push = there[1].T @ there[0]
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) and np.all(push[low] >= 0) and np.all(push[high] <= 0):
-            x, (rows, jacobian) = whole, there
+            x = whole
+            (rows, jacobian) = there
     inside = (x > box[0]) & (x < box[1])
     return x if converged or _flat(rows, jacobian[:, inside]) else None
 
@@ -252,7 +256,8 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
     if null.shape[1] and np.all(moved >= box[0]) and np.all(moved <= box[1]):
         there = residuals(moved)
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) + _LEVEL**2:
-            x, (rows, jacobian) = moved, there
+            x = moved
+            (rows, jacobian) = there
     values, vectors = np.linalg.svd(jacobian, full_matrices=False)[1:]
     known = values > 1e-12 * values.max(initial=0.0)
     spread = np.sqrt(np.sum((vectors[known].T / values[known]) ** 2, axis=1))

@@ -117,7 +117,8 @@ class Spectrum:
         ends = np.broadcast_to(basis[[on, at]].T.astype(complex), (omega.size, basis.shape[1], 2))
         motion = np.linalg.solve(stiffness + s**2 * mass + s * damping, ends)
         g, h = (motion[:, :, k] @ basis.T for k in (0, 1))
-        both, across = g * h, (g @ rows.T) * (h @ rows.T)
+        both = g * h
+        across = (g @ rows.T) * (h @ rows.T)
         s = s[:, 0]
         change = (
             across @ (c.of_stiffness * self.stiffness[:, None])

@@ -260,7 +260,8 @@ class _Choice:
 
 def _shared(one: str, other: str) -> int:
     """Count the groups two names have in common."""
-    a, b = one.split("/")[:-1], other.split("/")[:-1]
+    a = one.split("/")[:-1]
+    b = other.split("/")[:-1]
     return next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), min(len(a), len(b)))
 
 

@@ -53,7 +53,8 @@ def read(path: Path, request: Request) -> Raw:
     except RecordError as error:
         raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
     # columns with unit, quantity and subject
-    said, read_ones = _stated_columns(path, layout.encoding), iter(values.T)
+    said = _stated_columns(path, layout.encoding)
+    read_ones = iter(values.T)
     columns = []
     for name, unit in layout.heads:
         if not name:

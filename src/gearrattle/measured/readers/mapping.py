@@ -143,7 +143,8 @@ def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Measure
     except ValidationError as error:
         raise model_error(error, plain, positions) from None
     if tables.format is not None and tables.format not in READERS:
-        rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
+        rule = f"must be one of {listed(READERS)}"
+        remedy = did_you_mean(tables.format, READERS)
         raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
     if positions.name:  # tables from Python may name any file that their author may read
         for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):

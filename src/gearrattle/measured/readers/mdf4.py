@@ -299,14 +299,16 @@ def _opened(mdf: Any, path: Path) -> Any:
 
     Until then nothing is collected: the object is in the youngest generation, which alone is looked through.
     """
-    hook, is_collecting = sys.unraisablehook, gc.isenabled()
+    hook = sys.unraisablehook
+    is_collecting = gc.isenabled()
     gc.disable()
     try:
         try:
             return mdf(path)
         except Exception as error:
             words = " ".join(str(error).split()) or type(error).__name__
-            error.__traceback__ = error.__context__ = None
+            error.__traceback__ = None
+            error.__context__ = None
         sys.unraisablehook = lambda _unraisable: None
         gc.collect(0)
     finally:

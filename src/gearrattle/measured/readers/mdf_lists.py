@@ -73,7 +73,8 @@ def check_lists(stream: BinaryIO) -> None:
     met: set[tuple[int, str]] = set()
     ended: set[int] = set()
     while waiting:
-        block = address, kind = waiting.pop()
+        block = waiting.pop()
+        address, kind = block
         if address == 0:
             continue
         if block in met:

@@ -63,7 +63,8 @@ class FilterTable(Table):
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield a breach if the kind has another number of cutoffs."""
-        kind, cutoff = table.get("kind"), table.get("cutoff")
+        kind = table.get("kind")
+        cutoff = table.get("cutoff")
         count = len(cutoff) if isinstance(cutoff, list | tuple) else 1
         if isinstance(kind, str) and kind in KINDS and cutoff is not None and count != KINDS[kind]:
             words = "one frequency" if KINDS[kind] == 1 else "two frequencies"
@@ -150,7 +151,8 @@ class AlignTable(Table):
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield a breach if the frequency is missing, or has no use."""
-        by, frequency = table.get("by", "correlation"), table.get("frequency")
+        by = table.get("by", "correlation")
+        frequency = table.get("frequency")
         if by == "order-phase" and frequency is None:
             yield Breach((), ..., "order-phase needs the frequency that is compared", 'such as frequency = "50 Hz"')
         if by == "correlation" and frequency is not None:

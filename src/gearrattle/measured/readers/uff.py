@@ -247,7 +247,8 @@ def _axis(line: str) -> _Axis:
     try:
         kind = int(line[:10])
         _ = [int(line[at : at + 5] or 0) for at in (10, 15, 20)]
-        label, unit = line[25:46].strip(), line[46:67].strip()
+        label = line[25:46].strip()
+        unit = line[46:67].strip()
     except ValueError:
         kind = _first_number(line)
         rest = re.sub(r"^\s*(-?\d+\s+)*", "", line).split()

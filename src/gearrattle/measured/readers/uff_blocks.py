@@ -137,7 +137,8 @@ class _Cutter:
     def text(self, head: str) -> Block:
         """Return a dataset of lines."""
         lines: list[str] = []
-        begin = last = self.at
+        begin = self.at
+        last = self.at
         while (content := self.line()).strip() != b"-1":
             if self.at >= self.end:
                 raise self._cut()

@@ -100,7 +100,8 @@ def step(cross: Complex, delay: float, period: float) -> Array:
     """(...) Newton's step [s] to the largest correlation, from products (..., K) of lines; zero where nothing bends."""
     w = 2.0 * np.pi * np.arange(1, cross.shape[-1] + 1) / period
     turned = cross * np.exp(-1j * w * delay)
-    slope, bend = (turned.imag * w).sum(axis=-1), (turned.real * w**2).sum(axis=-1)
+    slope = (turned.imag * w).sum(axis=-1)
+    bend = (turned.real * w**2).sum(axis=-1)
     return np.asarray(np.where(bend > 0.0, slope / np.where(bend > 0.0, bend, 1.0), 0.0))
 
 

@@ -268,7 +268,8 @@ def _pairs(
     matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[orders.Lines, orders.Lines]
 ) -> tuple[Pair, ...]:
     """Return every channel with its levels, orders, bands and budget."""
-    layout, spectra = matter.run.trajectory.layout, densities.densities(*matter.cycles)
+    layout = matter.run.trajectory.layout
+    spectra = densities.densities(*matter.cycles)
     base = 2.0 * np.pi / (layout.period * layout.omega)
     levelled = levels.compare_levels(*matter.cycles, matter.drawn)
     ordered = orders.compare_orders(*lines, base, 1.0 / layout.period)
@@ -278,7 +279,8 @@ def _pairs(
     for c, (one, other) in enumerate(zip(matter.pairing.measured, matter.pairing.simulated, strict=True)):
         stated = _stated(matter, one.name)
         rows = tuple(budget.with_budget(level, row, c, known, stated) for row, level in enumerate(levelled[c]))
-        z, x = lines[0].mean[:, c], lines[1].mean[:, c]
+        z = lines[0].mean[:, c]
+        x = lines[1].mean[:, c]
         scale = float(np.sqrt(np.sum(np.abs(z) ** 2) * np.sum(np.abs(x) ** 2)))
         agreement = float(np.sum(np.conj(x) * z).real) / scale if scale > 0.0 else float("nan")
         what = other.quantity, other.subject, other.unit
@@ -288,7 +290,8 @@ def _pairs(
 
 def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
     """Return noise and calibration as stated for a channel, NaN where they are not, and the samples in a cycle."""
-    calibrations, nan = matter.wanted.calibration, float("nan")
+    calibrations = matter.wanted.calibration
+    nan = float("nan")
     calibration = (
         calibrations.get(name, nan)
         if isinstance(calibrations, Mapping)

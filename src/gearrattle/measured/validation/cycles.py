@@ -127,11 +127,13 @@ def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Sour
     if recording.time.size < 4:
         value = counted(recording.time.size, "sample")
         raise ModelError(Problem(recording.source, value, "is too short: a spectrum takes at least 4 samples"))
-    interval, columns = recording.interval, [channel.values for channel in channels]
+    interval = recording.interval
+    columns = [channel.values for channel in channels]
     notes: tuple[str, ...] = ()
     if interval is None:
         evens = [evened(recording.time, values) for values in columns]
-        interval, columns = evens[0][0], [values for _, values in evens]
+        interval = evens[0][0]
+        columns = [values for _, values in evens]
         notes = (f"{recording.source}: its samples are not evenly spaced; their cubic spline was taken",)
     return Source(np.stack(columns, axis=1), interval, float(recording.time[0]), recording.source), notes
 
@@ -158,8 +160,10 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         fewer than ``FEWEST`` cycles.
     """
     # the span that filters leave, in whole cycles
-    margin, step = margin_of(period, setting), period / setting.samples
-    begin, end = max(bounds[0], source.first + margin), min(bounds[1], source.last - margin)
+    margin = margin_of(period, setting)
+    step = period / setting.samples
+    begin = max(bounds[0], source.first + margin)
+    end = min(bounds[1], source.last - margin)
     if whole_start:
         begin = period * np.ceil(begin / period - 1e-9)
     count = int(np.floor((end - begin) / period + 1e-9))
@@ -174,7 +178,8 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
     grid = np.clip(begin + step * (np.arange(total) - before), source.first, source.last)
     used = slice(before, before + count * setting.samples)
     # resample, filter and treat the trend, channel by channel
-    kept, treated = [], []
+    kept = []
+    treated = []
     for near in resample(source.values, source.interval, source.first, grid, 1.0 / step).T:
         kept.append(near[used])
         band = filtered(near, 1.0 / step, "highpass", (setting.lowest,), _HIGH_PASS) if setting.lowest else near

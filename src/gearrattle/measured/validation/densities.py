@@ -25,7 +25,8 @@ from gearrattle.measured.validation.record import Band
 from gearrattle.signals import cross_spectra
 from gearrattle.trajectory import Array
 
-_LONGEST, _SEGMENTS = 4, 4
+_LONGEST = 4
+_SEGMENTS = 4
 _HANN = (1.0, 4.0 / 9.0, 1.0 / 36.0)  # squared correlations of bins 0, 1, 2 apart
 _LAGS = 8  # segments
 _ROUNDING = 1e-12  # of the power: a band with less on both sides is left out
@@ -132,7 +133,8 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
             continue
         # power in the band; a band of rounding alone is left out
         for c, rows in enumerate(bands):
-            one, other = measured.density[inside, c], simulated.density[inside, c]
+            one = measured.density[inside, c]
+            other = simulated.density[inside, c]
             power = float(one.sum()), float(other.sum())
             share = max(
                 part / float(all_of[c]) if all_of[c] > 0.0 else 0.0 for part, all_of in zip(power, whole, strict=True)

@@ -48,7 +48,8 @@ def explained(
     if not np.isfinite(slopes).all() or not used.size:
         return None
     # parameters of largest posterior probability, and their covariance
-    g, d = slopes[:, _RMS, used].T, ratio[_RMS, used]
+    g = slopes[:, _RMS, used].T
+    d = ratio[_RMS, used]
     v = _covariance(pairs, cycles, draws)[np.ix_(used, used)] + np.diag(np.sum(errors[:, _RMS, used] ** 2, axis=0))
     shift, spread = update(g, d, v, drawn.correlation)
     # squared differences before and after

@@ -93,7 +93,8 @@ def compare_impacts(
     # exact impacts of the run, and the ends of the cycles
     names = trajectory.layout.clearance_names
     counted = counted_of(names, channels, thresholds)
-    impacts, simulated = find_impacts(trajectory), cycles[1]
+    impacts = find_impacts(trajectory)
+    simulated = cycles[1]
     edges = simulated.start + simulated.period * np.arange(simulated.count + 1)
     compared = []
     for k, name in enumerate(names):

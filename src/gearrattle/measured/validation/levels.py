@@ -35,7 +35,8 @@ def levels_of(cycles: Cycles) -> Array:
 
 def log_errors(cycles: Cycles, drawn: Draws) -> Array:
     """(2, C) standard errors of the logarithms of peak to peak and rms; zero for a channel at rest."""
-    swing, square = drawn.means(swings(cycles)), drawn.means(mean_squares(cycles))
+    swing = drawn.means(swings(cycles))
+    square = drawn.means(mean_squares(cycles))
     tiny = np.finfo(float).tiny
     replicates = np.stack([np.log(np.maximum(swing, tiny)), 0.5 * np.log(np.maximum(square, tiny))])
     return np.stack([drawn.error(replicate) for replicate in replicates])
@@ -43,7 +44,8 @@ def log_errors(cycles: Cycles, drawn: Draws) -> Array:
 
 def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draws]) -> list[tuple[Level, ...]]:
     """Return both levels of every channel."""
-    one, other = levels_of(measured), levels_of(simulated)
+    one = levels_of(measured)
+    other = levels_of(simulated)
     errors = log_errors(measured, draws[0]), log_errors(simulated, draws[1])
     both = np.hypot(*errors)
     reach = factor(errors, (draws[0].freedom, draws[1].freedom)) * both
@@ -51,8 +53,10 @@ def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draw
     for c in range(one.shape[1]):
         rows = []
         for m, measure in enumerate(MEASURES):
-            a, b = float(one[m, c]), float(other[m, c])
-            ratio, nan = (b / a if a > 0.0 else float("nan")), float("nan")
+            a = float(one[m, c])
+            b = float(other[m, c])
+            ratio = b / a if a > 0.0 else float("nan")
+            nan = float("nan")
             ends = (100.0 * (1.0 - ratio * float(np.exp(s * reach[m, c]))) for s in (1.0, -1.0))
             low, high = (end if a > 0.0 else nan for end in ends)
             rows.append(Level(measure, a, b, sigma(a, b), low, high, 100.0 * ratio * float(both[m, c])))

@@ -142,7 +142,8 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     compared = []
     for c in range(measured.mean.shape[1]):
         # strongest lines of the channel
-        one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
+        one = np.abs(measured.mean[:, c])
+        other = np.abs(simulated.mean[:, c])
         chosen, there = strongest((one, other), (errors[0][:, c], errors[1][:, c]))
         rows = []
         # relative error of the amplitude, and its interval

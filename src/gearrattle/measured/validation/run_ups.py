@@ -110,7 +110,8 @@ def validate_run_up(
     check_repeats(recordings, pairings)
     # amplitudes over speed of every pair
     chosen = orders_in_common(run, recordings, orders, speed, names[0])
-    tracks, notes = [], dict.fromkeys(pairings[0].notes)
+    tracks = []
+    notes = dict.fromkeys(pairings[0].notes)
     for one, other in zip(pairings[0].measured, pairings[0].simulated, strict=True):
         made = _tracks(run, recordings, (one, other), chosen, speed=speed, turns=turns)
         tracks += made[0]
@@ -188,7 +189,8 @@ def _tracks(
             for cut, at, rows in zip(cuts, speeds, rising, strict=True)
         ]
     )
-    measured, simulated = read_at[:-1], read_at[-1]
+    measured = read_at[:-1]
+    simulated = read_at[-1]
     # scatter of the repeats, and the tracks
     error, reach = _scatter(measured)
     tracks = [
@@ -254,7 +256,8 @@ def longest_stretch(speed: Array, source: str) -> tuple[Any, str]:
 
 def _grid(speeds: Sequence[Array], name: str) -> Array:
     """Return the speeds that all have, as many as the one with fewest blocks has between their ends."""
-    low, high = max(float(speed[0]) for speed in speeds), min(float(speed[-1]) for speed in speeds)
+    low = max(float(speed[0]) for speed in speeds)
+    high = min(float(speed[-1]) for speed in speeds)
     count = min(int(np.count_nonzero((speed >= low) & (speed <= high))) for speed in speeds)
     if not low < high or count < _FEWEST:
         spans = listed([f"{speed[0]:.5g} to {speed[-1]:.5g} rad/s" for speed in speeds])

@@ -67,11 +67,13 @@ def block_length(levels: Array, lines: Array | None = None) -> int:
         (N, L) sizes of strong lines in every cycle.
     """
     count = len(levels)
-    longest, length = max(1, count // 4), int(np.ceil(count ** (1.0 / 3.0)))
+    longest = max(1, count // 4)
+    length = int(np.ceil(count ** (1.0 / 3.0)))
     for lag in range(length, longest):
         by_level = _related(levels, lag)
         by_line = _related(lines, lag) if lines is not None else np.zeros(0)
-        one, many = np.any(by_level > 2.0 / np.sqrt(count)), by_line.sum() > by_line.size / np.sqrt(count)
+        one = np.any(by_level > 2.0 / np.sqrt(count))
+        many = by_line.sum() > by_line.size / np.sqrt(count)
         if not (one or many):
             break
         length = lag + 1
@@ -98,7 +100,8 @@ def draws(
     lines
         (N, L) sizes of strong lines in every cycle, likewise.
     """
-    count, block = len(levels), block_length(levels, lines)
+    count = len(levels)
+    block = block_length(levels, lines)
     starts = generator.integers(0, count, (replicates, -(-count // block)))
     drawn = ((starts[:, :, None] + np.arange(block)) % count).reshape(replicates, -1)[:, :count]
     weights = np.zeros((replicates, count))
@@ -116,7 +119,8 @@ def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
     """
     from scipy.stats import t
 
-    first, second = errors[0] ** 2, errors[1] ** 2
+    first = errors[0] ** 2
+    second = errors[1] ** 2
     below = first**2 / freedoms[0] + second**2 / freedoms[1]
     freedom = np.where(below > 0.0, (first + second) ** 2 / np.where(below > 0.0, below, 1.0), sum(freedoms))
     return np.asarray(t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))

@@ -31,7 +31,8 @@ def to_be_recorded(model: Model) -> Recording:
 
 def _channels(layout: Layout, units: str, values: Callable[[str, int], Array]) -> tuple[Channel, ...]:
     """Return the channels of a run."""
-    channels, plain = [], units == "dimensionless"
+    channels = []
+    plain = units == "dimensionless"
     for quantity, unit in _OF_INERTIAS.items():
         for i, name in enumerate(layout.inertia_names):
             channels.append(Channel(f"{quantity}.{name}", quantity, name, "1" if plain else unit, values(quantity, i)))

@@ -136,7 +136,8 @@ class Coupling(Component):
 
     def _two_stages(self, leaf: Leaf) -> list[Any]:
         """The clearance form: the first stage, if there is one, and the last."""
-        stiffness, damping = leaf("stiffness", self.stiffness or 0.0), leaf("damping", self.damping)
+        stiffness = leaf("stiffness", self.stiffness or 0.0)
+        damping = leaf("damping", self.damping)
         last = (stiffness, damping, None)
         if self.clearance == 0.0:
             return [last]
@@ -197,7 +198,8 @@ class Coupling(Component):
             return "coupling", _referred(table, rho_b if a == GROUND else rho_a)
         if abs(rho_a - rho_b) <= _SAME * rho_a:
             return "coupling", _referred(table, rho_a)
-        first, piece = self.drive_pieces[0], self.drive_pieces[-1]
+        first = self.drive_pieces[0]
+        piece = self.drive_pieces[-1]
         mesh: dict[str, Any] = {"name": self.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
         mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
         if self.kinematic_error:

@@ -58,7 +58,8 @@ class HookeJoint(Table):
     @property
     def _terms(self) -> int:
         """How many terms count: the sum of the others is below ``_NEGLIGIBLE``."""
-        ratio, count = self._ratio, 0
+        ratio = self._ratio
+        count = 0
         while ratio ** (count + 1) / (count + 1) > _NEGLIGIBLE * (1.0 - ratio):
             count += 1
         return count

@@ -155,9 +155,11 @@ class Planetary(Component):
 
     def _mesh(self, side: Side, index: int) -> Element:
         """One mesh of one planet."""
-        own, planet = getattr(self.radii, side), self.radii.planet
+        own = getattr(self.radii, side)
+        planet = self.radii.planet
         signed = planet if side == "sun" else -planet
-        gear, axle = getattr(self, side), self.planets[index]
+        gear = getattr(self, side)
+        axle = self.planets[index]
         arms = ((gear, own), (axle, signed), (self.carrier, -(own + signed)))
         contact = Piece(getattr(self.stiffness, side), getattr(self.damping, side), None)
         gap = getattr(self.backlash, side)
@@ -186,7 +188,8 @@ class Planetary(Component):
 
     def notes(self) -> tuple[str, ...]:
         """Return what must be known of it: radii that do not fit, masses that were added."""
-        radii, notes = self.radii, []
+        radii = self.radii
+        notes = []
         fitting = radii.sun + 2.0 * radii.planet
         if abs(radii.ring - fitting) > _SAME * radii.ring:
             notes.append(

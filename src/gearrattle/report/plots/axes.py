@@ -56,7 +56,8 @@ class Axis:
         return next(multiples for step in steps if len(multiples := self._multiples(step)) >= _FEWEST)
 
     def _multiples(self, step: float) -> list[float]:
-        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        first = math.ceil(self.low / step - 1e-9)
+        last = math.floor(self.high / step + 1e-9)
         return [float(f"{k * step:.12g}") for k in range(first, last + 1)]
 
 
@@ -87,7 +88,8 @@ def limits(panel: Panel) -> tuple[tuple[float, float], tuple[float, float]]:
 def widened(panel: Panel, ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return limits with which one unit is as long across as up, on axes so many times as wide as high."""
     (left, right), (low, high) = limits(panel)
-    across, up = max(right - left, ratio * (high - low)), max(high - low, (right - left) / ratio)
+    across = max(right - left, ratio * (high - low))
+    up = max(high - low, (right - left) / ratio)
     return (
         (0.5 * (left + right) - 0.5 * across, 0.5 * (left + right) + 0.5 * across),
         (0.5 * (low + high) - 0.5 * up, 0.5 * (low + high) + 0.5 * up),
@@ -98,8 +100,10 @@ def _fit(values: list[Array], floor: float | None, margin: float) -> tuple[float
     finite = np.concatenate([np.zeros(0), *(v[np.isfinite(v)] for v in values)])
     if not finite.size:
         return 0.0, 1.0
-    low, high = float(finite.min()), float(finite.max())
+    low = float(finite.min())
+    high = float(finite.max())
     if high == low:
-        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+        low = low - 0.5 * (abs(low) or 1.0)
+        high = high + 0.5 * (abs(high) or 1.0)
     room = margin * (high - low)
     return (low - room if floor is None else floor), high + room

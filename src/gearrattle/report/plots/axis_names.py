@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Ticks = tuple[tuple[float, str], ...]
-_FEWEST, _MOST = 3, 6
+_FEWEST = 3
+_MOST = 6
 
 
 def paths_of(data: xr.Dataset, axis: str) -> list[str]:
@@ -61,8 +62,10 @@ def measure_of(data: xr.Dataset, name: str) -> Measure:
     """Return what a variable or coordinate is called, with a unit that suits its values."""
     if name not in data.variables:
         return Measure(name, "", 1.0)
-    values, attributes = np.asarray(data[name].values), data[name].attrs
-    words, unit = str(attributes.get("long_name", name)), str(attributes.get("units", ""))
+    values = np.asarray(data[name].values)
+    attributes = data[name].attrs
+    words = str(attributes.get("long_name", name))
+    unit = str(attributes.get("units", ""))
     if values.dtype.kind not in "iuf" or unit in ("", "1"):
         return Measure(words, "", 1.0)
     finite = np.abs(values[np.isfinite(values)])
@@ -124,7 +127,8 @@ def edges_of(x: Array, log: bool) -> Array:
     at = np.log(x) if log else x
     if at.size < 2:
         room = 0.5 * abs(float(at[0])) or 0.5
-        inner, ends = np.zeros(0), (at[0] - room, at[0] + room)
+        inner = np.zeros(0)
+        ends = (at[0] - room, at[0] + room)
     else:
         inner = 0.5 * (at[:-1] + at[1:])
         ends = (2.0 * at[0] - inner[0], 2.0 * at[-1] - inner[-1])

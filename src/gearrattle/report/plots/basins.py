@@ -71,7 +71,8 @@ def _reaching(limits: tuple[float, float] | None, values: list[Array]) -> tuple[
     """Limits that leave room around some values as well."""
     if limits is None or not values:
         return limits
-    (low, high), shown = limits, np.concatenate(values)
+    (low, high) = limits
+    shown = np.concatenate(values)
     room = _MARGIN * (max(high, float(shown.max())) - min(low, float(shown.min())))
     return min(low, float(shown.min()) - room), max(high, float(shown.max()) + room)
 
@@ -86,13 +87,16 @@ def _cells(data: xr.Dataset, keys: dict[int, Key]) -> tuple[Panel, list[str], st
     across = measure_of(data, names[0])
     x = across.factor * np.asarray(data[names[0]].values, dtype=np.float64)
     order = np.argsort(x)
-    x_edges, codes = edges_of(x[order], False), codes[order]
+    x_edges = edges_of(x[order], False)
+    codes = codes[order]
     if len(names) > 1:
         y = measure_of(data, names[1]).factor * np.asarray(data[names[1]].values, dtype=np.float64)
         rising = np.argsort(y)
-        y_edges, codes = edges_of(y[rising], False), codes[:, rising]
+        y_edges = edges_of(y[rising], False)
+        codes = codes[:, rising]
     else:
-        y_edges, codes = np.array([0.0, 1.0]), codes[:, None]
+        y_edges = np.array([0.0, 1.0])
+        codes = codes[:, None]
     # rectangles by code, and the values of the other axes in words
     cells = tuple(_boxes(codes == code, x_edges, y_edges, key) for code, key in keys.items() if np.any(codes == code))
     measures = {name: measure_of(data, name) for name in others}
@@ -108,7 +112,8 @@ def _frame(
     data: xr.Dataset, names: list[str], ends: tuple[tuple[float, float], tuple[float, float]]
 ) -> tuple[Panel, str]:
     """Axes of one or two initial values, and which stands where."""
-    across, up = measure_of(data, names[0]), measure_of(data, names[1]) if len(names) > 1 else None
+    across = measure_of(data, names[0])
+    up = measure_of(data, names[1]) if len(names) > 1 else None
     panel = Panel(
         up.words if up else "",
         up.unit if up else "",

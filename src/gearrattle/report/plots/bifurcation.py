@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 WAYS = {"up": Key("going up", DRIVE), "down": Key("going down", COAST)}
 TWO = Key("two motions", "#c9a227")
-_MOST_PANELS, _MOST_POINTS = 6, 12_000
+_MOST_PANELS = 6
+_MOST_POINTS = 12_000
 
 
 def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart:
@@ -50,7 +51,8 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
         Line(x, data[EXPONENT].isel(direction=i).values, WAYS[str(way)].name, WAYS[str(way)].colour, width=1.4)
         for i, way in enumerate(data["direction"].values)
     )
-    rule, units = Rule(0.0, "y", CENTRE), str(data[EXPONENT].attrs.get("units", "")).removesuffix("1")
+    rule = Rule(0.0, "y", CENTRE)
+    units = str(data[EXPONENT].attrs.get("units", "")).removesuffix("1")
     panels.append(replace(frame, title="Largest Lyapunov exponent", unit=units, lines=lines, rules=(rule,)))
     # regimes, a strip a direction
     strip, words = _strip(data, frame, x, log)
@@ -107,8 +109,10 @@ def _bands(data: xr.Dataset, x: Array, log: bool) -> tuple[Band, ...]:
     """Return ranges where both directions end in different motions, neighbours as one."""
     if "motions" not in data:
         return ()
-    edges, differ = edges_of(x, log), np.concatenate([[False], data["motions"].values == 1, [False]])
-    begins, ends = np.flatnonzero(differ[1:] & ~differ[:-1]), np.flatnonzero(differ[:-1] & ~differ[1:])
+    edges = edges_of(x, log)
+    differ = np.concatenate([[False], data["motions"].values == 1, [False]])
+    begins = np.flatnonzero(differ[1:] & ~differ[:-1])
+    ends = np.flatnonzero(differ[:-1] & ~differ[1:])
     return tuple(
         Band(float(edges[a]), float(edges[b]), TWO.colour, "x", 0.16) for a, b in zip(begins, ends, strict=True)
     )
@@ -120,12 +124,14 @@ def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Pa
         return [], ()
     headlines = headlines_in(data)
     edges = edges_of(x, log)
-    cells, used = [], []
+    cells = []
+    used = []
     rows = len(data["direction"])
     for word, colour in STATES.items():
         parts = [(i, rows - 1.0 - row) for row in range(rows) for i in np.flatnonzero(headlines[row] == word).tolist()]
         if parts:
-            at, height = np.array([i for i, _ in parts]), np.array([y for _, y in parts])
+            at = np.array([i for i, _ in parts])
+            height = np.array([y for _, y in parts])
             cells.append(Cells(edges[at], edges[at + 1], height - 0.4, height + 0.4, word, colour))
             used.append(word)
     ticks = tuple((rows - 1.0 - i, str(way)) for i, way in enumerate(data["direction"].values))

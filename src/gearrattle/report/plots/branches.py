@@ -40,8 +40,10 @@ EVENTS = {
 }
 """How each kind of event is drawn."""
 _OTHER = Key("other event", INK, "star")
-_STABLE, _UNSTABLE = Key("stable", INK, dash="solid"), Key("unstable", INK, dash="dashed")
-_MOST_PANELS, _MOST_NAMED = 6, 6
+_STABLE = Key("stable", INK, dash="solid")
+_UNSTABLE = Key("unstable", INK, dash="dashed")
+_MOST_PANELS = 6
+_MOST_NAMED = 6
 _LOG_FROM = 10.0
 """A modulus larger than this has a logarithmic axis."""
 
@@ -96,11 +98,13 @@ class _Drawing:
 
     def marks(self, at_events: Array, clearance: str = "") -> list[Line]:
         """Draw the events, every kind in its shape; of a clearance without those of other ones."""
-        kinds, names = self.branch.events["kind"].to_numpy(), self.branch.events["clearance"].to_numpy()
+        kinds = self.branch.events["kind"].to_numpy()
+        names = self.branch.events["clearance"].to_numpy()
         others = (names != "") & (names != clearance) if clearance else np.zeros(len(names), dtype=np.bool_)
         lines = []
         for kind in dict.fromkeys(kinds.tolist()):
-            here, key = (kinds == kind) & ~others, EVENTS.get(kind, _OTHER)
+            here = (kinds == kind) & ~others
+            key = EVENTS.get(kind, _OTHER)
             if not here.any():
                 continue
             lines.append(Line(self.values[1][here], at_events[here], kind, key.colour, "points", 8.0, shape=key.shape))
@@ -133,7 +137,8 @@ class _Drawing:
 
 def _parts(x: Array, y: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
     """The chosen steps of a curve, with the pen lifted between those that are not connected."""
-    across, up = [], []
+    across = []
+    up = []
     for i in np.flatnonzero(chosen).tolist():
         if i == 0 or not chosen[i - 1]:
             across += [np.nan, x[i]]
@@ -145,18 +150,22 @@ def _parts(x: Array, y: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]
 
 def branch_charts(branch: Branch) -> list[Chart]:
     """Return the highest and lowest deflection over the parameter, and the peak-to-peak deflection."""
-    drawing, data, levels = _Drawing(branch), branch.data, branch.event_levels
+    drawing = _Drawing(branch)
+    data = branch.data
+    levels = branch.event_levels
     layout = assemble(branch.model).layout
 
     def extremes(k: int) -> Panel:
-        low, high = data["lowest"].values[:, k], data["highest"].values[:, k]
+        low = data["lowest"].values[:, k]
+        high = data["highest"].values[:, k]
         in_unit = _extremes_scale(branch, k)
         drawn: list[Line] = []
         for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
             drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
         drawn += drawing.marks(_touched(branch, levels, k) * in_unit.factor, layout.clearance_names[k])
         reach = (float(np.nanmin(low)), float(np.nanmax(high)))
-        lowest, highest = reach[0] - np.ptp(reach), reach[1] + np.ptp(reach)
+        lowest = reach[0] - np.ptp(reach)
+        highest = reach[1] + np.ptp(reach)
         near = [own for own in branch.corners[k].T if np.any((lowest <= own) & (own <= highest))]
         rules = [Rule(own[0] * in_unit.factor) for own in near if not np.ptp(own)]
         drawn += [drawing.moved(own * in_unit.factor) for own in near if np.ptp(own)]
@@ -174,7 +183,8 @@ def branch_charts(branch: Branch) -> list[Chart]:
 
 def shown_levels(branch: Branch) -> dict[str, list[list[Array]]]:
     """Return the heights at which ``branch_charts`` draw the points, by chart, a list a panel, (P,) a curve."""
-    data, panels = branch.data, range(min(branch.data.sizes["clearance"], _MOST_PANELS))
+    data = branch.data
+    panels = range(min(branch.data.sizes["clearance"], _MOST_PANELS))
     low, high, swings = (data[name].values for name in ("lowest", "highest", "peak_to_peak"))
     factors = [_extremes_scale(branch, k).factor for k in panels]
     return {
@@ -185,7 +195,8 @@ def shown_levels(branch: Branch) -> dict[str, list[list[Array]]]:
 
 def _extremes_scale(branch: Branch, k: int) -> Scale:
     """Return the scale of the highest and the lowest deflection of a clearance."""
-    data, layout = branch.data, assemble(branch.model).layout
+    data = branch.data
+    layout = assemble(branch.model).layout
     levels = [data[name].values[:, k] for name in ("lowest", "highest")]
     return scale(np.concatenate([*levels, layout.corners[k]]), units_of(branch.model, layout, k)["deflection"])
 
@@ -201,9 +212,13 @@ def swing_panel(branch: Branch, k: int, others: Sequence[Line] = ()) -> Panel:
 
     ``others`` are drawn under it, in the units of the Dataset.
     """
-    drawing, layout, levels = _Drawing(branch), assemble(branch.model).layout, branch.event_levels
-    values, at_events = branch.data["peak_to_peak"].values[:, k], levels[:, 1, k] - levels[:, 0, k]
-    in_unit, across = _swings_scale(branch, k, others), measure(branch).factor
+    drawing = _Drawing(branch)
+    layout = assemble(branch.model).layout
+    levels = branch.event_levels
+    values = branch.data["peak_to_peak"].values[:, k]
+    at_events = levels[:, 1, k] - levels[:, 0, k]
+    in_unit = _swings_scale(branch, k, others)
+    across = measure(branch).factor
     drawn = [replace(line, x=line.x * across, y=line.y * in_unit.factor) for line in others]
     drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
     drawn += drawing.marks(at_events * in_unit.factor, layout.clearance_names[k])
@@ -233,7 +248,8 @@ def _over(branch: Branch, key: str, what: str, words: str, panel: Callable[[int]
 
 def _touched(branch: Branch, levels: Array, k: int) -> Array:
     """(E,) where an event is marked: a grazing at the end of the motion that is nearer to a corner, others above."""
-    low, high = levels[:, 0, k], levels[:, 1, k]
+    low = levels[:, 0, k]
+    high = levels[:, 1, k]
     if not low.size or not branch.event_corners[k].size:
         return high
     away = [np.abs(values[:, None] - branch.event_corners[k]).min(axis=1) for values in (low, high)]

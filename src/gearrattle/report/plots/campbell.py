@@ -20,7 +20,8 @@ STATES = ("#0b5c8f", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c
 """Colours of contact states; further ones are drawn in grey."""
 _CROSSING = "#a8123e"
 _STEPS = ((0.0, 5.0), (0.01, 8.0), (0.1, 11.0))
-_HEIGHT, _LABEL = 340, 12.0
+_HEIGHT = 340
+_LABEL = 12.0
 
 
 def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
@@ -106,7 +107,8 @@ def _names(
     diagram: Campbell, orders: list[OrderLine], top: float, speed: float, hertz: float, *, si: bool
 ) -> list[tuple[float, float, str]]:
     """Words above the level lines, each ending where an order line rises through: before it the place is free."""
-    names, (low, high) = [], diagram.speeds
+    names = []
+    (low, high) = diagram.speeds
     several = len(diagram.states) > 1
     for state, frequencies in zip(diagram.states, diagram.frequencies, strict=True):
         for mode, frequency in enumerate(frequencies.tolist()):

@@ -16,7 +16,8 @@ SCREEN = (1200.0, 600.0)
 WITHIN = 0.35
 """Largest distance [px] of a chord from the points that it replaces."""
 MOST_POINTS = 4000
-_PASSES, _SLACK = 6, 0.05
+_PASSES = 6
+_SLACK = 0.05
 
 
 def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np.int64]:
@@ -50,7 +51,8 @@ def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np
     No distance is larger than those of the chords divided before: for a larger ``within``, those at larger distances
     are the answer. Chords that come too late to be among the ``most`` are not divided.
     """
-    chosen, distance = np.array([0, len(points) - 1]), np.full(2, np.inf)
+    chosen = np.array([0, len(points) - 1])
+    distance = np.full(2, np.inf)
     beyond = np.arange(len(points))  # points of chords that are too far from some of them
     while beyond.size:
         chord = np.clip(np.searchsorted(chosen, beyond, "right") - 1, 0, len(chosen) - 2)
@@ -63,7 +65,8 @@ def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np
         ends = ends[np.diff(of_chord[ends], prepend=-1) > 0]
         divided = chord[ends]
         smallest = np.minimum(away[ends], np.minimum(distance[divided], distance[divided + 1]))
-        chosen, distance = np.insert(chosen, divided + 1, beyond[ends]), np.insert(distance, divided + 1, smallest)
+        chosen = np.insert(chosen, divided + 1, beyond[ends])
+        distance = np.insert(distance, divided + 1, smallest)
         beyond = beyond[is_wrong[of_chord]]
         within = max(within, _beyond_most(distance, most))
     return chosen, distance
@@ -71,7 +74,8 @@ def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np
 
 def distances(points: Array, begin: Array, end: Array) -> Array:
     """Return distances of points from chords, (N,): from the nearer end where a point is beyond it."""
-    along, off = end - begin, points - begin
+    along = end - begin
+    off = points - begin
     square = np.einsum("ij,ij->i", along, along)
     share = np.clip(np.einsum("ij,ij->i", off, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     return np.asarray(np.hypot(*(off - share[:, None] * along).T))

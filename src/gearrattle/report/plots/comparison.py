@@ -128,7 +128,8 @@ def _panel(
         np.array([max(work_precision.exact.error, _FLOOR)]),
     )
     lines.append(Line(*exact, "exact (bound)", INK, mark="points", width=9.0))
-    xs, ys = (np.concatenate([line.x for line in lines]), np.concatenate([line.y for line in lines]))
+    xs = np.concatenate([line.x for line in lines])
+    ys = np.concatenate([line.y for line in lines])
     ys = ys[np.isfinite(ys)]
     return Panel(
         "Error",

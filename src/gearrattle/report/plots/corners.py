@@ -49,10 +49,12 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
     corners
         (c,) corner positions in the same unit.
     """
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     away = np.maximum(np.maximum(low - corners, corners - high), 0.0)
     shown = corners[away <= max(high - low, float(away.min()))]
-    low, high = min(low, float(shown.min())), max(high, float(shown.max()))
+    low = min(low, float(shown.min()))
+    high = max(high, float(shown.max()))
     margin = 0.08 * (high - low or 1.0)
     return low - margin, high + margin
 

@@ -50,7 +50,8 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
     # the density and its limits, without frequency zero
     prefix = "" if which == "channel" else "reference_"
     values = {key: data[f"{prefix}psd{end}"].values[1:] for key, end in (("", ""), ("low", "_low"), ("high", "_high"))}
-    frequency, words = data["frequency"].values[1:], _percent(data)
+    frequency = data["frequency"].values[1:]
+    words = _percent(data)
     # limits thin, the density above them
     lines = [
         _line(frequency, np.where(values[key] > 0.0, values[key], np.nan), label, colour, width)
@@ -85,8 +86,10 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
 def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
     """Draw gain and phase of a transfer function between their limits."""
     # gain between |H| - r and |H| + r; limits that are not positive are left out
-    frequency, words = data["frequency"].values[1:], _percent(data)
-    gain, radius = data["response_magnitude"].values[1:], data["response_radius"].values[1:]
+    frequency = data["frequency"].values[1:]
+    words = _percent(data)
+    gain = data["response_magnitude"].values[1:]
+    radius = data["response_radius"].values[1:]
     low, high = (np.where(bound > 0.0, bound, np.nan) for bound in (gain - radius, gain + radius))
     label = f"{words} limit"
     upper = (
@@ -94,7 +97,8 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
         _line(frequency, high, label, MUTED, 0.7),
         _line(frequency, np.where(gain > 0.0, gain, np.nan), "gain", ACCENT, 1.4),
     )
-    x, x_range = _axis(si), (0.0, float(frequency[-1]))
+    x = _axis(si)
+    x_range = (0.0, float(frequency[-1]))
     unit = raised(str(data["response_magnitude"].attrs["units"]))
     # gain above, phase below
     panels = (
@@ -122,10 +126,12 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
 
 def cross_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
     """Draw magnitude and phase of a cross density; its phase is the transfer function's, with the same limits."""
-    frequency, words = data["frequency"].values[1:], _percent(data)
+    frequency = data["frequency"].values[1:]
+    words = _percent(data)
     size = data["cross_magnitude"].values[1:]
     line = _line(frequency, np.where(size > 0.0, size, np.nan), "cross density", ACCENT, 1.4)
-    unit, x = raised(str(data["cross_magnitude"].attrs["units"])).replace("*", "·"), _axis(si)
+    unit = raised(str(data["cross_magnitude"].attrs["units"])).replace("*", "·")
+    x = _axis(si)
     ends = (0.0, float(frequency[-1]))
     panels = (
         Panel("magnitude", unit, x, (line,), rules=rules, x_range=ends, y_range=_decades(size), y_log=True),
@@ -142,7 +148,8 @@ def cross_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = 
 
 def _phase_panel(data: xr.Dataset, x_title: str, rules: tuple[Rule, ...]) -> Panel:
     """Draw a phase between its limits, where it is known."""
-    frequency, label = data["frequency"].values[1:], f"{_percent(data)} limit"
+    frequency = data["frequency"].values[1:]
+    label = f"{_percent(data)} limit"
     phase, limit = (np.degrees(data[f"response_{key}"].values[1:]) for key in ("phase", "phase_limit"))
     phase = np.where(limit < 180.0, phase, np.nan)
     lines = (

@@ -15,7 +15,8 @@ from gearrattle.report.plots.placement import Cell, Placement, carriers, place
 from gearrattle.trajectory import Array, Layout
 
 HALF_WIDTH = 13.0
-_SHORTEST, _TALLEST = 34.0, 74.0
+_SHORTEST = 34.0
+_TALLEST = 74.0
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Scene:
     @property
     def size(self) -> tuple[float, float]:
         """Width and height of the drawing."""
-        frame, cells = self.frame, self.placement.cells
+        frame = self.frame
+        cells = self.placement.cells
         return (
             frame.left + frame.right + max(column for column, _ in cells) * frame.pitch_x,
             frame.top + frame.bottom + max(row for _, row in cells) * frame.pitch_y,
@@ -118,12 +120,14 @@ def element(scene: Scene, number: int, colour: str, label: Sequence[str]) -> str
         upper = scene.upper(number)
         lower = ends[0] if ends[1] == upper else ends[1]
         x, y = scene.pixel(placement.seats[number])
-        top, bottom = y + float(scene.heights[upper]), y + scene.frame.pitch_y - float(scene.heights[lower])
+        top = y + float(scene.heights[upper])
+        bottom = y + scene.frame.pitch_y - float(scene.heights[lower])
         drawn = symbols.mesh(x, top, bottom, colour, gap=gap)
         return drawn + symbols.text(x + 26, 0.5 * (top + bottom) - 2, words, "start")
     # ends on the shafts of both bodies
     left, right = sorted(ends, key=lambda end: scene.at(end, number))
-    (x_a, y_a), (x_b, y_b) = scene.at(left, number), scene.at(right, number)
+    (x_a, y_a) = scene.at(left, number)
+    (x_b, y_b) = scene.at(right, number)
     if left >= 0 and not layout.is_mesh[number]:
         x_a = scene.pixel((placement.shafts[left], 0))[0]
     # a spring between neighbours, where no earlier element joins them

@@ -71,7 +71,8 @@ def ratio_chart(ratios: Sequence[float], r_lambda: Mapping[str, Sequence[float]]
 
 
 def _decades(values: Array) -> tuple[float, float]:
-    low, high = np.floor(np.log10(values.min() / 1.2)), np.ceil(np.log10(values.max() * 1.2))
+    low = np.floor(np.log10(values.min() / 1.2))
+    high = np.ceil(np.log10(values.max() * 1.2))
     return float(10.0**low), float(10.0 ** max(high, low + 1.0))
 
 

@@ -16,8 +16,10 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_PAIRS, _MOST_LINES = 6, 60
-_FEASIBLE, _OTHER = "#8fb8d6", CENTRE
+_MOST_PAIRS = 6
+_MOST_LINES = 60
+_FEASIBLE = "#8fb8d6"
+_OTHER = CENTRE
 
 
 def front_chart(data: xr.Dataset) -> Chart | None:
@@ -26,7 +28,8 @@ def front_chart(data: xr.Dataset) -> Chart | None:
     names = [str(name) for name in data["objective"].values]
     if len(names) < 2 or not data.sizes["design"]:
         return None
-    values, front = data["value"].values, data["front"].values == 1
+    values = data["value"].values
+    front = data["front"].values == 1
     feasible = (data["violation"].values == 0.0) & ~front
     groups = (
         ("misses a limit", ~feasible & ~front, _OTHER, 4.0),
@@ -106,7 +109,8 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     if len(members) < 2:
         return None
     paths = [str(path) for path in data.attrs["variables"]]
-    low, high = np.array(data.attrs["low"], dtype=float), np.array(data.attrs["high"], dtype=float)
+    low = np.array(data.attrs["low"], dtype=float)
+    high = np.array(data.attrs["high"], dtype=float)
     measures = [measure_of(data, path) for path in paths]
     columns = [
         (m.factor * data[path].values[members], (m.factor * low[i], m.factor * high[i]))
@@ -181,7 +185,8 @@ def _room(values: Array) -> tuple[float, float]:
     there = values[np.isfinite(values)]
     if not there.size:
         return 0.0, 1.0
-    low, high = float(there.min()), float(there.max())
+    low = float(there.min())
+    high = float(there.max())
     room = 0.06 * (high - low) or 0.5 * (abs(high) or 1.0)
     return low - room, high + room
 

@@ -30,7 +30,8 @@ _TOP = 30
 _BOTTOM = 46
 _LEFT = 62
 _RIGHT = 40
-_TITLE_GAP, _AXIS_GAP = 32, 40
+_TITLE_GAP = 32
+_AXIS_GAP = 40
 _COLUMN_GAP = 0.085
 _FEW_DECADES = 2
 _GL_FROM = 20_000
@@ -134,7 +135,8 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
 
 def _decades(low: float, high: float) -> dict[str, Any]:
     """Return range and ticks of a logarithmic axis: whole powers of ten, within two decades 1, 2 and 5 times such."""
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    first = math.floor(math.log10(low))
+    last = math.ceil(math.log10(high))
     if last - first <= _FEW_DECADES:
         shown = log_ticks(low, high)
         ends = [math.log10(low), math.log10(high)]
@@ -264,8 +266,10 @@ def _bars(bars: Bars, index: int) -> dict[str, Any]:
 def _heat(heat: Heat, index: int) -> dict[str, Any]:
     """Write a map of numbers; cells are named by their middles."""
     rows, columns = heat.values.shape
-    (left, right), (low, high) = heat.x_range, heat.y_range
-    width, height = (right - left) / columns, (high - low) / rows
+    (left, right) = heat.x_range
+    (low, high) = heat.y_range
+    width = (right - left) / columns
+    height = (high - low) / rows
     return {
         "type": "heatmap",
         "name": heat.name,

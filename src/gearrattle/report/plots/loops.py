@@ -40,7 +40,8 @@ def phase_panel(loops: Sequence[Loop], clearance: int, title: str, limits: Seque
     """
     # scales common to all loops
     run = loops[0].run
-    layout, unit = run.trajectory.layout, units_of(run.model, run.trajectory.layout, clearance)
+    layout = run.trajectory.layout
+    unit = units_of(run.model, run.trajectory.layout, clearance)
     curves = [_curve(loop.run, clearance) for loop in limits or loops]
     all_x, all_y = (np.concatenate([curve[i] for curve in curves]) for i in (0, 1))
     across = scale(np.concatenate([all_x, layout.corners[clearance]]), unit["deflection"])

@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 Codes = NDArray[np.int64]
 NOTHING = Key("no value", NO_VALUE)
 MOST_PANELS = 12
-_HEIGHT, _ROW = 260, 26
+_HEIGHT = 260
+_ROW = 26
 _SHADES = 8
 _LEAST = 0.01
 _BELIEVE = (
@@ -121,7 +122,8 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
         return []
     # numbers over two axes, the median over samples
     x, y = two_axes(data)
-    units, subject = units_of(data, output), subject_of(data, output)
+    units = units_of(data, output)
+    subject = subject_of(data, output)
     values = numbers_of(values_of(data, output))
     if SAMPLE in values.dims:
         values = values.median(SAMPLE)
@@ -150,7 +152,8 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
 def _scales(values: Mapping[str, Array]) -> list[list[str]]:
     """Names that share a scale: a subject that spans less than a shade of another's has one of its own."""
     extent = {name: (float(np.nanmin(one)), float(np.nanmax(one))) for name, one in values.items()}
-    scales, left = [], list(extent)
+    scales = []
+    left = list(extent)
     while left:
         shade = (max(extent[name][1] for name in left) - min(extent[name][0] for name in left)) / _SHADES
         widest = max(left, key=lambda name: extent[name][1] - extent[name][0])
@@ -227,7 +230,8 @@ def _shaded(
     shades = [_between(*ends, share) for share in np.linspace(0.0, 1.0, len(bounds) - 1).tolist()]
     pairs = zip(bounds[:-1].tolist(), bounds[1:].tolist(), shades, strict=True)
     legend = (*(Key(f"{numeral(a, 3)}–{numeral(b, 3)}", shade) for a, b, shade in pairs), NOTHING)
-    panels, axes = [], two_axes(data)
+    panels = []
+    axes = two_axes(data)
     for name, subject_values in _by_subject(values, subject, *axes):
         codes = np.clip(np.searchsorted(bounds, subject_values, "right") - 1, 0, len(bounds) - 2)
         panels.append(
@@ -249,7 +253,8 @@ def _by_subject(values: xr.DataArray, subject: str, x: str, y: str) -> list[tupl
 
 def _frame(data: xr.Dataset, x: str, y: str, name: str) -> Panel:
     """A panel with axes of cells and nothing in it."""
-    across, up = labels_of(data, x), labels_of(data, y)
+    across = labels_of(data, x)
+    up = labels_of(data, y)
     return Panel(
         name,
         f"↑ {title_of(data, y)}",
@@ -270,7 +275,8 @@ def cells_of(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
     cells = []
     for code, key in zip([*range(len(legend) - 1), -1], legend, strict=True):
         edges = np.diff(np.pad((codes == code).astype(np.int8), ((0, 0), (1, 1))), axis=1)
-        (row, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+        (row, begin) = np.nonzero(edges == 1)
+        (_, end) = np.nonzero(edges == -1)
         if row.size:
             left, right, middle = (edges.astype(np.float64) for edges in (begin - 0.5, end - 0.5, row))
             cells.append(Cells(left, right, middle - 0.5, middle + 0.5, key.name, key.colour))

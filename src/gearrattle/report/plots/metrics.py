@@ -186,7 +186,8 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
 
 def _range(values: np.ndarray[tuple[int], np.dtype[np.float64]], *, log: bool) -> tuple[float, float]:
     """Return limits with room: whole decades of a logarithmic axis."""
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     if log:
         bottom = 10.0 ** np.floor(np.log10(0.8 * low))
         return float(bottom), float(max(10.0 ** np.ceil(np.log10(1.25 * high)), 10.0 * bottom))
@@ -200,7 +201,8 @@ def _shares(rows: Sequence[Row]) -> Panel | None:
     names = [name for name, quantity in shares if quantity == "free share"]
     if not names:
         return None
-    cells, left = [], np.zeros(len(names))
+    cells = []
+    left = np.zeros(len(names))
     heights = np.arange(len(names), dtype=np.float64)
     for quantity, colour in _SIDES:
         right = left + 100.0 * np.array([shares[name, quantity] for name in names])

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 _FRAME = driveline.Frame(pitch_x=118, pitch_y=138, left=54, right=82, top=112, bottom=66)
 _TALLEST = 34.0
-_FAINTEST, _STRONGEST = "#b9c2cc", "#a8123e"
+_FAINTEST = "#b9c2cc"
+_STRONGEST = "#a8123e"
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
 _STYLE = (
     f".disc{{fill:#eef2f5;stroke:{MUTED};stroke-width:1.2}} .link{{fill:none;stroke-linejoin:round;"
@@ -41,11 +42,14 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     width += max(0.0, 32.0 + 8.0 * max(meshes, default=0) - _FRAME.right)
     width = max(width, _FRAME.left + 8.5 * len(title))
     # elements by ascending strain energy
-    shares, works = np.nan_to_num(modes.strain_energy[:, mode]), modes.works_in(mode)
-    angles, names = _angles(layout, modes, mode), layout.inertia_names
+    shares = np.nan_to_num(modes.strain_energy[:, mode])
+    works = modes.works_in(mode)
+    angles = _angles(layout, modes, mode)
+    names = layout.inertia_names
     drawn = [f'<text class="title" x="12" y="24">{escape(title)}</text>']
     for element in np.argsort(shares, kind="stable").tolist():  # words of those that work stand on top
-        name, share = layout.element_names[element], float(shares[element])
+        name = layout.element_names[element]
+        share = float(shares[element])
         words = [f'<tspan class="name">{escape(name)}</tspan>', f'<tspan class="share">{_percent(share)}</tspan>']
         line = driveline.element(scene, element, _mixed(share), words if name in works else [])
         drawn.append(f'<g stroke-width="{1.6 + 3.0 * share:.2f}">{line}</g>')

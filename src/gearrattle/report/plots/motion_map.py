@@ -115,7 +115,8 @@ def _scaled(ends: tuple[float, float], factor: float) -> tuple[float, float]:
 def _placed(cells: Cells, shape: tuple[int, ...], x_range: tuple[float, float], y_range: tuple[float, float]) -> Cells:
     """Cells counted from -0.5 on, at their values."""
     rows, columns = shape
-    width, height = (x_range[1] - x_range[0]) / columns, (y_range[1] - y_range[0]) / rows
+    width = (x_range[1] - x_range[0]) / columns
+    height = (y_range[1] - y_range[0]) / rows
     left, right = (x_range[0] + (edge + 0.5) * width for edge in (cells.left, cells.right))
     low, high = (y_range[0] + (edge + 0.5) * height for edge in (cells.low, cells.high))
     return replace(cells, left=left, right=right, low=low, high=high)

@@ -16,7 +16,9 @@ __all__ = ["UNBROKEN", "engineering", "engineering_column", "grouped", "numeral"
 UNBROKEN = "\u00a0"
 """A blank at which no line is broken."""
 _BEFORE_UNIT = re.compile(r"(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=[%×±]|[kMmµn]?(?:N|m|s|g|rad|rpm|Hz|dB|T)\b)|(?<=[×±]) (?=\d)")
-_EXPONENT, _JOINER = re.compile(r"(?<=\de-)(?=\d)"), "\u2060"  # no line ends at the hyphen of 1e-14
+# no line ends at the hyphen of 1e-14
+_EXPONENT = re.compile(r"(?<=\de-)(?=\d)")
+_JOINER = "\u2060"
 
 
 def grouped(number: int) -> str:

@@ -12,9 +12,13 @@ from gearrattle.report.plots.palette import ACCENT, COAST, COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
 from gearrattle.wording import counted
 
-_MOST_PANELS, _MOST_LOOPS, _MOST_TABS = 9, 12, 4
-STABLE, UNSTABLE = Key("stable", INK, dash="solid"), Key("unstable", INK, dash="dashed")
-INSIDE, OUTSIDE = Key("in or on the unit circle", ACCENT, "circle"), Key("outside", COAST, "cross")
+_MOST_PANELS = 9
+_MOST_LOOPS = 12
+_MOST_TABS = 4
+STABLE = Key("stable", INK, dash="solid")
+UNSTABLE = Key("unstable", INK, dash="dashed")
+INSIDE = Key("in or on the unit circle", ACCENT, "circle")
+OUTSIDE = Key("outside", COAST, "cross")
 _ROOM = 1e-9
 
 

@@ -24,7 +24,8 @@ from gearrattle.wording import noun_of
 if TYPE_CHECKING:
     import xarray as xr
 
-COLUMNS, ROWS = 220, 160
+COLUMNS = 220
+ROWS = 160
 """Cells of a map at most: some are wider than a bin, none lose a line."""
 SPAN = 60.0
 """Range of a map below its largest value [dB]."""
@@ -75,14 +76,16 @@ def map_panel(
     places, x_title = _level_axis(data, si)
     rising = np.argsort(places, kind="stable")
     shown = levels(data.values, squared=data.name == "density")[rising]
-    places, height = places[rising], data[vertical].values
+    places = places[rising]
+    height = data[vertical].values
     x_edges = _edges(places, COLUMNS)
     bins = np.diff(height).min() if height.size > 1 else 1.0
     y_edges = np.linspace(max(0.0, height[0] - 0.5 * bins), height[-1] + 0.5 * bins, min(ROWS, height.size) + 1)
     cells = largest_along(largest_along(shown, places, x_edges).T, height, y_edges)
     highest = round_up(float(np.nanmax(cells))) if top is None else top
     unit = level_unit(str(data.attrs["units"]))
-    x_range, y_range = (float(x_edges[0]), float(x_edges[-1])), (float(y_edges[0]), float(y_edges[-1]))
+    x_range = (float(x_edges[0]), float(x_edges[-1]))
+    y_range = (float(y_edges[0]), float(y_edges[-1]))
     heat = Heat(x_range, y_range, cells, highest - SPAN, highest, unit)
     turning = Turning.along(x_range, si=si) if "speed" in x_title else _turning(data)
     lines, labels = overlay(x_range, y_range, turning, by_order=vertical == "order", orders=orders, natural=natural)
@@ -94,7 +97,8 @@ def scale_keys(high: float, unit: str) -> tuple[Key, ...]:
     """Return what shades of a map stand for."""
     shares = np.linspace(0.0, 1.0, _KEYS).tolist()
     words = [numeral(high - SPAN * (1.0 - share), 3) for share in shares]
-    words[0], words[-1] = f"≤ {words[0]}", f"{words[-1]} {unit}"
+    words[-1] = f"{words[-1]} {unit}"
+    words[0] = f"≤ {words[0]}"
     return tuple(Key(word, shade(share)) for word, share in zip(words, shares, strict=True))
 
 
@@ -151,7 +155,8 @@ def cuts_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
 def coherence_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
     """Draw a coherence between its limits, and what chance alone stays below."""
     # coherence and its limits, thinned
-    frequency, words = data.frequency.values, f"{100.0 * data.attrs['level']:g} %"
+    frequency = data.frequency.values
+    words = f"{100.0 * data.attrs['level']:g} %"
     lines = []
     for name, colour, width in (("low", MUTED, 0.7), ("high", MUTED, 0.7), ("coherence", ACCENT, 1.4)):
         y = data[name].values
@@ -200,7 +205,8 @@ def _edges(places: Array, most: int) -> Array:
     """Return equal cells that cover rows and half a step beside them."""
     if places.size < 2:
         return np.asarray([places[0] - 0.5, places[0] + 0.5])
-    low, high = places[0] - 0.5 * (places[1] - places[0]), places[-1] + 0.5 * (places[-1] - places[-2])
+    low = places[0] - 0.5 * (places[1] - places[0])
+    high = places[-1] + 0.5 * (places[-1] - places[-2])
     return np.linspace(low, high, max(2, min(most, places.size)) + 1)
 
 

@@ -67,14 +67,16 @@ def overlay(
         elif not by_order and turning is not None:
             y = order * turning.speed / (2.0 * np.pi)
             curve = _follow(turning.places, y, y_range, (f"order {order:g}", f"order {order:g}", PAPER))
-            lines, labels = [*lines, *curve[0]], [*labels, *curve[1]]
+            lines = [*lines, *curve[0]]
+            labels = [*labels, *curve[1]]
     # natural frequencies: o = omega_r / Omega where orders are on the y axis, otherwise level
     for mode, frequency in enumerate(natural, start=1):
         words = f"natural frequency {mode}", f"f{mode}", SHADES[-1]
         if by_order and turning is not None and frequency > 0.0:
             with np.errstate(divide="ignore"):
                 curve = _follow(turning.places, frequency / turning.speed, y_range, words)
-            lines, labels = [*lines, *curve[0]], [*labels, *curve[1]]
+            lines = [*lines, *curve[0]]
+            labels = [*labels, *curve[1]]
         elif not by_order and 0.0 < frequency / (2.0 * np.pi) < y_range[1]:
             y = np.full(2, frequency / (2.0 * np.pi))
             lines += _seen(np.array(x_range), y, words[0], words[2])

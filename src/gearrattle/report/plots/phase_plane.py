@@ -108,9 +108,12 @@ def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) ->
 
 def _through_samples(findings: Judged, clearance: int, part: slice) -> Array:
     """(N, 2) deflection and rate of one clearance through samples and its crossings."""
-    trajectory, model = findings.motion.trajectory, findings.model
-    layout, events = trajectory.layout, trajectory.events
-    element, deflection = int(layout.clearance[clearance]), trajectory.deflection[:, clearance]
+    trajectory = findings.motion.trajectory
+    model = findings.model
+    layout = trajectory.layout
+    events = trajectory.events
+    element = int(layout.clearance[clearance])
+    deflection = trajectory.deflection[:, clearance]
     second = acceleration_of(model, trajectory, element)
     samples = Knots(trajectory.time, deflection, deflection_rate(findings, clearance), second)
     own = events.clearance == clearance

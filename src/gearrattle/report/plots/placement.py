@@ -136,7 +136,8 @@ def _carry(planet: int, carrier: int, placement: Placement) -> None:
 
 def _stand(body: int, element: int, other: int, placement: Placement) -> None:
     """Draw a mesh straight down to a gear that stands on the next line already, if its shaft can reach there."""
-    (column, row), (own, below) = placement.bodies[body], placement.bodies.get(other, (0, 0))
+    (column, row) = placement.bodies[body]
+    (own, below) = placement.bodies.get(other, (0, 0))
     last = max([own, *(foot for foot, _ in placement.feet.get(other, ()))])
     reach = [(between, row + 1) for between in range(last + 1, column + 1)]
     if below == row + 1 and column > last and not set(reach) & set(placement.cells):
@@ -158,7 +159,8 @@ def _hang(body: int, element: int, other: int, placement: Placement) -> None:
 
 def _append(body: int, element: int, other: int, placement: Placement) -> None:
     """Place what a coupling leads to in the next column, on the body's own line if it is free there, or below."""
-    column, row = placement.shafts[body] + 1, placement.bodies[body][1]
+    column = placement.shafts[body] + 1
+    row = placement.bodies[body][1]
     taken = set(placement.cells)
     while (column, row) in taken:
         row += 1

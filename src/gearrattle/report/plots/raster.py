@@ -22,7 +22,8 @@ _SHADES = 255
 
 def raster(heat: Heat, x: Axis, y: Axis) -> str:
     """Return an image element that fills the map's place."""
-    (left, right), (bottom, top) = x.at(np.array(heat.x_range)).tolist(), y.at(np.array(heat.y_range)).tolist()
+    (left, right) = x.at(np.array(heat.x_range)).tolist()
+    (bottom, top) = y.at(np.array(heat.y_range)).tolist()
     address = "data:image/png;base64," + b64encode(_png(heat)).decode("ascii")
     geometry = f'x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}"'
     return f'<image {geometry} preserveAspectRatio="none" image-rendering="pixelated" href="{address}"/>'

@@ -53,7 +53,8 @@ def _panel(axis: TimeAxis, k: int, window: Window) -> Panel:
         if side.any():
             floor = np.full(side.sum(), float(max(inner) if colour == DRIVE else min(inner)))
             level = region[side].astype(np.float64)
-            low, high = np.minimum(floor, level), np.maximum(floor, level)
+            low = np.minimum(floor, level)
+            high = np.maximum(floor, level)
             cells.append(Cells(begin[side], end[side], low, high, name, colour))
     # the region as a step curve
     steps = np.repeat(region, 2).astype(np.float64)

@@ -19,7 +19,8 @@ def rest_chart(rest: Equilibrium) -> Chart | None:
     """Draw torque or force over deflection with the point of rest; None where no element has a corner."""
     # the first elements with corners
     driveline = assemble(rest.model)
-    layout, si = driveline.layout, rest.model.units == "SI"
+    layout = driveline.layout
+    si = rest.model.units == "SI"
     panels = []
     for j, k in enumerate(layout.clearance[:_MOST_PANELS].tolist()):
         # limits that show all corners and the rest
@@ -28,7 +29,8 @@ def rest_chart(rest: Equilibrium) -> Chart | None:
         is_mesh = bool(layout.is_mesh[k])
         at = rest.deflection[name]
         low, high = reach(np.array([at]), law.corners)
-        low, high = min(low, *law.corners), max(high, *law.corners)
+        low = min(low, *law.corners)
+        high = max(high, *law.corners)
         margin = 0.25 * (high - low)
         # the elastic characteristic, with a sample at each corner
         deflection = np.union1d(np.linspace(low - margin, high + margin, _POINTS), [*law.corners, at])

@@ -16,7 +16,8 @@ from gearrattle.wording import counted
 MOST_ROWS = 40
 ROW = 26
 """Height of a row [px]."""
-_LONGEST_NAME, _NAME_WIDTH = 44, 0.014  # letters; width of one, as a share of the axis
+_LONGEST_NAME = 44  # letters
+_NAME_WIDTH = 0.014  # of a letter, as a share of the axis
 _MARGIN = 0.05
 
 
@@ -101,7 +102,8 @@ def with_names(panel: Panel, names: Sequence[str]) -> Panel:
         powers = range(int(np.ceil(np.log10(low) - 1e-9)), int(np.floor(np.log10(high) + 1e-9)) + 1)
         steps = [10.0**power for power in powers[:: max(1, -(-len(powers) // 5))]]
     else:
-        left, steps = low - share * (high - low), _round(low, high)
+        left = low - share * (high - low)
+        steps = _round(low, high)
     labels = tuple(Label(left, float(k), name, INK) for k, name in enumerate(names))
     ticks = tuple((value, numeral(value, 3)) for value in steps)
     return replace(panel, labels=labels, x_range=(left, high), x_ticks=ticks, y_ticks=((-9.0, ""),))
@@ -109,9 +111,11 @@ def with_names(panel: Panel, names: Sequence[str]) -> Panel:
 
 def _reach(values: Array, *, log: bool) -> tuple[float, float]:
     """Limits with a margin; whole decades of a logarithmic axis."""
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     if log:
-        bottom, top = np.floor(np.log10(low)), np.ceil(np.log10(high))
+        bottom = np.floor(np.log10(low))
+        top = np.ceil(np.log10(high))
         return float(10.0**bottom), float(10.0 ** max(top, bottom + 1.0))
     margin = _MARGIN * (high - low) or 0.5 * abs(high) or 1.0
     return low - margin, high + margin

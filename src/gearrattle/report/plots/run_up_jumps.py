@@ -9,8 +9,10 @@ from gearrattle.report.plots.chart import Chart, Key, Line
 from gearrattle.report.plots.palette import COAST, COLOURS
 from gearrattle.wording import counted
 
-_MOST_PANELS, _MOST_PERIODS = 4, 4000
-UP, DOWN = Key("run-up", COAST), Key("run-down", COLOURS[2])
+_MOST_PANELS = 4
+_MOST_PERIODS = 4000
+UP = Key("run-up", COAST)
+DOWN = Key("run-down", COLOURS[2])
 
 
 def run_up_chart(jumps: RunUpJumps) -> Chart:
@@ -21,7 +23,8 @@ def run_up_chart(jumps: RunUpJumps) -> Chart:
     for k in range(min(len(names), _MOST_PANELS)):
         runs = []
         for run in jumps.envelopes:
-            key, step = UP if run.upward else DOWN, slice(None, None, max(1, len(run.value) // _MOST_PERIODS))
+            key = UP if run.upward else DOWN
+            step = slice(None, None, max(1, len(run.value) // _MOST_PERIODS))
             runs.append(Line(run.value[step], run.peak_to_peak[step, k], key.name, key.colour, width=3.0, opacity=0.6))
         panels.append(swing_panel(branch, k, runs))
     more = len(names) - len(panels)

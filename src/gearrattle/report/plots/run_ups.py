@@ -22,7 +22,8 @@ _MOST = 8
 def run_up_spectra(findings: Findings) -> Chart | None:
     """Draw the spectra of a run-up; None at one speed, or from too few samples."""
     # a waterfall of every body's acceleration; None without a sweep
-    run, si = findings.motion, findings.model.units == "SI"
+    run = findings.motion
+    si = findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
     names = run.trajectory.layout.inertia_names
@@ -65,7 +66,8 @@ def run_up_spectra(findings: Findings) -> Chart | None:
 def run_up_orders(findings: Findings) -> Chart | None:
     """Draw the excited orders of every body's acceleration over speed; None at one speed, or if no block fits."""
     # positive orders of the excitation; None without a sweep
-    run, si = findings.motion, findings.model.units == "SI"
+    run = findings.motion
+    si = findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
     layout = run.trajectory.layout

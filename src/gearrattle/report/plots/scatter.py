@@ -47,7 +47,8 @@ def probability_bars(data: xr.Dataset) -> Chart | None:
 
 def bars_of_probability(dataset: xr.Dataset) -> Chart | None:
     """Draw what ``rattle_probability`` found over samples alone; None without a part that can separate."""
-    output, subject = str(dataset.attrs["output"]), str(dataset.attrs["subject"])
+    output = str(dataset.attrs["output"])
+    subject = str(dataset.attrs["subject"])
     share, low, high = (np.atleast_1d(dataset[name].values) for name in ("probability", "low", "high"))
     names = [str(name) for name in dataset[subject].values] if subject else [output]
     if not names:
@@ -116,7 +117,8 @@ def tornado_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
 
     ``measured`` holds the values that scatter, with their words and units.
     """
-    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
+    subject = str(dataset.attrs["subject"])
+    output = str(dataset.attrs["output"])
     panels = []
     for part, coefficients in subjects_of(dataset["rank_regression"], subject):
         one = dataset.sel({subject: part}) if subject else dataset
@@ -153,7 +155,8 @@ def _tornado(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     # values with the largest rank regression coefficients, the largest on top
     coefficients = dataset["rank_regression"].values
     order = np.argsort(-np.abs(np.nan_to_num(coefficients)), kind="stable")[:_MOST_VALUES]
-    strengths, shares = np.nan_to_num(coefficients[order]), dataset["first_order"].values[order]
+    strengths = np.nan_to_num(coefficients[order])
+    shares = dataset["first_order"].values[order]
     names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     # bars by sign

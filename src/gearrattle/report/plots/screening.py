@@ -77,7 +77,8 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
     unsure = (_UNSURE,) if undecided.any() else ()
     # a map of every gear, with the boundary at 0 dB
-    across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
+    across = [numeral(v, 4) for v in speeds]
+    (up, load) = loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):
         margins = shaded[:, :, k].T

@@ -24,7 +24,8 @@ _MOST_PANELS = 8
 _MOST_VALUES = 12
 _ROW = 30
 _NAMES = 0.75  # share of the bars' width that names take, left of them
-FIRST, TOTAL = ACCENT, "#8fb8d6"
+FIRST = ACCENT
+TOTAL = "#8fb8d6"
 
 
 def sobol_bars(data: xr.Dataset) -> Chart | None:
@@ -83,7 +84,8 @@ def swing_chart(panels: list[Panel], values: int) -> Chart | None:
 
 def _by_subject(dataset: xr.Dataset) -> list[tuple[str, str, xr.Dataset]]:
     """Title, unit and sensitivities of every subject."""
-    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
+    subject = str(dataset.attrs["subject"])
+    output = str(dataset.attrs["output"])
     names = [name for name, _ in subjects_of(dataset["output_unit"], subject)]
     parts = [
         (f"{name}: {output}" if name else output, dataset.sel({subject: name}) if name else dataset) for name in names
@@ -97,7 +99,8 @@ def _chart(words: tuple[str, str, str], panels: list[Panel], count: int, legend:
         return None
     left = len(panels) - _MOST_PANELS
     more = f" {left} more are not drawn." if left > 0 else ""
-    (key, title, caption), height = words, _ROW * min(count, _MOST_VALUES) + 12
+    (key, title, caption) = words
+    height = _ROW * min(count, _MOST_VALUES) + 12
     shown = tuple(panels[:_MOST_PANELS])
     return Chart(key, title, caption + more, shown, panel_height=height, share_x=False, legend=legend)
 
@@ -107,14 +110,16 @@ def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     total = np.nan_to_num(dataset["total_order"].values)
     order = np.argsort(-total, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
-    cells, lines = [], []
+    cells = []
+    lines = []
     for name, colour, at in (("total_order", TOTAL, -0.17), ("first_order", FIRST, 0.17)):
         # indices as bars with their 95 % intervals
         share = np.nan_to_num(dataset[name].values[order])
         half = np.nan_to_num(dataset[f"{name}_half_width"].values[order])
         middle = rows + at
         cells.append(Cells(np.minimum(share, 0.0), np.maximum(share, 0.0), middle - 0.15, middle + 0.15, name, colour))
-        low, high = np.maximum(share - half, -0.15), np.minimum(share + half, 1.15)
+        low = np.maximum(share - half, -0.15)
+        high = np.minimum(share + half, 1.15)
         lines.append(Line(*_pieces(low, high, middle), "95 % interval", INK, width=1.4))
     # names on the left
     names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
@@ -134,7 +139,8 @@ def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
 
 def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     # values with the largest swing of the output, the largest on top
-    swing, base = np.nan_to_num(dataset["swing"].values), float(dataset["base"])
+    swing = np.nan_to_num(dataset["swing"].values)
+    base = float(dataset["base"])
     order = np.argsort(-swing, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     # bars from the base to the output at both ends of a value
@@ -144,8 +150,10 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
     same_side = (ends["low"] - base) * (ends["high"] - base) > 0.0  # one over the other: each half as high
     cells = []
     for name, colour, side in (("low", COAST, 0.5), ("high", DRIVE, -0.5)):
-        middle, half = np.where(same_side, rows + 0.32 * side, rows), np.where(same_side, 0.15, 0.32)
-        left, right = np.minimum(ends[name], base), np.maximum(ends[name], base)
+        middle = np.where(same_side, rows + 0.32 * side, rows)
+        half = np.where(same_side, 0.15, 0.32)
+        left = np.minimum(ends[name], base)
+        right = np.maximum(ends[name], base)
         cells.append(Cells(left, right, middle - half, middle + half, name, colour))
     # room for names on the left
     low = min(base, *(float(values.min()) for values in ends.values()))

@@ -39,16 +39,24 @@ def between(knots: Knots) -> Array:
     """Return (N, 2) value and rate at all knots and in between, ``PIECES`` a way."""
     h = np.diff(knots.time)
     h = np.where(h > 0.0, h, 1.0)
-    p0, p1 = knots.value[:-1], knots.value[1:]
-    v0, v1 = knots.rate[:-1] * h, knots.rate[1:] * h
-    first, last = 6.0 * (p1 - p0) - 4.0 * v0 - 2.0 * v1, -6.0 * (p1 - p0) + 2.0 * v0 + 4.0 * v1  # of the cubic
-    a0, a1 = knots.second[:-1] * h**2, knots.second[1:] * h**2
-    no_first, no_last = np.isnan(a0), np.isnan(a1)
-    a0, a1 = (
-        np.where(no_first, np.where(no_last, first, 12.0 * (p1 - p0 - v0) - 6.0 * (v1 - v0) + a1), a0),
-        np.where(no_last, np.where(no_first, last, a0 - 12.0 * (p1 - p0 - v0 - 0.5 * a0) + 6.0 * (v1 - v0 - a0)), a1),
-    )
-    rest, slope, bend = p1 - p0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+    p0 = knots.value[:-1]
+    p1 = knots.value[1:]
+    v0 = knots.rate[:-1] * h
+    v1 = knots.rate[1:] * h
+    # of the cubic
+    first = 6.0 * (p1 - p0) - 4.0 * v0 - 2.0 * v1
+    last = -6.0 * (p1 - p0) + 2.0 * v0 + 4.0 * v1
+    a0 = knots.second[:-1] * h**2
+    a1 = knots.second[1:] * h**2
+    no_first = np.isnan(a0)
+    no_last = np.isnan(a1)
+    begin = np.where(no_first, np.where(no_last, first, 12.0 * (p1 - p0 - v0) - 6.0 * (v1 - v0) + a1), a0)
+    end = np.where(no_last, np.where(no_first, last, a0 - 12.0 * (p1 - p0 - v0 - 0.5 * a0) + 6.0 * (v1 - v0 - a0)), a1)
+    a0 = begin
+    a1 = end
+    rest = p1 - p0 - v0 - 0.5 * a0
+    slope = v1 - v0 - a0
+    bend = a1 - a0
     c3 = 10.0 * rest - 4.0 * slope + 0.5 * bend
     c4 = -15.0 * rest + 7.0 * slope - bend
     c5 = 6.0 * rest - 3.0 * slope + 0.5 * bend

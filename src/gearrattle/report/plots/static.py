@@ -26,7 +26,8 @@ _TOP = 26
 _BOTTOM = 46
 _LEFT = 62
 _RIGHT = 16
-_TITLE_GAP, _AXIS_GAP = 32, 40
+_TITLE_GAP = 32
+_AXIS_GAP = 40
 _COLUMN_GAP = 74
 
 
@@ -52,7 +53,8 @@ def draw(chart: Chart, *, legend: bool = False) -> bytes:
     drawn = []
     for index, panel in enumerate(chart.panels):
         row, column = divmod(index, chart.columns)
-        left, top = _LEFT + column * (width + _COLUMN_GAP), above + _TOP + row * (chart.panel_height + gap)
+        left = _LEFT + column * (width + _COLUMN_GAP)
+        top = above + _TOP + row * (chart.panel_height + gap)
         labelled = chart.is_bottom(index) or not chart.share_x
         drawn.append(_panel(panel, left, top, width, chart.panel_height, labelled=labelled))
     document = (
@@ -71,7 +73,8 @@ def _legend(keys: tuple[Key, ...]) -> tuple[str, int]:
     for key in keys:
         width = 26.0 + 6.6 * len(key.name)
         if x + width > _WIDTH - _RIGHT and x > _LEFT:
-            x, row = float(_LEFT), row + 1
+            x = float(_LEFT)
+            row = row + 1
         drawn.append(_swatch(key, x, 20 * row + 6))
         drawn.append(_text(x + 15.0, 20.0 * row + 15.0, key.name, "start"))
         x += width
@@ -135,7 +138,8 @@ def _band(band: Band, x: Axis, y: Axis) -> str:
     axis = x if band.along == "x" else y
     ends = (axis.low if band.low is None else band.low, axis.high if band.high is None else band.high)
     a, b = sorted(axis.at(np.array(ends)).tolist())
-    width, height = abs(x.end - x.start), abs(y.end - y.start)
+    width = abs(x.end - x.start)
+    height = abs(y.end - y.start)
     geometry = (
         f'x="{a:.1f}" width="{b - a:.1f}" height="{height}"'
         if band.along == "x"
@@ -157,7 +161,8 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
 
 
 def _label(label: Label, x: Axis, y: Axis) -> str:
-    left, base = float(x.at(np.array(label.x))), float(y.at(np.array(label.y)))
+    left = float(x.at(np.array(label.x)))
+    base = float(y.at(np.array(label.y)))
     above = label.side == "above"
     geometry = (
         f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"'
@@ -170,7 +175,8 @@ def _label(label: Label, x: Axis, y: Axis) -> str:
 
 def _line(line: Line, x: Axis, y: Axis) -> str:
     shown = np.isfinite(line.x) & np.isfinite(line.y)
-    px, py = x.at(line.x), y.at(line.y)
+    px = x.at(line.x)
+    py = y.at(line.y)
     style = f'fill="none" stroke="{line.colour}" stroke-width="{line.width:g}" stroke-opacity="{line.opacity:g}"'
     if line.mark == "points" and line.shape:
         placed = zip(px[shown].tolist(), py[shown].tolist(), strict=True)
@@ -200,8 +206,10 @@ def _joined(px: Array, py: Array, shown: NDArray[np.bool_]) -> str:
 
 def _bars(bars: Bars, x: Axis, y: Axis) -> str:
     base = np.zeros(bars.heights.size) if bars.base is None else bars.base
-    left, right = x.at(bars.edges[:-1]), x.at(bars.edges[1:])
-    bottom, top = y.at(base), y.at(base + bars.heights)
+    left = x.at(bars.edges[:-1])
+    right = x.at(bars.edges[1:])
+    bottom = y.at(base)
+    top = y.at(base + bars.heights)
     drawn = "".join(
         f"M{a + 0.4:.1f} {low:.1f}V{high:.1f}H{b - 0.4:.1f}V{low:.1f}Z"
         for a, b, low, high in zip(left.tolist(), right.tolist(), bottom.tolist(), top.tolist(), strict=True)
@@ -222,9 +230,11 @@ def _cells(cells: Cells, x: Axis, y: Axis) -> str:
 
 def _hatching(left: float, right: float, top: float, bottom: float) -> str:
     """Return strokes along x + y = constant within a rectangle; those of neighbours go on into each other."""
-    first, last = math.ceil((left + top) / _HATCH), math.floor((right + bottom) / _HATCH)
+    first = math.ceil((left + top) / _HATCH)
+    last = math.floor((right + bottom) / _HATCH)
     ends = []
     for total in (k * _HATCH for k in range(first, last + 1)):
-        x0, x1 = max(left, total - bottom), min(right, total - top)
+        x0 = max(left, total - bottom)
+        x1 = min(right, total - top)
         ends.append(f"M{x0:.1f} {total - x0:.1f}L{x1:.1f} {total - x1:.1f}")
     return "".join(ends)

@@ -30,7 +30,8 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_LINES, _MOST_PANELS = 8, 8
+_MOST_LINES = 8
+_MOST_PANELS = 8
 _ROOM = 0.06
 
 

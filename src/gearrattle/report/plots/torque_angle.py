@@ -35,7 +35,8 @@ def torque_angles(findings: Findings) -> Chart | None:
     panels = []
     for name in rubbing:
         k = layout.element_names.index(name)
-        delta, torque = deflection(findings.model, trajectory, k)[part], trajectory.element_torque[part, k]
+        delta = deflection(findings.model, trajectory, k)[part]
+        torque = trajectory.element_torque[part, k]
         if not np.ptp(delta) > 0.0:
             continue
         # the static loop between the motion's extremes

@@ -15,7 +15,8 @@ from gearrattle.trajectory import Array
 from gearrattle.wording import prefixed
 
 MOST = 8
-MEASURED, SIMULATED = INK, DRIVE
+MEASURED = INK
+SIMULATED = DRIVE
 _BOTH = (Key("measured", MEASURED), Key("simulated", SIMULATED))
 
 
@@ -216,7 +217,8 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
         lines.append(Line(at, factor * np.maximum(size, floor), name, colour, mark="points", width=6.5))
     # whole decades
     every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
-    bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
+    bottom = 10.0 ** np.floor(np.log10(every.min() / 1.3))
+    top = 10.0 ** np.ceil(np.log10(1.3 * every.max()))
     return Panel(
         pair.name,
         unit,
@@ -232,7 +234,8 @@ def _spectrum(validation: Validation, pair: Pair) -> Panel:
     # measured and simulated density within the band
     c = pair.curves
     shown = (c.frequency > 0.0) & (c.frequency <= validation.band[1])
-    lines, largest = [], 0.0
+    lines = []
+    largest = 0.0
     for density, name, colour in (
         (c.measured_density, "measured", MEASURED),
         (c.simulated_density, "simulated", SIMULATED),
@@ -288,5 +291,6 @@ def _bands(validation: Validation, pair: Pair) -> Panel:
 def _vertical(low: Array, high: Array, at: Array, colour: str) -> Line:
     """Draw vertical lines from low to high, one per position."""
     gap = np.full(at.size, np.nan)
-    xs, ys = np.column_stack([at, at, gap]).ravel(), np.column_stack([low, high, gap]).ravel()
+    xs = np.column_stack([at, at, gap]).ravel()
+    ys = np.column_stack([low, high, gap]).ravel()
     return Line(xs, ys, "95 % interval", colour, width=1.2)

@@ -26,10 +26,12 @@ def sound_charts(sound: Sound) -> list[Chart]:
     if not any(pressure.any() for _, pressure in designs):
         return []
     colours = [INK, *COLOURS]
-    waves, spectra = [], []
+    waves = []
+    spectra = []
     # pressure over time, thinned, and power spectral density by Welch's method
     for i, (name, pressure) in enumerate(designs):
-        index, colour = thin(pressure, DETAIL_POINTS), colours[i % len(colours)]
+        index = thin(pressure, DETAIL_POINTS)
+        colour = colours[i % len(colours)]
         time = Line(index / sound.rate, pressure[index], name, colour, width=0.8)
         span = (0.0, pressure.size / sound.rate)
         waves.append(Panel(name, "Pa", "time  [s]", (time,), x_range=span))

@@ -59,7 +59,8 @@ class SoundPage(Presentation[Sound]):
         return {"designs": self.designs, "gain": sound.gain, "rate": sound.rate, "path": sound.path.source}
 
     def numbers(self) -> Arrays:
-        sound, qualities = self.result, next(iter(self.designs.values()))
+        sound = self.result
+        qualities = next(iter(self.designs.values()))
         levels = {
             name: ("design", [values[name] for values in self.designs.values()], {"units": _UNITS[name]})
             for name in qualities

@@ -143,7 +143,8 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
         columns = read_columns(path, {"time": units.TIME, "response": RESPONSE}, False)
     except RecordError as error:
         raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
-    time, values = columns.values["time"], columns.values["response"]
+    time = columns.values["time"]
+    values = columns.values["response"]
     step = float(time[-1] - time[0]) / max(1, time.size - 1)
     if time.size < 2 or step <= 0.0 or np.abs(np.diff(time) - step).max() > 1e-3 * step:
         raise ModelError(Problem(str(path), counted(time.size, "sample"), "the times must increase by equal steps"))

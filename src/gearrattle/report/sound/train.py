@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 
 HALF = 32
 """Half the length of the kernel, in samples."""
-PASS, CUT = 0.375, 0.4375
+PASS = 0.375
+CUT = 0.4375
 """End of the flat band and middle of the slope, over the sampling rate."""
 _BETA = 10.06
 _BATCH = 100_000  # impulses at once

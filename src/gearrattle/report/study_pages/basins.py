@@ -65,7 +65,8 @@ def summary_of(data: xr.Dataset) -> str:
 
 def _least_distance(data: xr.Dataset) -> str:
     """Return a sentence on the separation of the attractors."""
-    between, same = float(data.attrs["between"]), float(data.attrs["same"])
+    between = float(data.attrs["between"])
+    same = float(data.attrs["same"])
     if data.sizes[ATTRACTOR] < 2 or between >= FAR:
         return ""
     within = float(data.attrs["within"])
@@ -105,10 +106,12 @@ def attractor_table(data: xr.Dataset) -> Table:
     """The attractors: share, interval, largest multiplier, and a point of each."""
     # a row a motion: cases, share with Wilson's interval, largest multiplier, points of the section
     section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
-    measures, rows = [measure_of(data, name) for name in section], []
+    measures = [measure_of(data, name) for name in section]
+    rows = []
     for n in range(1, min(data.sizes[ATTRACTOR], _MOST_ROWS) + 1):
         one = data.isel({ATTRACTOR: n - 1})
-        low, high = float(one["low"]), float(one["high"])
+        low = float(one["low"])
+        high = float(one["high"])
         interval = f"{_percent(low)} to {_percent(high)}" if np.isfinite(low) else "a grid has none"
         points = [
             ", ".join(numeral(float(v) * measure.factor, 4) for v in orbit_of(data, n, name))

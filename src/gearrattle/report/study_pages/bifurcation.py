@@ -53,7 +53,8 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 def summary_of(data: xr.Dataset) -> str:
     """Return sentences: kinds of motion over the swept value, and ranges of two coexisting motions."""
     # stretches of one kind of motion, by direction
-    sentences, shown = [], _swept_measure(data)
+    sentences = []
+    shown = _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
         sweep_stretches = stretches(one)
         parts = [
@@ -92,7 +93,8 @@ def _span(low: float, high: float, shown: Measure) -> str:
 
 def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
     """Neighbouring values at which two motions coexist, as ranges."""
-    values, differ = swept_values(data), data["motions"].values == 1
+    values = swept_values(data)
+    differ = data["motions"].values == 1
     edge = np.diff(np.concatenate([[0], differ.astype(int), [0]]))
     return [
         (float(values[a]), float(values[b - 1]))
@@ -102,7 +104,8 @@ def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
 
 def setting_of(data: xr.Dataset) -> str:
     """Return the swept value and the section in words."""
-    axis, others = swept(data), [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
+    axis = swept(data)
+    others = [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
     combination = f" for every combination of {joined(others)}" if others else ""
     tolerance = numeral(float(data.attrs["tolerance"]), 2)
     ways = joined([str(way) for way in data["direction"].values])
@@ -125,7 +128,8 @@ def counts_of(data: xr.Dataset) -> Table:
 
 def stretch_table(data: xr.Dataset) -> Table:
     """Stretches of one kind of motion, a row each."""
-    rows, shown = [], _swept_measure(data).factor
+    rows = []
+    shown = _swept_measure(data).factor
     for name, one in sweeps_of(data):
         for stretch in stretches(one):
             period = f"{stretch.period}" if stretch.period else ""
@@ -148,7 +152,8 @@ def stretch_table(data: xr.Dataset) -> Table:
 
 def coexistence_table(data: xr.Dataset) -> Table:
     """Return a table of the values at which both directions end in different motions."""
-    rows, shown = [], _swept_measure(data).factor
+    rows = []
+    shown = _swept_measure(data).factor
     for held, one in _combinations(data) if "motions" in data else ():
         rows += [(held or "all", _number(low * shown), _number(high * shown)) for low, high in _runs(one)]
     return Table(("held", *_ends(data)), tuple(rows[:_MOST_ROWS]))

@@ -47,7 +47,8 @@ from gearrattle.wording import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_MAPS, _MOST_NAMED = 8, 4
+_MOST_MAPS = 8
+_MOST_NAMED = 4
 _VERBS = ("touches", "rattles")
 
 
@@ -74,7 +75,8 @@ def charts(data: xr.Dataset) -> list[Chart]:
 def summary_of(data: xr.Dataset) -> str:
     """Return the outcome in a few sentences."""
     output = chosen_codes(data)
-    cases, done = data["outcome"].size, int((data["outcome"] == DONE).sum())
+    cases = data["outcome"].size
+    done = int((data["outcome"] == DONE).sum())
     missing = int((data["outcome"] == MISSING).sum())
     sentences = []
     if done < cases:
@@ -113,7 +115,8 @@ def _does(word: str) -> str:
 
 def _probable(data: xr.Dataset, output: str) -> list[str]:
     """Return a sentence on the probability of rattle of every part, and on the value that decides it."""
-    probability, subject = rattle_probability(data, output), subject_of(data, output)
+    probability = rattle_probability(data, output)
+    subject = subject_of(data, output)
     follows = sensitivities(data, output) if scattered(data) else None
     sentences = []
     names = [str(name) for name in probability[subject].values] if subject else [""]

@@ -76,7 +76,8 @@ def _least(data: xr.Dataset) -> str:
 
 def setting_of(data: xr.Dataset) -> str:
     """Return variables, objectives and limits in words."""
-    low, high = data.attrs["low"], data.attrs["high"]
+    low = data.attrs["low"]
+    high = data.attrs["high"]
     measures = [measure_of(data, str(path)) for path in data.attrs["variables"]]
     ranges = [
         f"{measure.words} ({numeral(float(a) * measure.factor, 3)} to {measure.with_unit(float(b), 3)})"
@@ -95,7 +96,8 @@ def setting_of(data: xr.Dataset) -> str:
 
 def counts(data: xr.Dataset) -> Table:
     """Return a table of the outcomes of all designs."""
-    violation, front = data["violation"].values, data["front"].values == 1
+    violation = data["violation"].values
+    front = data["front"].values == 1
     rows = (
         ("on the front", f"{int(front.sum())}"),
         ("feasible, beaten by others", f"{int(((violation == 0.0) & ~front).sum())}"),
@@ -121,7 +123,8 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
 
 
 def _front_table(data: xr.Dataset) -> Table:
-    paths, members = [str(path) for path in data.attrs["variables"]], in_order(data)
+    paths = [str(path) for path in data.attrs["variables"]]
+    members = in_order(data)
     measures = [measure_of(data, path) for path in paths]
     best = int(data.attrs["best"])
     rows = []
@@ -156,7 +159,8 @@ def answer(data: xr.Dataset) -> tuple[Table, ...]:
         here = quantity(float(values[chosen]), unit) if chosen >= 0 else "–"
         rows.append((name, here, quantity(float(values[0]), unit) if own else "–", str(data.attrs["senses"][i])))
     for path, low, high in zip(data.attrs["variables"], data.attrs["low"], data.attrs["high"], strict=True):
-        measure, values = measure_of(data, str(path)), data[str(path)].values
+        measure = measure_of(data, str(path))
+        values = data[str(path)].values
         here = measure.with_unit(float(values[chosen])) if chosen >= 0 else "–"
         ends = f"{numeral(float(low) * measure.factor, 3)} to {measure.with_unit(float(high), 3)}"
         rows.append((measure.words, here, measure.with_unit(float(values[0])) if own else "–", ends))

@@ -194,7 +194,8 @@ def _finite(location: str, values: Array) -> None:
     bad = ~np.isfinite(values)
     if bad.any():
         at = int(np.argmax(bad))
-        rule, remedy = "samples must be finite numbers", 'a mapping with gaps = "bridge" fills them'
+        rule = "samples must be finite numbers"
+        remedy = 'a mapping with gaps = "bridge" fills them'
         raise ModelError(Problem(location, f"{values[at]} at sample {at}", rule, remedy))
 
 
@@ -220,7 +221,8 @@ def column_of(layout: Layout, channel: str) -> tuple[str, int]:
 
 def _of_run(run: Run, channel: str) -> Sampled:
     """Return a signal of a run."""
-    t, plain = run.trajectory, run.model.units == "dimensionless"
+    t = run.trajectory
+    plain = run.model.units == "dimensionless"
     kind, column = column_of(t.layout, channel)
     values = (t.element_torque if kind == "torque" else getattr(t, kind))[:, column]
     mesh = kind in _OF_CLEARANCES and bool(t.layout.is_mesh[t.layout.clearance[column]])
@@ -235,7 +237,8 @@ def _of_run(run: Run, channel: str) -> Sampled:
 
 def _folds(run: Run, rate: float) -> tuple[str, ...]:
     """Return a note where excited orders lie above half the rate."""
-    ramp, layout = ramp_of(run.model), run.trajectory.layout
+    ramp = ramp_of(run.model)
+    layout = run.trajectory.layout
     fastest = layout.omega if ramp is None else max(ramp.begin, ramp.end)
     highest = float(layout.orders.max(initial=0.0)) * fastest / TURN
     if highest < 0.5 * rate:

@@ -110,7 +110,8 @@ def cross_parts(both: xr.Dataset) -> dict[str, Any]:
 
 def _parts(values: xr.DataArray, name: str, words: str) -> dict[str, Any]:
     """Return a complex variable as real ones."""
-    unit, plain = values.attrs["units"], values.values
+    unit = values.attrs["units"]
+    plain = values.values
     made = {
         "real": (plain.real, unit, "real part"),
         "imaginary": (plain.imag, unit, "imaginary part"),

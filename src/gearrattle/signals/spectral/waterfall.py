@@ -117,7 +117,8 @@ def waterfall(
     # gather by speed, or read along orders
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
-        rows, attributes["speed_step"] = by_steps(rows, step, density), step
+        rows = by_steps(rows, step, density)
+        attributes["speed_step"] = step
     if orders is not None:
         rows = _along(rows, orders)
     return _labelled(signal, rows, attributes, gathered=speed_step is not None, tracked=orders is not None)
@@ -141,7 +142,8 @@ def _labelled(
     """Return rows with their coordinates."""
     import xarray as xr
 
-    over, along = "speed" if gathered else "time", "order" if tracked else "frequency"
+    over = "speed" if gathered else "time"
+    along = "order" if tracked else "frequency"
     known = row_coordinates(signal, over, rows.time, rows.speed)
     coordinates: dict[str, Any] = {over: known[over]}
     if not gathered and np.isfinite(rows.speed).all():

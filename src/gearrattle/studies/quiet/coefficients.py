@@ -116,7 +116,8 @@ def _polynomial(numbers_at: Callable[[Array], Array], count: int) -> Quadratic:
         square[i, i] = 0.5 * (high + low) - value
     for i, j in combinations(range(count), 2):
         alone = linear[i] + square[i, i] + linear[j] + square[j, j]
-        square[i, j] = square[j, i] = 0.5 * (numbers_at(unit[i] + unit[j]) - value - alone)
+        square[i, j] = 0.5 * (numbers_at(unit[i] + unit[j]) - value - alone)
+        square[j, i] = square[i, j]
     # what rounding makes of zeros
     size = _size(Quadratic(value, linear, square))
     linear[np.abs(linear) < _ROUNDING * size] = 0.0

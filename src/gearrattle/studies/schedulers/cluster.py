@@ -115,7 +115,8 @@ class _Dealer:
         self._suspected: set[int] = set()
         self._deaths: Counter[int] = Counter()
         self._never_begun: Counter[int] = Counter()
-        self._room, self._counted = WINDOW, float("-inf")
+        self._room = WINDOW
+        self._counted = float("-inf")
         self._manned = time.monotonic()
 
     def deal(self, waiting: Iterator[int], tick: Tick) -> Generator[int, None, None]:
@@ -190,7 +191,8 @@ class _Dealer:
                 threads = sum(self._client.nthreads().values())
             except (OSError, RuntimeError, ValueError) as error:
                 raise self._lost() from error
-            self._room, self._counted = WINDOW * max(1, threads), time.monotonic()
+            self._room = WINDOW * max(1, threads)
+            self._counted = time.monotonic()
             if threads:
                 self._manned = self._counted
             elif self._counted - self._manned > _PATIENCE_ALONE:

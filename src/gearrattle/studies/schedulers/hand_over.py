@@ -142,7 +142,8 @@ def _seen(handed: Handed) -> bytes:
             content = handed.storage.read(handed.name)
             trouble = "reads other bytes than were written"
         except OSError as error:
-            content, trouble = b"", error.strerror or str(error)
+            content = b""
+            trouble = error.strerror or str(error)
         if hashlib.sha256(content).hexdigest() == handed.digest:
             return content
         if time.monotonic() > deadline:
@@ -163,7 +164,8 @@ class _Turns:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._busy, self._one = 0, False
+        self._busy = 0
+        self._one = False
 
     @contextmanager
     def beside_others(self) -> Iterator[None]:

@@ -136,13 +136,15 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
                     yield chunk
                 return
             except BrokenProcessPool:
-                left, workers = sorted(under_way), list((pool._processes or {}).values())
+                left = sorted(under_way)
+                workers = list((pool._processes or {}).values())
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 _kill(pool)
                 raise
         # no worker begins a chunk: none can
-        done, begun = store.done(), [chunk for chunk in left if store.was_begun(chunk)]
+        done = store.done()
+        begun = [chunk for chunk in left if store.was_begun(chunk)]
         stillborn = 0 if begun else stillborn + 1
         if stillborn == PATIENCE or any(worker.exitcode == _LEFT for worker in workers):
             raise _cannot_start(store)

@@ -25,7 +25,8 @@ def threads(wanted: Wanted) -> Iterator[Scheduler]:
 
 def _pooled(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in threads; one that is under way when the work ends stops after its case."""
-    stop, shares = threading.Event(), dict[int, float]()
+    stop = threading.Event()
+    shares = dict[int, float]()
     waiting = iter(chunks)
     under_way: set[Future[int]] = set()
     pool = ThreadPoolExecutor(count, thread_name_prefix="gearrattle-study")

@@ -19,9 +19,12 @@ class Newest:
     """A warm process from the reserve, with a limit of memory [bytes], and the newest request that waits for it."""
 
     def __init__(self, folder: Folder, memory: float, reserve: Reserve) -> None:
-        self._folder, self._process = folder, WarmProcess(memory, reserve)
+        self._folder = folder
+        self._process = WarmProcess(memory, reserve)
         self._changed = threading.Condition()
-        self._latest, self._is_busy, self._is_open = 0, False, True
+        self._latest = 0
+        self._is_busy = False
+        self._is_open = True
         self._process.start()
 
     def ask(self, what: str, text: str, file: str, question: dict[str, Any]) -> dict[str, Any]:

@@ -35,7 +35,8 @@ class Jobs:
 
     def __init__(self, folder: Folder, processes: int, memory: float, reserve: Reserve) -> None:
         folder.sweep()
-        self._folder, self._reserve = folder, reserve
+        self._folder = folder
+        self._reserve = reserve
         self._jobs = {job.id: job for job in read_jobs(folder.jobs)}
         self._changed = threading.Condition()
         self._listeners: list[Listener] = []
@@ -228,7 +229,8 @@ class Jobs:
                 self._cancelled.discard(job.id)
                 state, problems = ("cancelled", []) if state == "failed" else (state, problems)
             elif not self._is_open and state == "failed":
-                state, problems = "broken", [Problem("job", job.id, "the server ended before it", "start it again")]
+                state = "broken"
+                problems = [Problem("job", job.id, "the server ended before it", "start it again")]
             if state == "done":
                 job.progress = {"fraction": 1.0, "text": ""}
             self._end(job, state, problems)

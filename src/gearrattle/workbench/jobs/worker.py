@@ -101,7 +101,8 @@ class Reserve:
     def take(self) -> Future[Started]:
         """Return the process in reserve, or a new one where there is none."""
         with self._lock:
-            kept, self._process = self._process, None
+            kept = self._process
+            self._process = None
         return _started() if kept is None or _ended(kept) else kept
 
     def fill(self) -> None:
@@ -122,7 +123,8 @@ class WarmProcess:
     """A process with a limit of memory [bytes], replaced from the reserve when it has ended."""
 
     def __init__(self, memory: float, reserve: Reserve) -> None:
-        self._memory, self._reserve = memory, reserve
+        self._memory = memory
+        self._reserve = reserve
         self._started: Future[Started] | None = None
         self._sending = threading.Lock()
         self._is_asked = False

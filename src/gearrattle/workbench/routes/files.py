@@ -38,7 +38,8 @@ def _get(request: Request) -> Response:
 
 
 def _put(request: Request, content: bytes) -> Response:
-    name, folder = request.path_params["path"], _folder(request)
+    name = request.path_params["path"]
+    folder = _folder(request)
     with _WRITING:
         refusal = _precondition(request, folder.tag(name))
         if refusal:

@@ -78,7 +78,9 @@ def _model_of_motion(request: Request) -> Response:
 
 def _figure(request: Request) -> Any:
     """Send a figure as it stands in the result, as data, or drawn for print."""
-    folder, name, form = _folder(request), str(request.path_params["name"]), str(request.path_params["form"])
+    folder = _folder(request)
+    name = str(request.path_params["name"])
+    form = str(request.path_params["form"])
     if not _NAME.fullmatch(name) or form not in (*_FIGURE_TYPES, "json"):
         raise NotThereError(Problem("figure", f"{name}.{form}"[:120], "there is no such figure", "svg, pdf or json"))
     if form == "svg":

@@ -71,7 +71,8 @@ def _head_of(head: bytes) -> _Head | None:
         digits = f"{kind:04d}"
         if kind < 0 or len(digits) != 4 or int(digits[0]) != machine or digits[1] != "0":
             continue
-        stored, meaning = int(digits[2]), int(digits[3])
+        stored = int(digits[2])
+        meaning = int(digits[3])
         is_right = stored < len(_STORED) and meaning <= 2 and imaginary in (0, 1)
         if is_right and rows >= 0 and columns >= 0 and 1 < length <= _LONGEST_NAME:
             return _Head(order, _STORED[stored], meaning, rows, columns, imaginary == 1, length)

@@ -20,10 +20,17 @@ HEAD = 128
 _DEEPEST = 20
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _TEXTS = {2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-_MATRIX, _PACKED = 14, 15
-_STRUCTURE, _OBJECT, _TEXT, _FUNCTION, _OPAQUE = 2, 3, 4, 16, 17
-_FIRST_NUMBER, _LAST_NUMBER = 6, 15
-_COMPLEX, _LOGICAL = 0x800, 0x200
+_MATRIX = 14
+_PACKED = 15
+_STRUCTURE = 2
+_OBJECT = 3
+_TEXT = 4
+_FUNCTION = 16
+_OPAQUE = 17
+_FIRST_NUMBER = 6
+_LAST_NUMBER = 15
+_COMPLEX = 0x800
+_LOGICAL = 0x200
 
 
 class _Element(NamedTuple):

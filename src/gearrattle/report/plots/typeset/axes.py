@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
 _STEPS = (1.0, 2.0, 5.0, 10.0)
-_FEW_DECADES, _MANY_DECADES = 1.5, 4.0
-MOST_ACROSS, MOST_UP = 8, 6
+_FEW_DECADES = 1.5
+_MANY_DECADES = 4.0
+MOST_ACROSS = 8
+MOST_UP = 6
 """Most intervals between ticks, across and up."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNBROKEN = "\u00a0"
@@ -139,7 +141,8 @@ def number_label(value: float, _place: int | None = None) -> str:
 
 def broken(word: str, longest: int) -> str:
     """Return long words in several lines, broken after a blank, a dot or an underscore, but not before a unit."""
-    lines, word = [""], re.sub(r" (?=[%×])|(?<=×) | (?=(\S{1,2} )*\S{1,2}$)", _UNBROKEN, word)
+    lines = [""]
+    word = re.sub(r" (?=[%×])|(?<=×) | (?=(\S{1,2} )*\S{1,2}$)", _UNBROKEN, word)
     for part in re.findall(r"[^. _]+(?:\.(?=\d)[^. _]+)*[. _]?|[. _]", word):
         if lines[-1] and len(lines[-1]) + len(part.rstrip(" ")) > longest:
             lines.append("")

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 FORMATS = ("pdf", "eps", "svg", "png", "tiff")
 """What figures are saved as."""
 DPI = 300.0
-_LOWEST, _HIGHEST = 72.0, 2400.0
+_LOWEST = 72.0
+_HIGHEST = 2400.0
 _SETTINGS: dict[str, Any] = {
     "pdf.fonttype": 42,
     "ps.fonttype": 42,

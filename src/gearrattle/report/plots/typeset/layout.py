@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 _NARROWEST = 40.0
 """Least width of a column of panels, half that of one whose rows have names [mm]."""
-_LOWEST, _SHEET = 16.0, 235.0
+_LOWEST = 16.0
+_SHEET = 235.0
 """Least height of a panel, and of what a sheet takes [mm]."""
 _SCREEN = 880.0
 _INCH = 25.4
@@ -90,11 +91,13 @@ def _panels(
     figure: Figure, chart: Chart, rows: int, columns: int
 ) -> tuple[dict[Axes, Text], dict[Axes, list[Annotation]]]:
     """Draw every panel into its place; titles and the words inside are returned, to be settled later."""
-    looks, inches = looks_of(chart), float(figure.get_figwidth())
+    looks = looks_of(chart)
+    inches = float(figure.get_figwidth())
     alike = chart.share_x and len({limits(panel)[0] for panel in chart.panels}) == 1
     cells = figure.add_gridspec(rows, columns)
     first: Axes | None = None
-    titles, words = {}, {}
+    titles = {}
+    words = {}
     for index, panel in enumerate(chart.panels):
         axes = figure.add_subplot(cells[divmod(index, columns)], sharex=first if alike else None)
         first = first or axes

@@ -89,7 +89,8 @@ def _band(axes: Axes, band: Band) -> None:
     low, high = axes.get_xlim() if band.along == "x" else axes.get_ylim()
     log = (axes.get_xscale() if band.along == "x" else axes.get_yscale()) == "log"
     ends = (low * 1e-9, high * 1e9) if log else (low - _BEYOND * (high - low), high + _BEYOND * (high - low))
-    first, last = ends[0] if band.low is None else band.low, ends[1] if band.high is None else band.high
+    first = ends[0] if band.low is None else band.low
+    last = ends[1] if band.high is None else band.high
     span = axes.axvspan if band.along == "x" else axes.axhspan
     span(first, last, facecolor=blended(band.colour, band.opacity), edgecolor="none", linewidth=0.0, zorder=0.3)
 
@@ -112,7 +113,8 @@ def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
         axis=1,
     )
     # hatched cells have edges of paper, empty ones no filling
-    hatch, is_empty = looks.hatches.get(cells.colour, ""), cells.colour == NO_VALUE
+    hatch = looks.hatches.get(cells.colour, "")
+    is_empty = cells.colour == NO_VALUE
     axes.add_collection(
         PolyCollection(
             list(corners),

@@ -102,7 +102,8 @@ def _within(words: Text, left: float, right: float) -> bool:
 
 def _shorter(words: Text, most: float) -> bool:
     """Break an vertical title into lines if it is longer than its axis."""
-    text, length = words.get_text(), words.get_window_extent().height
+    text = words.get_text()
+    length = words.get_window_extent().height
     if not text or length <= most:
         return False
     longest = max(map(len, text.split("\n")))
@@ -124,9 +125,11 @@ def settle_words(figure: Figure, words: dict[Axes, list[Annotation]]) -> None:
 def shown_words(axis: Axis) -> list[Text]:
     """Return the words of an axis that are drawn: within its limits, and not empty."""
     low, high = sorted(axis.get_view_interval())
-    below, above = 1e-9 * (high - low), 1e-9 * (high - low)
+    below = 1e-9 * (high - low)
+    above = 1e-9 * (high - low)
     if axis.get_scale() == "log":
-        below, above = 1e-9 * low, 1e-9 * high
+        below = 1e-9 * low
+        above = 1e-9 * high
     return [
         tick.label1
         for tick in axis.get_major_ticks()
@@ -162,7 +165,8 @@ def _give_way(axis: Axis) -> None:
     # prescribed words are broken, then turned
     formatter: Any = axis.get_major_formatter()
     fixed: Any = locator
-    places, words = list(fixed.locs), list(formatter.seq)
+    places = list(fixed.locs)
+    words = list(formatter.seq)
     if _name(axis) == "x" and not _are_numbers(words):
         longest = max(len(part) for word in words for part in (*broken(word, 1).split("\n"), "letter"))
         narrow = [broken(_joined(word), longest) for word in words]

@@ -24,8 +24,10 @@ from gearrattle.report.plots.palette import FAINT, INK, MUTED, PAPER
 
 WIDTHS = {"single": 85.0, "double": 175.0}
 """Widths that have a name [mm]."""
-NARROWEST, WIDEST = 60.0, 500.0
-SMALLEST, LARGEST = 5.0, 14.0
+NARROWEST = 60.0
+WIDEST = 500.0
+SMALLEST = 5.0
+LARGEST = 14.0
 POINTS = 175.0 / 880.0 * 72.0 / 25.4
 """Points of print a pixel of the page."""
 _FONTS = {"sans": ("DejaVu Sans",), "serif": ("STIXGeneral", "DejaVu Serif")}
