@@ -24,7 +24,15 @@ from numpy.typing import NDArray
 from gearrattle.analysis.linear.equivalent import equivalent
 from gearrattle.analysis.linear.modal_response import damped_modes
 from gearrattle.analysis.linear.response import steady_angles, turning_rates
-from gearrattle.assembly import assemble, deflection, deflection_rate, free_of, motion_amplitudes, places, unsteady
+from gearrattle.assembly import (
+    assemble,
+    deflection,
+    deflection_rate,
+    free_of,
+    motion_amplitudes,
+    prescribed_indices,
+    unsteady_inputs,
+)
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import motion_errors
 from gearrattle.assembly.ripple import load_ripples
@@ -272,7 +280,7 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
         raise ModelError(
             Problem("body", shown(body), "is no inertia of the driveline", did_you_mean(body, layout.inertia_names))
         )
-    if unsteady(run.model):
+    if unsteady_inputs(run.model):
         return None
     if body is not None:
         return _explained(run, layout.inertia_names.index(body), (), equivalent_slopes(run))
@@ -281,7 +289,7 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
 
 def cause_of(run: Run, rattling: list[str]) -> Cause | None:
     """Return the cause of what drives most of the rattling parts, worst first; None as ``cause`` does."""
-    if not rattling or unsteady(run.model):
+    if not rattling or unsteady_inputs(run.model):
         return None
     slopes = equivalent_slopes(run)
     drivers = [driver_of(run, part, slopes) for part in rattling]
@@ -311,7 +319,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     angles = np.zeros((len(layout.inertia_names), rates.size), dtype=np.complex128)
     angles[free_of(model)] = steady_angles(system, stiffness, damping)
     if model.motions:
-        angles[places(model)] = motion_amplitudes(model)[:, system.inputs.cycles > 0.0]
+        angles[prescribed_indices(model)] = motion_amplitudes(model)[:, system.inputs.cycles > 0.0]
     inertia = layout.inertia.copy()
     inertia[list(layout.prescribed)] = np.inf
     ends = np.flatnonzero(layout.rows[element])
@@ -455,7 +463,7 @@ def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> lis
 
 def _prescribed(model: Model, body: int) -> list[Contribution]:
     """What every order of its own motion is to a body whose motion is prescribed."""
-    amplitudes = motion_amplitudes(model)[places(model).tolist().index(body)]
+    amplitudes = motion_amplitudes(model)[prescribed_indices(model).tolist().index(body)]
     name = model.inertias[body].name
     speed = model.excitation.omega
     return [

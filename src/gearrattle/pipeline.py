@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearrattle.advice.advise import advice_on
 from gearrattle.analysis.statics import equilibrium, modes
-from gearrattle.assembly import unsteady
+from gearrattle.assembly import unsteady_inputs
 from gearrattle.causes import Cause, cause_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.model.quantity import CALLBACK, check_arguments
@@ -196,7 +196,7 @@ def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
 
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
     """Advice on the run planned; None where its pilot fails, which the run may not, and without one speed."""
-    if unsteady(model):
+    if unsteady_inputs(model):
         return None
     try:
         return advice_on(model, settings, is_asked=False, progress=progress)

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.assembly import unsteady
+from gearrattle.assembly import unsteady_inputs
 from gearrattle.studies.cases import DONE, FAILED
 
 EXAMPLES = (
@@ -46,7 +46,7 @@ def check(data: xr.Dataset) -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_bifurcation_diagram_keeps_what_its_motions_have(name: str, tolerance: float) -> None:
     model = gr.example(name)
-    assert not unsteady(model)
+    assert not unsteady_inputs(model)
     data = gr.bifurcation(model, *speeds(model), direction="up", tolerance=tolerance, **SHORT)
     check(data)
     periodic = data["motion"] == 0

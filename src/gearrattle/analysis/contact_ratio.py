@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.analysis.contact_ratios.forecast import forecast
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, left_out, refuse_recorded_motions, steady, unsteady
+from gearrattle.assembly import assemble, left_out, refuse_recorded_motions, steady, unsteady_inputs
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.result import KIND
@@ -91,7 +91,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> tupl
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_recorded_motions(model, "a forecast")
     # fixed points of equivalent linearisation
-    left = unsteady(model)
+    left = unsteady_inputs(model)
     model = steady(model)
     driveline = assemble(model)
     named_equilibrium(driveline)

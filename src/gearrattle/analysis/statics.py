@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear import modes as modal
 from gearrattle.analysis.trains import train_notes
-from gearrattle.assembly import Driveline, assemble, balancing_means, free_names, left_out, places, whole
+from gearrattle.assembly import (
+    Driveline,
+    assemble,
+    balancing_means,
+    free_names,
+    left_out,
+    prescribed_indices,
+    with_prescribed,
+)
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -232,7 +240,7 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
     held = np.zeros(len(model.motions))
-    angle, acceleration = (whole(model, values, held) for values in (rest.angle, rest.acceleration))
+    angle, acceleration = (with_prescribed(model, values, held) for values in (rest.angle, rest.acceleration))
     balance = {model.torques[i].on: float(mean) for i, mean in balancing_means(model).items()}
     return Equilibrium(model, angle, deflection, region, acceleration, balance, tuple(notes)), rest
 
@@ -307,7 +315,7 @@ def _excitation(driveline: Driveline, data: modal.ModalData, stiffness: Array) -
     model = driveline.model
     loaded = {t.on for t in model.torques if t.signal is not None or t.ramps or any(h.amplitude for h in t.harmonics)}
     shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
-    for motion, inertia in zip(model.motions, places(model).tolist(), strict=True):
+    for motion, inertia in zip(model.motions, prescribed_indices(model).tolist(), strict=True):
         if any(h.amplitude for h in motion.harmonics):
             shares[motion_source(motion.on)] = _shares_of_motion(driveline, data, stiffness, inertia)
     for k, element in enumerate(model.elements):

@@ -14,10 +14,10 @@ from gearrattle.assembly.prescribed import (
     free_names,
     free_of,
     motion_amplitudes,
-    moved,
-    places,
-    whole,
+    prescribed_angles,
+    prescribed_indices,
     whole_trajectory,
+    with_prescribed,
 )
 from gearrattle.assembly.signals import check_length, default_cycles, lasts_as_the_run, signals_of
 from gearrattle.assembly.sines import ramp_of
@@ -28,7 +28,7 @@ from gearrattle.assembly.steady import (
     refuse_recorded_motions,
     refuse_unsteady,
     steady,
-    unsteady,
+    unsteady_inputs,
     unsteady_problems,
 )
 from gearrattle.assembly.system import Driveline, assemble
@@ -56,13 +56,13 @@ __all__ = [
     "left_out",
     "lumped_model",
     "motion_amplitudes",
-    "moved",
     "must_keep_bodies",
     "must_stay_level",
     "negligible_of",
     "own_mean",
     "period_of",
-    "places",
+    "prescribed_angles",
+    "prescribed_indices",
     "ramp_of",
     "record_notes",
     "records_of",
@@ -73,8 +73,8 @@ __all__ = [
     "rows_of",
     "signals_of",
     "steady",
-    "unsteady",
+    "unsteady_inputs",
     "unsteady_problems",
-    "whole",
     "whole_trajectory",
+    "with_prescribed",
 ]

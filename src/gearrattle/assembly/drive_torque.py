@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import inertia_of
-from gearrattle.assembly.prescribed import places
+from gearrattle.assembly.prescribed import prescribed_indices
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import sines
 from gearrattle.model import Model
@@ -28,7 +28,7 @@ def drive_torque(model: Model, trajectory: Trajectory) -> Array:
     ripples = load_ripples(model)
     ramp = layout.ramp
     speed = np.full(len(trajectory.time), layout.omega) if ramp is None else ramp.speed(trajectory.time)
-    for p, i in enumerate(places(model)):
+    for p, i in enumerate(prescribed_indices(model)):
         body = model.inertias[i]
         out[:, p] = inertia[i] * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i]
         out[:, p] += layout.drag_torque_at(i, speed) - sines(model, ripples.get(body.name, ()), trajectory.time)

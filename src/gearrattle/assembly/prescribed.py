@@ -33,8 +33,8 @@ _T = TypeVar("_T", np.float64, np.complex128)
 
 def free_of(model: Model) -> IntArray:
     """Indices of the inertias that are degrees of freedom, ascending."""
-    moved = {motion.on for motion in model.motions}
-    return np.array([i for i, inertia in enumerate(model.inertias) if inertia.name not in moved], dtype=np.int64)
+    prescribed = {motion.on for motion in model.motions}
+    return np.array([i for i, inertia in enumerate(model.inertias) if inertia.name not in prescribed], dtype=np.int64)
 
 
 def free_names(model: Model) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ class MotionError(NamedTuple):
 def motion_errors(model: Model) -> Iterator[MotionError]:
     """Yield the harmonics of all motions as errors of the elements that they move, element by element."""
     rows = rows_of(model)
-    columns = places(model)
+    columns = prescribed_indices(model)
     for k in range(len(rows)):
         for i, (motion, column) in enumerate(zip(model.motions, columns.tolist(), strict=True)):
             if rows[k, column] != 0.0:
@@ -105,7 +105,7 @@ def specified_angle(motion: Motion) -> Recorded:
     return Recorded(signal, offset=-float(first), slope=-about)
 
 
-def moved(model: Model, time: Array, derivative: int = 0) -> Array:
+def prescribed_angles(model: Model, time: Array, derivative: int = 0) -> Array:
     """(t, P) angles of the inertias with a motion, or their derivatives, in file order of the motions."""
     columns = [
         sines(model, motion.harmonics, time, derivative)
@@ -133,21 +133,21 @@ def carried_along(model: Model, prescribed: Array) -> Array:
     """
     rows = rows_of(model)
     size = np.linalg.norm(rows, axis=1)[:, None]
-    forced = rows[:, places(model)] @ prescribed
+    forced = rows[:, prescribed_indices(model)] @ prescribed
     return np.asarray(np.linalg.lstsq(rows[:, free_of(model)] / size, -forced / size[:, 0], rcond=None)[0])
 
 
-def places(model: Model) -> IntArray:
+def prescribed_indices(model: Model) -> IntArray:
     """(P,) indices of the inertias with a motion, in file order of the motions."""
     names = [inertia.name for inertia in model.inertias]
     return np.array([names.index(motion.on) for motion in model.motions], dtype=np.int64)
 
 
-def whole(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
+def with_prescribed(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
     """(..., n) values of all inertias from those of the free ones and of those with a prescribed motion."""
     out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
     out[..., free_of(model)] = free
-    out[..., places(model)] = prescribed
+    out[..., prescribed_indices(model)] = prescribed
     return out
 
 
@@ -156,7 +156,7 @@ def whole_trajectory(model: Model, trajectory: Trajectory) -> Trajectory:
     if not model.motions:
         return trajectory
     angle, velocity, acceleration = (
-        whole(model, free, moved(model, trajectory.time, order))
+        with_prescribed(model, free, prescribed_angles(model, trajectory.time, order))
         for order, free in enumerate((trajectory.angle, trajectory.velocity, trajectory.acceleration))
     )
     return replace(trajectory, angle=angle, velocity=velocity, acceleration=acceleration)

@@ -19,7 +19,7 @@ from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.histories import records_of, torque_histories
 from gearrattle.assembly.means import mean_torque, own_mean
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
+from gearrattle.assembly.prescribed import angle_of, free_of, prescribed_indices, specified_angle
 from gearrattle.assembly.records import Recorded, channel_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
@@ -114,7 +114,7 @@ def _records(model: Model) -> Iterator[_Part]:
 
 def _motions(model: Model) -> Iterator[_Part]:
     rows = rows_of(model)
-    for motion, column in zip(model.motions, places(model), strict=True):
+    for motion, column in zip(model.motions, prescribed_indices(model), strict=True):
         if motion.signal is not None:
             yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, column])
 
@@ -178,7 +178,7 @@ def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]
         if element.errors:
             yield element.errors, _unit(len(model.elements), k)
     rows = rows_of(model)
-    for motion, column in zip(model.motions, places(model), strict=True):
+    for motion, column in zip(model.motions, prescribed_indices(model), strict=True):
         if motion.harmonics:
             yield motion.harmonics, -rows[:, column]
 

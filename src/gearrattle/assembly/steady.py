@@ -16,7 +16,7 @@ from gearrattle.model.balance import BALANCE
 from gearrattle.remember import kept
 
 
-def unsteady(model: Model) -> tuple[str, ...]:
+def unsteady_inputs(model: Model) -> tuple[str, ...]:
     """Name the inputs that ``steady`` takes out, one phrase each; none for a model under harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
     notes += [f"the ramps of the torque on {torque.on} are left out" for torque in model.torques if torque.ramps]

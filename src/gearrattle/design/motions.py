@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, is_driven_over_time, moved, whole
+from gearrattle.assembly import assemble, is_driven_over_time, prescribed_angles, with_prescribed
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.signals import is_gap
@@ -119,8 +119,11 @@ def pushed(model: Model) -> State:
     weight = 1.0 / np.sqrt(system.inertia)
     velocity = task.velocity + weight * (np.linalg.pinv(rows * weight) @ rates)
     now = np.zeros(1)
-    angle = whole(model, task.angle, moved(model, now, 0)[0])
-    return {"angle": angle.tolist(), "velocity": whole(model, velocity, moved(model, now, 1)[0]).tolist()}
+    angle = with_prescribed(model, task.angle, prescribed_angles(model, now, 0)[0])
+    return {
+        "angle": angle.tolist(),
+        "velocity": with_prescribed(model, velocity, prescribed_angles(model, now, 1)[0]).tolist(),
+    }
 
 
 def _gap(corners: NDArray[np.float64]) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_of, moved, period_of, refuse_unsteady, whole
+from gearrattle.assembly import assemble, free_of, period_of, prescribed_angles, refuse_unsteady, with_prescribed
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -137,7 +137,7 @@ def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, l
     task = period_map.task(state, 1)
     time = np.zeros(1)
     angle, velocity = (
-        whole(model, values[None], moved(model, time, order))[0]
+        with_prescribed(model, values[None], prescribed_angles(model, time, order))[0]
         for order, values in enumerate((task.angle, task.velocity))
     )
     return {"angle": angle.tolist(), "velocity": velocity.tolist()}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, moved, steady
+from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, prescribed_angles, steady
 from gearrattle.engine.system.rigid import is_accelerated, rigid_response
 from gearrattle.engine.system.trains import trains
 from gearrattle.model import Initial
@@ -43,7 +43,7 @@ def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
     named, rest = named_equilibrium(driveline)
     if not model.motions:
         return rest.angle, np.zeros(driveline.system.size), named.notes
-    angle, velocity = (carried_along(model, moved(model, np.zeros(1), d)[0]) for d in (0, 1))
+    angle, velocity = (carried_along(model, prescribed_angles(model, np.zeros(1), d)[0]) for d in (0, 1))
     return rest.angle + angle, velocity, named.notes
 
 

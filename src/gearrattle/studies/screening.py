@@ -31,7 +31,14 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.response import steady_angles, steady_extremes, turning_rates
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import assemble, left_out, motion_amplitudes, refuse_recorded_motions, refuse_unsteady, whole
+from gearrattle.assembly import (
+    assemble,
+    left_out,
+    motion_amplitudes,
+    refuse_recorded_motions,
+    refuse_unsteady,
+    with_prescribed,
+)
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.factors import FACTOR
@@ -303,11 +310,11 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, bool]:
     # the driver's acceleration at the engine's orders, at rest and swinging
     rates = turning_rates(system)
     angles = steady_angles(system, linear.stiffness, linear.damping)
-    angles = whole(model, angles.T, motion_amplitudes(model).T).T  # (inertias, orders)
+    angles = with_prescribed(model, angles.T, motion_amplitudes(model).T).T  # (inertias, orders)
     orders = rates / model.excitation.omega
     engine = np.isclose(orders[:, None], orders_of(model), rtol=1e-9, atol=0.0).any(axis=1)
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
-    acceleration = whole(model, rest.acceleration, np.zeros(len(model.motions)))
+    acceleration = with_prescribed(model, rest.acceleration, np.zeros(len(model.motions)))
     peak = np.maximum(*(np.abs(acceleration + swing) for swing in swings))
     ratio = [torque_ratio(driveline.layout, gear, float(peak[gear.driver])) for gear in gears]
     # the mesh's own deflection, in the driveline at rest and in all that may stand for it

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names, moved, whole
+from gearrattle.assembly import assemble, free_names, prescribed_angles, with_prescribed
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
@@ -141,8 +141,8 @@ def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     if names:
         gain[:] = np.linalg.solve(matrix, weighted.T).T
     zero = rows @ base - error
-    base = whole(model, base, moved(model, np.zeros(1), level)[0])
-    return Half(tuple(names), base, whole(model, gain.T, np.zeros(len(model.motions))).T, zero)
+    base = with_prescribed(model, base, prescribed_angles(model, np.zeros(1), level)[0])
+    return Half(tuple(names), base, with_prescribed(model, gain.T, np.zeros(len(model.motions))).T, zero)
 
 
 def _error(system: PiecewiseSystem, k: int, level: int) -> float:
