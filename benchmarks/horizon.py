@@ -16,7 +16,7 @@ import numpy as np
 from tests.oracles.horizon import Measured, motions
 
 from benchmarks.machine import machine
-from gearrattle.engine.system.variation import GROWTH, ROUNDING, ROUNDING_95
+from gearrattle.engine.system.perturbation_growth import GROWTH, ROUNDING, ROUNDING_95
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "horizon.md"
 SEEDS = 40

@@ -26,8 +26,8 @@ from benchmarks.variants import PAIR, axis_of, model_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, carry_out
 from gearrattle.studies.schedulers import opened
-from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
+from gearrattle.studies.study_store import Store
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "scaling.md"

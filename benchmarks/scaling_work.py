@@ -11,8 +11,8 @@ import threading
 import time
 from pathlib import Path
 
-from gearrattle.studies.cases import Computed, compute
-from gearrattle.studies.store import ProgressCallback, Store
+from gearrattle.studies.case_runs import Computed, compute
+from gearrattle.studies.study_store import ProgressCallback, Store
 
 
 def noted(store: Store, chunk: int, report: ProgressCallback | None) -> Computed:

@@ -16,11 +16,11 @@ import gearrattle as gr
 from benchmarks.native.library import build, compiler, march
 from gearrattle.assembly import assemble
 from gearrattle.engine.solvers import SOLVERS, Task
-from gearrattle.engine.solvers.stability import default_step
+from gearrattle.engine.solvers.step_stability import default_step
 from gearrattle.engine.solvers.tableaus import FEHLBERG, VERNER, Tableau
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome
-from gearrattle.reproduction.cases import load_case
+from gearrattle.reproduction.paper_cases import load_case
 
 CYCLES, TOLERANCE = 20, 1e-6
 PAIRS = [FEHLBERG, VERNER]

@@ -4,7 +4,7 @@ The paper's case 3, rattling and loaded, and a pair of gears; 100 cycles each fr
 varied by a tenth, the default outputs. Real studies, ``gr.study``, in this process: one thread against two, and two
 processes beside them. For every case: variants a second; processor time a variant; how much of it is Python, which
 holds the interpreter; what the march alone takes of a motion whose regions are built, the floor. The same one variant
-after the other, without the compiled loop (``engine.kernels.many``): what the loop brings. Written to
+after the other, without the compiled loop (``engine.kernels.variants_march``): what the loop brings. Written to
 ``docs/reference/variants.md``.
 """
 
@@ -23,13 +23,13 @@ import numpy as np
 import gearrattle as gr
 from benchmarks.machine import machine
 from gearrattle.assembly import assemble
-from gearrattle.engine.kernels import many
+from gearrattle.engine.kernels import variants_march
 from gearrattle.engine.solvers import Task
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.slots import fresh_slots
 from gearrattle.model.paths import value_at
 from gearrattle.outcome import Outcome
-from gearrattle.studies.cases import DONE, compute
+from gearrattle.studies.case_runs import DONE, compute
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.study import prepare
 
@@ -96,7 +96,7 @@ def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
     """Return the processor time [s] of a variant in one thread, and what of it is Python."""
     prepared = prepare(model, axis)
     plan = Plan(prepared.plan.model, prepared.plan.axes, None, prepared.plan.count // 4)
-    loop = many.march_many
+    loop = variants_march.march_many
     least = np.inf
     inside = [0.0]
 
@@ -108,7 +108,7 @@ def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
             inside[0] += thread_time() - begin
 
     python = np.inf
-    many.march_many = timed
+    variants_march.march_many = timed
     try:
         for _ in range(ROUNDS):
             inside[0], begin = 0.0, thread_time()
@@ -116,7 +116,7 @@ def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
             taken = thread_time() - begin
             least, python = min(least, taken), min(python, taken - inside[0])
     finally:
-        many.march_many = loop
+        variants_march.march_many = loop
     return least / plan.cases_in(1), python / plan.cases_in(1)
 
 

@@ -250,7 +250,9 @@ def npz_bomb(folder: Path) -> Path:
 
 
 READ = "gearrattle.read(path)"
-FIGURES = "from gearrattle.report.plots.stored import read_charts; from pathlib import Path; read_charts(Path(path))"
+FIGURES = (
+    "from gearrattle.report.plots.chart_files import read_charts; from pathlib import Path; read_charts(Path(path))"
+)
 
 
 @pytest.mark.slow

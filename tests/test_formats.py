@@ -231,9 +231,9 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 WRITERS = {
     "design/keep.py": "a motion, read by the search that wrote it alone",
-    "simulation/store.py": "stream",
-    "report/reductions.py": "matrices",
-    "report/plots/stored.py": "charts",
+    "simulation/chunk_store.py": "stream",
+    "report/reduction_pages.py": "matrices",
+    "report/plots/chart_files.py": "charts",
     "measured/readers/hdf5.py": "recording",
     "measured/readers/mat/__init__.py": "recording",
     "report/numbers.py": "result",
@@ -242,7 +242,7 @@ WRITERS = {
     "studies/fronts.py": "optimization",
     "studies/optimization.py": "optimization",
     "studies/schedulers/hand_over.py": "read by the workers of the study that wrote it alone",
-    "studies/store.py": "study",
+    "studies/study_store.py": "study",
     "workbench/traces.py": "an index of a job's run, read by the workbench that wrote it alone",
 }
 

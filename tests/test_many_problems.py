@@ -12,7 +12,7 @@ from gearrattle.cli import main
 from gearrattle.errors import MOST_SHOWN, Problem, shown_problems
 from gearrattle.measured.readers import read_raw
 from gearrattle.workbench.checking import checked
-from gearrattle.workbench.routes.answers import problems
+from gearrattle.workbench.routes.json_answers import problems
 
 COUNT = 3000
 TEXT = "schema = 1\n[excitation]\nspeed = 1\n" + "".join(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.model import Model
-from gearrattle.reproduction.cases import load_case
+from gearrattle.reproduction.paper_cases import load_case
 
 SEEDS = range(100, 120)
 KINDS = ("paper", "train")

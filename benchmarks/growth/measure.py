@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.growth.plant import CONTACT, SHAPES, SIZES, task
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers import Task, choice
+from gearrattle.engine.solvers import Task, scheme_choice
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.slots import Shelf
 from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
@@ -68,7 +68,7 @@ def swept(shape: str, n: int) -> dict[str, Any]:
         "cycle_ms": 1e3 * seconds / CYCLES,
         "audited_cycle_ms": 1e3 * audited / 4,
         "setup_ms": 1e3 * setup,
-        "chosen": "sweep" if choice.is_large(problem.system) else "tables",
+        "chosen": "sweep" if scheme_choice.is_large(problem.system) else "tables",
     }
 
 
@@ -99,7 +99,7 @@ def tabled(shape: str, n: int) -> dict[str, Any]:
     return {
         "shape": shape,
         "n": n,
-        "possible": choice.regions_of(problem.system),
+        "possible": scheme_choice.regions_of(problem.system),
         "regions": len(regions),
         "region_ms": 1e3 * built / len(slots.pieces),
         "region_kb": held / 1024 / len(slots.pieces),

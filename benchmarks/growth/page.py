@@ -38,7 +38,7 @@ growth of the arrays, which double, is in the memory a region takes.
 
 CHOICE = """\
 `exact` takes the sweep where a driveline has more regions than a period has windows, and more than a hundred
-(`engine/solvers/choice.py`).
+(`engine/solvers/scheme_choice.py`).
 
 """
 

@@ -61,9 +61,9 @@ def prepare(root: Path) -> None:
     import numpy as np
 
     import gearrattle as gr
-    from gearrattle.workbench.folder import Folder
-    from gearrattle.workbench.jobs.record import Job
-    from gearrattle.workbench.kept import keep
+    from gearrattle.workbench.jobs.job_record import Job
+    from gearrattle.workbench.kept_results import keep
+    from gearrattle.workbench.workspace_folder import Folder
 
     def job(key: str, name: str, task: str, result: Any, of: gr.Model, **record: Any) -> None:
         times = {"started": "2026-01-01T10:00:00+00:00", "ended": "2026-01-01T10:00:03+00:00"}

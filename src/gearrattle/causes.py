@@ -34,7 +34,7 @@ from gearrattle.assembly import (
     unsteady_inputs,
 )
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed import motion_errors
+from gearrattle.assembly.prescribed_motion import motion_errors
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model

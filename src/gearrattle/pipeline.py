@@ -24,7 +24,7 @@ from gearrattle.analysis.statics import equilibrium, modes
 from gearrattle.assembly import unsteady_inputs
 from gearrattle.causes import Cause, cause_of
 from gearrattle.errors import ConvergenceError
-from gearrattle.model.quantity import CALLBACK, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, check_arguments
 from gearrattle.quantities.criteria import check_negligible, criteria
 from gearrattle.quantities.metrics import metrics_of_run
 from gearrattle.result import Result

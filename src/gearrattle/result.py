@@ -108,7 +108,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Return a short static view for notebooks: sentence, first tables, first figure; no script."""
-        return str(import_module("gearrattle.report.notebook").notebook_view(self))
+        return str(import_module("gearrattle.report.notebook_view").notebook_view(self))
 
     def _presentation(self) -> Any:
         return import_module("gearrattle.report.kinds").presentation_of(self)

@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.assembly import assemble, drive_torque, free_names, ramp_of
-from gearrattle.assembly.friction import WORDS, switches
-from gearrattle.assembly.statistics import exact_between
+from gearrattle.assembly.friction_sliders import WORDS, switches
+from gearrattle.assembly.statistics_by_name import exact_between
 from gearrattle.consistency import check_stored
-from gearrattle.engine.system import variation as growth
+from gearrattle.engine.system import perturbation_growth as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.passages import Passages
-from gearrattle.engine.system.perturbed import Gradient
+from gearrattle.engine.system.perturbations import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format, format_name, version_of

@@ -6,8 +6,8 @@ import pytest
 from benchmarks.growth.models import gearbox
 
 import gearrattle as gr
-from gearrattle.advice.clearances import LISTED
-from gearrattle.report.advice import AdvicePage
+from gearrattle.advice.clearance_advice import LISTED
+from gearrattle.report.advice_page import AdvicePage
 
 
 @pytest.fixture(scope="module")

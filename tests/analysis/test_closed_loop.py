@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.model.file import loads
+from gearrattle.model.model_file import loads
 
 STIFFNESSES = (57601089.69808486, 11768.719033784835, 692778.6835663491, 40001951238.446724)
 MEANS = (21.742652053997585, -185.6306790048291, -8.96961409820812, -124.66144205175148)

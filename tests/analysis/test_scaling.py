@@ -12,8 +12,8 @@ import gearrattle as gr
 from gearrattle.assembly.scaled import KINDS, dimensional
 from gearrattle.assembly.written_out import written_out
 from gearrattle.model import ASSUMED_ENERGY, Model
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.ramps import Ramp
+from gearrattle.model.value_kinds import Quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies", "remedies"))

@@ -34,7 +34,7 @@ def test_make_commands_named_in_pages_exist() -> None:
 
 
 def test_files_that_are_named_exist() -> None:
-    """From the root, or in a page from the package: `engine/kernels/building.py`."""
+    """From the root, or in a page from the package: `engine/kernels/region_stages.py`."""
     missing = []
     for path in [*document_files(), *source_files()]:
         text = _read(path)

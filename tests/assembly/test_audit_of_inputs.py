@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import signals as assembled
+from gearrattle.assembly import input_signals as assembled
 from gearrattle.engine.system import specified
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

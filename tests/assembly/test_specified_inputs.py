@@ -10,9 +10,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import gearrattle as gr
-from gearrattle.assembly.signals import signals_of
+from gearrattle.assembly.input_signals import signals_of
 from gearrattle.engine.system.phase import Ramp
-from gearrattle.engine.system.run_up import Tone
+from gearrattle.engine.system.run_up_signals import Tone
 from gearrattle.engine.system.specified import NotKept, Swept, checked, turns
 from tests.architecture.places import EXAMPLES
 

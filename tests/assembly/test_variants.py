@@ -11,9 +11,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import bound_of, coefficients
-from gearrattle.engine.kernels.variants import picked
-from gearrattle.engine.system.laid_out import coefficients_of
+from gearrattle.assembly.variant_assembly import bound_of, coefficients
+from gearrattle.engine.kernels.variant_arrays import picked
+from gearrattle.engine.system.plain_arrays import coefficients_of
 
 STAGED = """
 schema = 1

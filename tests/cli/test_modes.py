@@ -95,7 +95,7 @@ def test_a_page_replaces_the_one_before_and_leaves_the_rest(model: Path) -> None
 
 
 def test_a_failure_leaves_nothing(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gearrattle.report import modes as page
+    from gearrattle.report import modes_page as page
 
     def fails(*_: object) -> bytes:
         raise OSError(28, "No space left on device")

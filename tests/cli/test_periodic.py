@@ -16,7 +16,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.cli.options import ends_in
+from gearrattle.cli.shared_options import ends_in
 from tests.architecture.places import EXAMPLES
 from tests.cli.test_interruption import PROGRAM
 

@@ -106,16 +106,16 @@ def test_ctrl_c_before_the_first_chunk_leaves_nothing(model: Path) -> None:
 def test_a_full_disk_says_what_is_kept(
     model: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gearrattle.simulation import store
+    from gearrattle.simulation import chunk_store
 
-    save = store.np.savez
+    save = chunk_store.np.savez
 
     def full_soon(*values: object, **arrays: object) -> None:
         if Path("long/chunk-000003.nc").exists():
             raise OSError(28, "No space left on device")
         save(*values, **arrays)
 
-    monkeypatch.setattr(store.np, "savez", full_soon)
+    monkeypatch.setattr(chunk_store.np, "savez", full_soon)
     assert main(["stream", str(model), *SHORT]) == 1
     message = capsys.readouterr().err.splitlines()[-1]
     assert message == (

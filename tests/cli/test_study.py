@@ -14,7 +14,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.studies.store import Store
+from gearrattle.studies.study_store import Store
 from tests.studies.clusters import dask, full_once
 from tests.studies.drivelines import TOML
 

@@ -10,7 +10,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.report.plots.interactive import plotly_figure
-from gearrattle.report.plots.validation import validation_charts
+from gearrattle.report.plots.validation_figures import validation_charts
 from tests.measured.validation import made
 
 

@@ -12,14 +12,14 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.comparison.compare import CEILING, Comparison, side_by_side, window_of
+from gearrattle.comparison.comparison_table import COLUMNS, table_of
 from gearrattle.comparison.contest import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation, with_verdicts
-from gearrattle.comparison.table import COLUMNS, table_of
 from gearrattle.engine.solvers import SOLVERS, one_step
-from gearrattle.report.comparison import on_statistics
+from gearrattle.report.comparison_page import on_statistics
 from gearrattle.report.comparison_tables import verdict_table
-from gearrattle.report.plots.comparison import growth_of_errors, shown_until
+from gearrattle.report.plots.comparison_figures import growth_of_errors, shown_until
 from tests.comparison.cases import case
 
 RK4 = {"algorithm": "rk4", "step": 0.0128 / 150}  # the 1995 paper's

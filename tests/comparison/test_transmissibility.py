@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearrattle.comparison import compare_transmissibility
-from gearrattle.comparison.transmissibility import elements_from
+from gearrattle.comparison.transmissibility_comparison import elements_from
 from tests import synthetic
 from tests.signals import handmade
 

@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.engine.system.auxiliary import Auxiliary, alternation, limiters, slider
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.piecewise_signals import Signals
 from tests.dense.case import Case
 
 

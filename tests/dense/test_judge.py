@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.kernels.variant_arrays import Crossings
 from gearrattle.engine.solvers import Motion
 from tests.dense.case import Case, Element, run
 from tests.dense.families import seeded

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.solvers import Motion, choice, sweep
+from gearrattle.engine.solvers import Motion, scheme_choice, sweep
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.sweep import SweepMarch
 from tests.dense.case import Case, run
@@ -24,7 +24,7 @@ ALWAYS = range(2)
 @pytest.fixture
 def sweeping(monkeypatch):
     """Every run of ``exact`` sweeps."""
-    monkeypatch.setattr(choice, "is_large", lambda _system: True)
+    monkeypatch.setattr(scheme_choice, "is_large", lambda _system: True)
 
 
 @pytest.mark.usefixtures("sweeping")

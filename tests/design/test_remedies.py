@@ -9,8 +9,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.design import motions
+from gearrattle.design.halving import Tried
 from gearrattle.design.motions import PUSHED, REST, Asked, moved_on
-from gearrattle.design.search import Tried
 from gearrattle.design.target import ENERGY, target_of
 from gearrattle.errors import Cancelled, ModelError
 from tests.design.oscillator import LIMIT, loaded_gear

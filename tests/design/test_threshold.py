@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.design.search import Report
+from gearrattle.design.halving import Report
 from gearrattle.design.target import target_of
 from gearrattle.errors import Cancelled, ModelError
 from tests.design.oscillator import LIMIT, T, loaded_gear

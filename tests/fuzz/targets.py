@@ -27,9 +27,9 @@ from gearrattle.measured.identification.measured import State
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Band, Bars, Chart, Line, Panel, Rule
-from gearrattle.report.plots.stored import packed_charts, read_charts
+from gearrattle.report.plots.chart_files import packed_charts, read_charts
 from gearrattle.report.sound.path import sound_path
-from gearrattle.studies.file import read_study
+from gearrattle.studies.study_file import read_study
 from tests.fuzz import saved, workbench
 from tests.fuzz.target import NO_MOTION, ROOT, SMALL, Target, of_texts, small_run
 

@@ -153,10 +153,10 @@ class _Here:
 def page_of(root: Path) -> Any:
     """Return the application of a folder; nothing is computed by it."""
     from gearrattle.workbench.application import Limits, application
-    from gearrattle.workbench.folder import Folder
     from gearrattle.workbench.jobs.newest import Newest
     from gearrattle.workbench.jobs.queue import Jobs
     from gearrattle.workbench.jobs.worker import Reserve, WarmProcess
+    from gearrattle.workbench.workspace_folder import Folder
 
     folder = Folder(root.resolve())
     app = application(folder, Limits(1, 8e9))
@@ -171,7 +171,7 @@ def page_of(root: Path) -> Any:
 def _in_this_thread() -> Iterator[None]:
     """Compute answers in this thread, and simulate nothing."""
     with ExitStack() as stack:
-        stack.enter_context(patch("gearrattle.workbench.routes.answers.run_in_threadpool", _at_once))
+        stack.enter_context(patch("gearrattle.workbench.routes.json_answers.run_in_threadpool", _at_once))
         stack.enter_context(patch("gearrattle.workbench.application.run_in_threadpool", _at_once))
         stack.enter_context(patch("gearrattle.workbench.live.simulate", side_effect=NO_MOTION))
         yield
@@ -179,9 +179,9 @@ def _in_this_thread() -> Iterator[None]:
 
 def _workspace(folder: Path) -> None:
     """Fill a workspace with a model, a measured file, and a job that is done."""
-    from gearrattle.workbench.folder import Folder
-    from gearrattle.workbench.jobs.record import Job
-    from gearrattle.workbench.kept import keep
+    from gearrattle.workbench.jobs.job_record import Job
+    from gearrattle.workbench.kept_results import keep
+    from gearrattle.workbench.workspace_folder import Folder
 
     (folder / "m.toml").write_text(SMALL)
     rows = "".join(f"{k / 100}, {k % 7}\n" for k in range(100))

@@ -14,9 +14,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble, own_mean
-from gearrattle.assembly.variants import coefficients
-from gearrattle.engine.kernels.variants import picked
-from gearrattle.engine.system.laid_out import coefficients_of
+from gearrattle.assembly.variant_assembly import coefficients
+from gearrattle.engine.kernels.variant_arrays import picked
+from gearrattle.engine.system.plain_arrays import coefficients_of
 
 SEEDS = range(30)
 TABLE = {"speed": [40.0, 90.0, 130.0, 300.0]}

@@ -16,8 +16,8 @@ from gearrattle.advice.pilot import run_pilot
 from gearrattle.analysis.contact_ratios.forecast import Linearisation
 from gearrattle.analysis.stiffness import regions_visited
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.solvers.stability import most_regions
-from gearrattle.engine.system.perturbed import Perturbed
+from gearrattle.engine.solvers.step_stability import most_regions
+from gearrattle.engine.system.perturbations import Perturbed
 from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.signals import dwell_of_regions
 from gearrattle.simulation.settings import settled

@@ -13,7 +13,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble, free_of
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.engine.system.trains import trains
+from gearrattle.engine.system.free_trains import trains
 from gearrattle.model import Model
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("**/*.toml"))

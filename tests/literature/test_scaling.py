@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.analysis.stiffness import r_lambda_over, regions
-from gearrattle.simulation.steps import step_limits
+from gearrattle.simulation.fixed_steps import step_limits
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper"
 EXACT = {

@@ -14,7 +14,7 @@ from tests.model.test_broken_files import SOUND
 
 from gearrattle.errors import ModelError
 from gearrattle.model import DEFAULTS, Coupling, Initial, Model, Piece, loads
-from gearrattle.model.quantity import LARGEST, SMALLEST
+from gearrattle.model.value_kinds import LARGEST, SMALLEST
 
 
 @pytest.fixture(scope="module")

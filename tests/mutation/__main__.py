@@ -27,7 +27,7 @@ NOT_TRIED = {
     "_llvm.py",
     "callbacks.py",
     "multistep.py",
-    "many.py",
+    "variants_march.py",
 }
 """Files that need compiled code, or libraries that call it."""
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import gearrattle as gr
-from gearrattle.engine.system.variation import GROWTH
+from gearrattle.engine.system.perturbation_growth import GROWTH
 from tests.literature.paper_cases import paper_case
 from tests.oracles.exact_mp import solve
 from tests.oracles.fixed_point import fixed, to_float

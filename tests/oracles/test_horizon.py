@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.system.variation import GROWTH, ROUNDING, ROUNDING_95
+from gearrattle.engine.system.perturbation_growth import GROWTH, ROUNDING, ROUNDING_95
 from tests.oracles.horizon import measured, motions
 from tests.oracles.random_drivelines import random_problem
 

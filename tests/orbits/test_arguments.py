@@ -17,7 +17,7 @@ from gearrattle.orbits import Branch, Orbit
 from gearrattle.orbits.gradients import numbers_of, second_of
 from gearrattle.orbits.over_value import follower_over
 from gearrattle.orbits.start_states import check_repeats
-from gearrattle.report.plots.branches import measure_over
+from gearrattle.report.plots.branches_figure import measure_over
 from tests.studies import oscillator
 
 MEAN = "torque.0.mean"

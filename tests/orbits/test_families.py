@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.orbits.families import directions_of, state_names
+from gearrattle.orbits.motion_families import directions_of, state_names
 
 TRAIN: dict[str, Any] = {
     "schema": 1,

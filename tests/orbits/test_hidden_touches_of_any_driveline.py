@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import gearrattle as gr
-from gearrattle.engine.periodic.course import reaches
+from gearrattle.engine.periodic.compiled_course import reaches
 from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
 from gearrattle.engine.periodic.motion import Dips, Touch, Turns
 from gearrattle.orbits import over_value

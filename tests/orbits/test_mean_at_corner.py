@@ -6,7 +6,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits.branch import MEAN
-from gearrattle.report.plots.branches import branch_charts
+from gearrattle.report.plots.branches_figure import branch_charts
 
 CLEARANCE = "coupling.gap.clearance"
 

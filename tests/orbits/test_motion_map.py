@@ -15,8 +15,8 @@ from gearrattle.errors import Cancelled
 from gearrattle.orbits import MotionMap
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, Cell, cells_of
 from gearrattle.orbits.progress import silent
-from gearrattle.orbits.two_parameters.boundary import borders_of
 from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row
+from gearrattle.orbits.two_parameters.event_boundary import borders_of
 from gearrattle.orbits.two_parameters.special_points import special_points_of
 from gearrattle.report.kinds import presentation_of
 from tests.orbits.test_branch import over_frequency

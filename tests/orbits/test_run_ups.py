@@ -563,7 +563,7 @@ def test_the_sentence_of_a_branch_ends_its_stable_motions_where_the_range_withou
 
 
 def test_the_page_has_every_event_and_the_terminal_the_first_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.report.branches._MOST_EVENTS", 1)
+    monkeypatch.setattr("gearrattle.report.branches_page._MOST_EVENTS", 1)
     runs = gr.continuation(gr.example("backlash_oscillator"), SPEED, (0.6, 0.9)).run_up(1e-3)
     page = presentation_of(runs)
     on_page, printed = (

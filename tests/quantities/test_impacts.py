@@ -7,7 +7,7 @@ import math
 import pytest
 
 from gearrattle.quantities.contact import ContactShare
-from gearrattle.quantities.impacts import ImpactStatistics
+from gearrattle.quantities.impact_statistics import ImpactStatistics
 from gearrattle.quantities.regime import ImpactRegime
 from tests.quantities.reading import evaluate, one, value
 from tests.signals.handmade import Row, layout, staged, trajectory

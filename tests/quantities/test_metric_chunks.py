@@ -15,8 +15,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.quantities import METRICS
-from gearrattle.quantities.inputs import WHOLE
-from gearrattle.signals.chunks import Moments
+from gearrattle.quantities.metric_inputs import WHOLE
+from gearrattle.signals.chunk_moments import Moments
 from tests.architecture.places import EXAMPLES
 
 FILES = (

@@ -89,7 +89,7 @@ def test_a_study_counts_no_stage_changes_as_rattle() -> None:
 
 def test_the_page_of_a_study_says_rattle_of_gaps_alone() -> None:
     """No sentence, bar or table names the clutch with a probability of rattle."""
-    from gearrattle.report.study_pages.grid import summary_of
+    from gearrattle.report.study_pages.grid_page import summary_of
     from gearrattle.report.study_tables import probability_table
 
     vary = {"inertia.gear.drag_torque": {"distribution": "uniform", "from": 0.9, "to": 1.1}}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly.statistics import Between
+from gearrattle.assembly.statistics_by_name import Between
 from gearrattle.signals.levels import extremes_missed, missed, rms_missed
 from gearrattle.signals.summaries import summary_of
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities.parts import worst_first
+from gearrattle.quantities.verdict_parts import worst_first
 from gearrattle.signals import find_impacts
 
 GROUNDED = """

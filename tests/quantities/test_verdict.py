@@ -10,7 +10,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.quantities import Verdict
-from gearrattle.quantities.parts import Part
+from gearrattle.quantities.verdict_parts import Part
 
 
 @pytest.fixture(scope="module")

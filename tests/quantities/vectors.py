@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.quantities import Inputs, Quantity, RattleLevel, inputs_of_motion, inputs_of_recording
 from gearrattle.quantities.contact import ContactSides
-from gearrattle.quantities.energy import ContactWork, ImpactLoss
 from gearrattle.quantities.force import ForceStatistics
+from gearrattle.quantities.impact_energy import ContactWork, ImpactLoss
 from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.irregularity import SpeedIrregularity
 from gearrattle.quantities.loose_motion import LooseMotion

@@ -29,7 +29,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.studies.kept import OUTCOME
+from gearrattle.studies.stored_studies import OUTCOME
 from gearrattle.writing import PREFIX, Staging
 from tests.studies.drivelines import model
 

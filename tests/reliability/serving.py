@@ -14,7 +14,7 @@ from pathlib import Path
 
 import httpx
 
-from gearrattle.workbench.jobs.record import ENDED, read_jobs
+from gearrattle.workbench.jobs.job_record import ENDED, read_jobs
 from tests.reliability.values import Look, Values, compare, values_of_file
 from tests.workbench.server import MODEL
 

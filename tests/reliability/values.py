@@ -19,7 +19,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.report.saved import PAGE
-from gearrattle.studies.kept import OUTCOME
+from gearrattle.studies.stored_studies import OUTCOME
 
 Values = dict[str, object]
 Look = Callable[[Path], float]

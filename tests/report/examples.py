@@ -17,7 +17,7 @@ from gearrattle.orbits import Orbit, PeriodicMotions
 from gearrattle.orbits.exact_runs import ExactRun, exact_run, map_of_one_period
 from gearrattle.orbits.settled_motion import SettledMotion
 from gearrattle.orbits.start_states import state_of
-from gearrattle.reproduction.record import Reproduction, Section, row
+from gearrattle.reproduction.reproduction_record import Reproduction, Section, row
 from gearrattle.studies.designs import DESIGNS
 from tests.compositions.kinds import BASE, KINDS
 from tests.measured.identification.test_loop import ANGLE

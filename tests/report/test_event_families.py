@@ -13,7 +13,7 @@ from gearrattle.orbits import Branch
 from gearrattle.orbits.stability import Range
 from gearrattle.report.event_families import families_of
 from gearrattle.report.kinds import presentation_of
-from gearrattle.report.stable_motions import counts_of, counts_words
+from gearrattle.report.stable_motion_sentences import counts_of, counts_words
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import gearrattle as gr
 from gearrattle.report import drawn
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
 from tests import synthetic
 from tests.report.plots.test_typeset import (
     test_figure_has_the_chart_s_panels_labels_and_limits as panels_and_limits,

@@ -9,7 +9,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.pipeline import Findings, judged
 from gearrattle.report.live_figures import plotly_script
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
 from tests.compositions.kinds import KINDS
 
 BODIES, MOST = 64, 12

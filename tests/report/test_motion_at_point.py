@@ -16,7 +16,7 @@ from gearrattle.assembly import deflection_rate
 from gearrattle.orbits import Branch
 from gearrattle.orbits.orbit import sampled
 from gearrattle.report.motion_at_point import chosen_points, motion_at_point, point_data
-from gearrattle.report.plots.branches import branch_charts
+from gearrattle.report.plots.branches_figure import branch_charts
 from gearrattle.report.plots.chords import thinned
 from tests.browser import MARKS, alive
 from tests.orbits.test_branch import over_frequency

@@ -22,7 +22,7 @@ from gearrattle.orbits.stability import courses_of, losses_of, ranges_of
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
-from gearrattle.report.plots.branches import EVENTS
+from gearrattle.report.plots.branches_figure import EVENTS
 from tests.orbits.test_run_ups import oscillator as run_up_oscillator
 from tests.report.examples import result
 

@@ -16,7 +16,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.quantities import judge
 from gearrattle.report.model_tables import cost_table, model_tables
-from gearrattle.report.plots.shelf import FIGURES, charts
+from gearrattle.report.plots.run_figures import FIGURES, charts
 from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.summary import findings_content
 from gearrattle.report.trust import trust

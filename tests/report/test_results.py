@@ -20,10 +20,10 @@ from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, 
 from gearrattle.report.numbers import Arrays, write_netcdf
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.records import texts
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
-from gearrattle.reproduction.record import Reproduction, Section, row
+from gearrattle.reproduction.reproduction_record import Reproduction, Section, row
 from gearrattle.typing import Result
 from tests.browser import BROWSER, browse
 from tests.report.examples import CASE_PARAMETERS, EXAMPLES, model, result
@@ -201,7 +201,7 @@ def test_a_notebook_shows_it_without_script_or_style_sheet(case: str) -> None:
 
 
 def view_of(case: str) -> str:
-    from gearrattle.report.notebook import notebook_view
+    from gearrattle.report.notebook_view import notebook_view
 
     view = notebook_view(result(case))
     if isinstance(result(case), Result):

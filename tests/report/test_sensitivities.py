@@ -7,10 +7,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.report.plots.convergence import probability_convergence
-from gearrattle.report.plots.scatter import histograms, probability_bars, tornado
+from gearrattle.report.plots.sample_figures import histograms, probability_bars, tornado
 from gearrattle.report.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.report.sensitivity_tables import sensitivity_tables
-from gearrattle.report.study_pages.grid import summary_of
+from gearrattle.report.study_pages.grid_page import summary_of
 from tests.report.examples import CODES, designed
 
 

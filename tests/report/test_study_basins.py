@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearrattle.report.plots.basins import basin_map, keys_of
+from gearrattle.report.plots.basins_figure import basin_map, keys_of
 from gearrattle.report.plots.palette import PAPER
-from gearrattle.report.study_pages.basins import attractor_table, summary_of
+from gearrattle.report.study_pages.basins_page import attractor_table, summary_of
 from tests.report.examples import V, X, basins
 
 

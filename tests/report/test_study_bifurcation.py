@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearrattle.report.plots.bifurcation import diagram
+from gearrattle.report.plots.bifurcation_figure import diagram
 from gearrattle.report.study_pages import page_of
-from gearrattle.report.study_pages.bifurcation import charts, coexistence_table, stretch_table, summary_of
+from gearrattle.report.study_pages.bifurcation_page import charts, coexistence_table, stretch_table, summary_of
 from tests.report.examples import bifurcation
 from tests.studies.oscillator import AMPLITUDE
 

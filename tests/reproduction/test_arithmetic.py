@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gearrattle.reproduction import printed, table5
-from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.measurements import Scope, Setup, measure
-from gearrattle.reproduction.stiffness import conditioning, jacobian, natural, stiffness_ratio
+from gearrattle.reproduction.paper_cases import SPEED
+from gearrattle.reproduction.paper_stiffness import conditioning, jacobian, natural, stiffness_ratio
 from gearrattle.reproduction.table1 import agrees, parameters
 from gearrattle.reproduction.work import calls_for
 

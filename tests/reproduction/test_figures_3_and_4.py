@@ -9,11 +9,11 @@ import gearrattle as gr
 from gearrattle.analysis.contact_ratios.describing import under_sine
 from gearrattle.errors import Cancelled
 from gearrattle.reproduction import figure3, figure4
-from gearrattle.reproduction.cases import load_case
+from gearrattle.reproduction.load_sweep import FORCE, RESONANCE, Stop, loose_gear, mesh_alone, sweep
 from gearrattle.reproduction.measurements import Scope
-from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED
-from gearrattle.reproduction.stiffness import natural
-from gearrattle.reproduction.sweep import FORCE, RESONANCE, Stop, loose_gear, mesh_alone, sweep
+from gearrattle.reproduction.paper_cases import load_case
+from gearrattle.reproduction.paper_stiffness import natural
+from gearrattle.reproduction.reproduction_record import DIFFERS, LOST, REPRODUCED
 
 
 @pytest.fixture(scope="module")

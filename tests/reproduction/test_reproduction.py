@@ -17,7 +17,7 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction import measurements, reproduce
 from gearrattle.reproduction.bulirsch_stoer import OTHERS
-from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
+from gearrattle.reproduction.reproduction_record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.signals.motion import derived
+from gearrattle.signals.kinematics import derived
 from gearrattle.signals.tacho import levels, pulse_times, shaft
 from gearrattle.signals.wheel import PulseError, teeth_passed
 

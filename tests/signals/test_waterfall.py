@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearrattle.signals.cross_spectra import cut
-from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders, waterfall
+from gearrattle.signals.spectra_over_speed import Waterfall, by_steps, over_orders, waterfall
 
 RATE = 1000.0
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.simulation import store as stores
+from gearrattle.simulation import chunk_store as stores
 from tests import synthetic
 from tests.architecture.places import EXAMPLES
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gearrattle.results import Run
-from gearrattle.studies.store import Store
+from gearrattle.studies.study_store import Store
 
 FULL = "GEARRATTLE_TEST_FULL"
 """Environment variable with the path of a file that, while it exists, makes the disk full at the next write."""

@@ -14,7 +14,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
-from gearrattle.studies.file import read_study
+from gearrattle.studies.study_file import read_study
 from tests.studies.drivelines import TOML
 
 HUGE = "1" + "0" * 400

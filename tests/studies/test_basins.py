@@ -18,7 +18,7 @@ from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits.attractors import Attractor, settled_orbit
 from gearrattle.signals import SEVERITIES
 from gearrattle.signals.shares import wilson
-from gearrattle.studies.attractors import attractors_of, orbit_of, quiet_share
+from gearrattle.studies.basin_attractors import attractors_of, orbit_of, quiet_share
 from gearrattle.studies.output import REGIMES
 from gearrattle.studies.starts import starts_of
 from tests.studies.drivelines import model as two_bodies

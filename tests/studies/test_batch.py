@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled
-from gearrattle.studies import batch, cases
+from gearrattle.studies import case_batches, case_runs
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.study import prepare
@@ -56,11 +56,11 @@ def planned(base: gr.Model, axes: Mapping[str, Any], outputs: tuple[str, ...], *
 
 def check(plan: Plan, outputs: Outputs) -> np.ndarray:
     """Compare a chunk with the same cases one at a time; which of them were computed together."""
-    _, done = batch.batched(plan, outputs, 0)
-    made = cases.compute(plan, outputs, 0)
+    _, done = case_batches.batched(plan, outputs, 0)
+    made = case_runs.compute(plan, outputs, 0)
     for at, changes in plan.cases(0):
         run = gr.simulate(plan.model.with_(changes), audit=False)
-        assert made.outcome[at] == cases.DONE
+        assert made.outcome[at] == case_runs.DONE
         for name, value in outputs.of(run).items():
             assert np.array_equal(made.values[name][at], value, equal_nan=True), (name, changes)
     return done
@@ -76,7 +76,7 @@ def test_hardness_of_impacts_gives_the_same_bits_and_nothing_where_nothing_hits(
     axes = {"torque.0.harmonics.0.amplitude": [6.0, 3.0, 1.0, 0.01]}
     plan, outputs = planned(model(), axes, (*OUTPUTS, *HARDNESS))
     assert check(plan, outputs).all()
-    actual = cases.compute(plan, outputs, 0).values["mean exchanged momentum"]
+    actual = case_runs.compute(plan, outputs, 0).values["mean exchanged momentum"]
     assert np.isfinite(actual[0, 0])
     assert np.isnan(actual[-1, 0])
 
@@ -85,12 +85,12 @@ def test_severity_of_every_case_is_by_its_own_energies_and_by_the_thresholds_of_
     """The inertia varies: the same speed has another energy in every case."""
     axes = {"inertia.wheel.J": [0.01, 0.02, 0.04, 0.08], "torque.0.harmonics.0.amplitude": [6.0, 3.0, 1.0, 0.01]}
     plan, outputs = planned(model(), axes, ("severity", "largest impact energy", "regime"))
-    energies = cases.compute(plan, outputs, 0).values["largest impact energy"].ravel()
+    energies = case_runs.compute(plan, outputs, 0).values["largest impact energy"].ravel()
     middle = float(np.median(energies[energies > 0.0]))
     said = model().with_({"criteria.negligible.impact_energy": middle})
     plan, outputs = planned(said, axes, ("verdict severity", "severity", "largest impact energy", "regime"))
     assert check(plan, outputs).all()
-    made = cases.compute(plan, outputs, 0).values
+    made = case_runs.compute(plan, outputs, 0).values
     separates = made["regime"] > 0
     expected = np.where(separates, np.where(made["largest impact energy"] < middle, 1, 2), 0)
     assert np.array_equal(made["severity"], expected)
@@ -102,7 +102,7 @@ def test_a_threshold_may_vary_and_the_motion_stays_the_same() -> None:
     axes = {"criteria.negligible.impact_energy": [0.0, 1e-9, 1e3, 1e6]}
     plan, outputs = planned(model().with_({"torque.0.harmonics.0.amplitude": 6.0}), axes, OUTPUTS)
     check(plan, outputs)
-    made = cases.compute(plan, outputs, 0).values
+    made = case_runs.compute(plan, outputs, 0).values
     assert made["verdict severity"].tolist() == [2, 2, 1, 1]
     assert np.unique(made["verdict"]).size == 1
 
@@ -176,9 +176,9 @@ def test_axes_that_are_no_numbers_go_alone() -> None:
 def test_a_case_that_the_model_refuses_says_why_and_the_others_are_computed_together() -> None:
     axes = {"coupling.damper.stages.0.until": [0.03, 0.1, 0.15, 0.19], "coupling.damper.stages.1.until": [0.12, 0.2]}
     plan, outputs = planned(staged(), axes, OUTPUTS)
-    _, done = batch.batched(plan, outputs, 0)
-    made = cases.compute(plan, outputs, 0)
-    refused = made.outcome.ravel() == cases.NO_MODEL
+    _, done = case_batches.batched(plan, outputs, 0)
+    made = case_runs.compute(plan, outputs, 0)
+    refused = made.outcome.ravel() == case_runs.NO_MODEL
     assert refused.tolist() == [False, False, False, False, True, False, True, False]
     assert done.tolist() == (~refused).tolist()
     assert all("stages out of order" in text for text in made.messages.values())
@@ -218,5 +218,5 @@ def test_work_is_stopped_between_slices_and_told_of_as_it_goes() -> None:
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        cases.compute(plan, outputs, 0, told)
+        case_runs.compute(plan, outputs, 0, told)
     assert 0.0 <= shares[0] <= shares[1] < 1.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly.variants import bound_of, static_velocities
+from gearrattle.assembly.variant_assembly import bound_of, static_velocities
 from gearrattle.simulation.simulate import prepare
 from tests.assembly.test_variants import check
 from tests.studies.test_batch import HARDNESS, OUTPUTS, planned

@@ -13,7 +13,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError
 from gearrattle.studies import diagram
-from gearrattle.studies.branches import hysteresis, stretches, sweeps_of
+from gearrattle.studies.coexistence import hysteresis, stretches, sweeps_of
 from tests.studies import oscillator
 from tests.studies.clusters import dask
 from tests.studies.drivelines import model as two_bodies

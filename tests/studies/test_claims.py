@@ -15,8 +15,8 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.studies.kept import OUTCOME
 from gearrattle.studies.schedulers.hand_over import handed_over, work
+from gearrattle.studies.stored_studies import OUTCOME
 from gearrattle.studies.study import prepare
 from gearrattle.writing import Lock
 from tests.studies.drivelines import model

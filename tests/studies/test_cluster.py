@@ -16,7 +16,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError, SchedulerLost
-from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.case_runs import OUTCOMES
 from gearrattle.studies.schedulers import hand_over
 from gearrattle.studies.schedulers.hand_over import Handed
 from gearrattle.studies.storage import Folder, Storage

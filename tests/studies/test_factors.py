@@ -10,10 +10,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.studies.axes import axes_of
-from gearrattle.studies.file import read_study
 from gearrattle.studies.screening_study import screening_of
 from gearrattle.studies.study import prepare
+from gearrattle.studies.study_axes import axes_of
+from gearrattle.studies.study_file import read_study
 from tests.studies.drivelines import TOML, loudness, model
 from tests.studies.test_optimization import SMALL
 

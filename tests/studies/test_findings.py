@@ -13,7 +13,7 @@ from scipy.stats import qmc
 import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.signals.shares import wilson
-from gearrattle.studies.boundary import midpoints
+from gearrattle.studies.regime_boundary import midpoints
 from gearrattle.studies.sensitivity import chance_levels, first_order, rank_correlations, rank_regression
 
 CODES = {"flag_values": [0, 1, 2], "flag_meanings": "quiet single-sided double-sided"}

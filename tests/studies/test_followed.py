@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.solvers.many import Batch
-from gearrattle.studies import batch, cases
-from gearrattle.studies.batch import can_batch, can_follow
+from gearrattle.engine.solvers.variants import Batch
+from gearrattle.studies import case_batches, case_runs
+from gearrattle.studies.case_batches import can_batch, can_follow
 from gearrattle.studies.output import EVENT
 from gearrattle.studies.outputs import RUN_OUTPUTS, Outputs, _known
 from gearrattle.studies.plan import Plan
@@ -56,10 +56,10 @@ def planned(base: gr.Model, axes: Mapping[str, Any], names: tuple[str, ...], **m
 
 def check(plan: Plan, outputs: Outputs, monkeypatch: pytest.MonkeyPatch) -> np.ndarray:
     """Compare a chunk with the same cases one at a time; which of them were followed together."""
-    together, done = batch.batched(plan, outputs, 0)
+    together, done = case_batches.batched(plan, outputs, 0)
     with monkeypatch.context() as patched:
-        patched.setattr(cases, "batched", lambda *_: ({}, np.zeros(plan.count, dtype=np.bool_)))
-        alone = cases.compute(plan, outputs, 0)
+        patched.setattr(case_runs, "batched", lambda *_: ({}, np.zeros(plan.count, dtype=np.bool_)))
+        alone = case_runs.compute(plan, outputs, 0)
     for name, values in together.items():
         expected = alone.values[name].reshape(values.shape)[done].astype(float)
         scale = np.max(np.abs(expected), initial=0.0, where=np.isfinite(expected))
@@ -114,17 +114,17 @@ def test_only_the_cycles_that_are_judged_are_sampled(monkeypatch: pytest.MonkeyP
     for names, cycles in (("TR rms",), 8), (("rms of the fluctuation",), 20):
         plan, outputs = planned(base, GAPS, names)
         rows.clear()
-        assert batch.batched(plan, outputs, 0)[1].all()
+        assert case_batches.batched(plan, outputs, 0)[1].all()
         assert rows == 4 * [32 * cycles + 1]
     plan, outputs = planned(base, GAPS, ("mean impact intensity", "regime"))
     rows.clear()
-    assert batch.batched(plan, outputs, 0)[1].all()
+    assert case_batches.batched(plan, outputs, 0)[1].all()
     assert rows == []
 
 
 def test_a_case_that_cannot_be_told_goes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     plan, outputs = planned(model(), GAPS, ("TR rms", "regime"))
-    expected = cases.compute(plan, outputs, 0)
+    expected = case_runs.compute(plan, outputs, 0)
     motion, asked = Batch.motion, []
 
     def unclear(self: Batch, *of: Any) -> Any:
@@ -136,10 +136,10 @@ def test_a_case_that_cannot_be_told_goes_alone(monkeypatch: pytest.MonkeyPatch) 
         return motion(self, *of)
 
     monkeypatch.setattr(Batch, "motion", unclear)
-    assert batch.batched(plan, outputs, 0)[1].tolist() == [True, False, False, True]
+    assert case_batches.batched(plan, outputs, 0)[1].tolist() == [True, False, False, True]
     asked.clear()
-    actual = cases.compute(plan, outputs, 0)
-    assert np.all(actual.outcome == cases.DONE)
+    actual = case_runs.compute(plan, outputs, 0)
+    assert np.all(actual.outcome == case_runs.DONE)
     np.testing.assert_allclose(actual.values["TR rms"], expected.values["TR rms"], rtol=ROUNDING)
 
 

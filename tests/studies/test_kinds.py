@@ -11,8 +11,8 @@ from gearrattle.cli import main
 from gearrattle.errors import ModelError
 from gearrattle.model.schema import key_docs
 from gearrattle.report.study_pages import PAGES
-from gearrattle.studies.file import read_study
 from gearrattle.studies.kinds import KINDS, StudySpec
+from gearrattle.studies.study_file import read_study
 from tests.architecture.places import DOCS, EXAMPLES
 
 

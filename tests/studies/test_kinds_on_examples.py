@@ -13,7 +13,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.assembly import unsteady_inputs
-from gearrattle.studies.cases import DONE, FAILED
+from gearrattle.studies.case_runs import DONE, FAILED
 
 EXAMPLES = (
     "alternating_mesh",

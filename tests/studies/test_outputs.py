@@ -15,11 +15,11 @@ from gearrattle.errors import ModelError
 from gearrattle.quantities import CRITERIA
 from gearrattle.report.study_pages import page_of
 from gearrattle.signals import gap_names
-from gearrattle.studies.axes import axes_of
 from gearrattle.studies.outputs import check_names
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.store import OUTCOME
 from gearrattle.studies.structures import structures_of
+from gearrattle.studies.study_axes import axes_of
+from gearrattle.studies.study_store import OUTCOME
 from tests.quantities.reading import evaluate
 from tests.studies.drivelines import TOML, model
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from gearrattle.studies import pace
-from gearrattle.studies.file import read_study
 from gearrattle.studies.pace import Pace, rounds, spread, spread_indices
 from gearrattle.studies.schedulers import opened
+from gearrattle.studies.study_file import read_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 

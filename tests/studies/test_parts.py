@@ -9,9 +9,9 @@ import pytest
 from scipy import stats
 
 from gearrattle.errors import ModelError
-from gearrattle.studies.axes import axes_of
 from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.plan import Plan, Samples
+from gearrattle.studies.study_axes import axes_of
 from tests.studies.drivelines import model
 
 GAP, TORQUE = "coupling.joint.clearance", "torque.0.mean"

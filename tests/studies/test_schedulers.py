@@ -14,8 +14,8 @@ import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
 from gearrattle.studies.prepared import carry_out
 from gearrattle.studies.schedulers import SCHEDULERS, opened
-from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
+from gearrattle.studies.study_store import Store
 from tests.studies import clusters
 from tests.studies.drivelines import model
 

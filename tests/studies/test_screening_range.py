@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.report.screening import ScreeningPage
+from gearrattle.report.screening_page import ScreeningPage
 from gearrattle.report.screening_tables import checks_table, gears_of
 from gearrattle.studies.screening_check import LIFTS, QUIET, UNDECIDED, forecasts_of, near_border
 

@@ -13,7 +13,7 @@ from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits import Orbit
 from gearrattle.studies.output import REGIMES
-from gearrattle.studies.stable_motions import COUNT, SWING
+from gearrattle.studies.stable_motion_outputs import COUNT, SWING
 from tests.orbits.test_families import train
 
 SPEED = "excitation.speed"

@@ -19,8 +19,8 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
 from gearrattle.studies.storage import File, Folder, Remote, Storage, storage_of
-from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
+from gearrattle.studies.study_store import Store
 from tests.studies.drivelines import TOML, loudness, model
 
 pytestmark = pytest.mark.slow

@@ -17,9 +17,9 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.engine.solvers import one_step
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.studies.cases import DONE, NO_MODEL, NOT_CONVERGED, OUTCOMES
-from gearrattle.studies.file import read_study
+from gearrattle.studies.case_runs import DONE, NO_MODEL, NOT_CONVERGED, OUTCOMES
 from gearrattle.studies.study import prepare
+from gearrattle.studies.study_file import read_study
 from tests.studies.clusters import deadly
 from tests.studies.drivelines import loudness, model, silly
 
@@ -50,7 +50,7 @@ def test_every_case_is_that_of_a_run_of_its_own(whole: xr.Dataset) -> None:
 
 def test_cases_that_told_how_long_one_takes_are_not_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four cases of milliseconds, which cannot be computed together: all but the first were tried before."""
-    from gearrattle.studies import cases
+    from gearrattle.studies import case_runs
 
     alone = model().with_({"simulation.algorithm": "rk4"})
 
@@ -60,7 +60,7 @@ def test_cases_that_told_how_long_one_takes_are_not_computed_again(monkeypatch: 
         computed.append(float(model.torques[0].mean))
         return gr.simulate(model, **how)
 
-    monkeypatch.setattr(cases, "simulate", counted)
+    monkeypatch.setattr(case_runs, "simulate", counted)
     data = gr.study(alone, {TORQUE: AXES[TORQUE]}, ["TR rms"], scheduler="threads", workers=1)
     assert computed == [0.2]
     assert np.all(data["outcome"] == DONE)

@@ -14,9 +14,9 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.jobs.record import Job
-from gearrattle.workbench.kept import PARTIAL, Growing, keep
+from gearrattle.workbench.jobs.job_record import Job
+from gearrattle.workbench.kept_results import PARTIAL, Growing, keep
+from gearrattle.workbench.workspace_folder import Folder
 from tests.orbits.test_branch import over_frequency
 from tests.report import examples
 

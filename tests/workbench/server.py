@@ -18,7 +18,7 @@ from typing import Any
 
 import httpx
 
-from gearrattle.workbench.jobs.record import ENDED
+from gearrattle.workbench.jobs.job_record import ENDED
 
 MODEL = """schema = 1
 name = "gap"

@@ -17,8 +17,8 @@ import pytest
 from gearrattle.errors import ModelError
 from gearrattle.workbench import access
 from gearrattle.workbench.access import Access, Message, Receive, Scope, Send, Strangers
-from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import resident_bytes
+from gearrattle.workbench.workspace_folder import Folder
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")

@@ -20,7 +20,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.workspace_folder import Folder
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
@@ -39,8 +39,8 @@ from starlette.websockets import WebSocketDisconnect
 from gearrattle.workbench.access import LARGEST, Access, Pace
 from gearrattle.workbench.application import Limits, Server, all_routes, application
 from gearrattle.workbench.jobs import worker
-from gearrattle.workbench.jobs.options import check_options
-from gearrattle.workbench.jobs.record import ENDED, Job, read_jobs
+from gearrattle.workbench.jobs.job_record import ENDED, Job, read_jobs
+from gearrattle.workbench.jobs.task_options import check_options
 from gearrattle.workbench.jobs.tasks import TASKS, carry_out
 from gearrattle.workbench.live import CYCLES, live_view
 from tests.workbench.server import MODEL

@@ -22,11 +22,11 @@ import pytest
 
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
-from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.jobs.options import check_options
+from gearrattle.workbench.jobs.job_record import NAME, Job, read_job, read_jobs
 from gearrattle.workbench.jobs.queue import Jobs
-from gearrattle.workbench.jobs.record import NAME, Job, read_job, read_jobs
+from gearrattle.workbench.jobs.task_options import check_options
 from gearrattle.workbench.jobs.worker import Reserve
+from gearrattle.workbench.workspace_folder import Folder
 from gearrattle.writing import PREFIX
 from tests.workbench.jobs import client
 from tests.workbench.server import MODEL, Server, serving
@@ -37,9 +37,9 @@ from starlette.applications import Starlette
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
-from gearrattle.workbench.routes import results
-from gearrattle.workbench.routes.answers import JsonAnswer, answering, json_object
-from gearrattle.workbench.routes.results import _PATHS
+from gearrattle.workbench.routes import result_routes
+from gearrattle.workbench.routes.json_answers import JsonAnswer, answering, json_object
+from gearrattle.workbench.routes.result_routes import _PATHS
 
 pytestmark = pytest.mark.compiled
 LINUX = pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="the limits of another process are set on Linux")
@@ -307,7 +307,7 @@ def test_inputs_are_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
 
     page = client(tmp_path)
     with monkeypatch.context() as context:
-        context.setattr(results, "copy_inputs", half)
+        context.setattr(result_routes, "copy_inputs", half)
         assert page.get("/api/jobs/earlier/model.zip").status_code == 507
     answer = page.get("/api/jobs/earlier/model.zip")
     assert answer.status_code == 200

@@ -14,7 +14,7 @@ from gearrattle.model import json_schema
 from gearrattle.workbench.checking import checked
 from gearrattle.workbench.drawing import law_of
 from gearrattle.workbench.editing import edited
-from gearrattle.workbench.shelf import TABLES, shelf
+from gearrattle.workbench.table_templates import TABLES, shelf
 
 SINGLE = ("excitation", "simulation", "criteria")
 BODIES = "".join(f'[[inertia]]\nname = "{name}"\nJ = 0.01\ndrag = 0.01\n' for name in "abcdef")

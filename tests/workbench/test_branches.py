@@ -13,8 +13,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.orbits import Branch
 from gearrattle.workbench.jobs.tasks import carry_out
-from gearrattle.workbench.kept import MOTIONS, PARTIAL, partial_view
-from gearrattle.workbench.notebook import Answers
+from gearrattle.workbench.kept_results import MOTIONS, PARTIAL, partial_view
+from gearrattle.workbench.notebook_widget import Answers
 from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
 from tests.report.examples import result

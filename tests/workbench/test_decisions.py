@@ -12,7 +12,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.design.threshold import STOPPED
 from gearrattle.workbench.jobs import worker
-from gearrattle.workbench.kept import read_view
+from gearrattle.workbench.kept_results import read_view
 from gearrattle.workbench.script import script
 from tests.browser import MARKS
 from tests.workbench.page import cut_off, opened_page, violations

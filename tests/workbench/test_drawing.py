@@ -13,7 +13,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.examples import example_files
-from gearrattle.model.file import load, text_of
+from gearrattle.model.model_file import load, text_of
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.symbol import BOX
@@ -21,9 +21,9 @@ from gearrattle.report.plots.placement import place
 from gearrattle.report.plots.sketch import inertia_words, torque_words
 from gearrattle.workbench.checking import checked, units_of
 from gearrattle.workbench.drawing import PITCH, drawing, law_of
-from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.references import ends_of
-from gearrattle.workbench.shelf import TABLES, shelf
+from gearrattle.workbench.table_templates import TABLES, shelf
+from gearrattle.workbench.workspace_folder import Folder
 from tests.model.test_components import tables
 
 START = 'schema = 1\n[[inertia]]\nname = "a"\nJ = 1\n'

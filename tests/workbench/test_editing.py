@@ -10,7 +10,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.examples import example_files
-from gearrattle.model.file import load
+from gearrattle.model.model_file import load
 from gearrattle.workbench.editing import edited, literal_of
 from gearrattle.workbench.references import references
 from tests.model.test_components import EXAMPLES, tables

@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.model.components import COMPONENTS
-from gearrattle.workbench.shelf import TABLES, shelf
+from gearrattle.workbench.table_templates import TABLES, shelf
 from tests.browser import MARKS
 from tests.workbench.page import boxes_of, fill, middle_of, name_it, opened_page, selected, text_of, waits
 from tests.workbench.server import Server

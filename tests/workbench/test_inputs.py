@@ -24,10 +24,10 @@ from starlette.testclient import TestClient
 
 from gearrattle.files import allowed_root
 from gearrattle.report.kinds import presentation_of
-from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.inputs import copy_inputs, model_of
-from gearrattle.workbench.jobs.record import ENDED
+from gearrattle.workbench.job_inputs import copy_inputs, model_of
+from gearrattle.workbench.jobs.job_record import ENDED
 from gearrattle.workbench.live import live_view
+from gearrattle.workbench.workspace_folder import Folder
 from tests.workbench.jobs import client as client_of
 from tests.workbench.server import serving
 

@@ -23,8 +23,8 @@ pytest.importorskip("uvicorn")
 from websockets.sync.client import connect
 
 from gearrattle.cli import main
-from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import EndedError, Reserve, WarmProcess, _ended
+from gearrattle.workbench.workspace_folder import Folder
 from tests.workbench.server import MODEL, Server, serving
 
 pytestmark = pytest.mark.compiled

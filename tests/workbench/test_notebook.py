@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.workbench import notebook
-from gearrattle.workbench.notebook import Answers
+from gearrattle.workbench import notebook_widget
+from gearrattle.workbench.notebook_widget import Answers
 from tests.report.examples import EXAMPLES, EXTREMES, result
 from tests.workbench.test_results import arrays
 
@@ -53,7 +53,7 @@ def test_what_cannot_be_answered_is_a_problem(question: dict[str, Any]) -> None:
 
 
 def test_without_anywidget_the_static_view_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(notebook, "find_spec", lambda _: None)
+    monkeypatch.setattr(notebook_widget, "find_spec", lambda _: None)
     shown = gr.view(result("modes"))
     assert shown.view["kind"] == "modes"
     assert "<script" not in shown._repr_html_()

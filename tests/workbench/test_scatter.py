@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.workbench.scatter import PARTS, best_of, errors_of
+from gearrattle.workbench.number_scatter import PARTS, best_of, errors_of
 from gearrattle.workbench.traces import Hits
 
 RATE, SPAN = 40.0, 25.0  # 1/s, s

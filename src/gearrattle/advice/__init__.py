@@ -5,8 +5,8 @@ scored against a run (``forecasts``). The evidence is linear algebra where that 
 *pilot*, where it does not.
 """
 
+from gearrattle.advice.advice_record import Advice, Line
 from gearrattle.advice.advise import advise
 from gearrattle.advice.forecasts import Forecast, Score, scored
-from gearrattle.advice.record import Advice, Line
 
 __all__ = ["Advice", "Forecast", "Line", "Score", "advise", "scored"]

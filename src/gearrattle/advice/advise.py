@@ -19,19 +19,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from gearrattle.advice.clearances import clearances_line, contact_ratios_line, linear_forecasts
+from gearrattle.advice.advice_record import Advice
+from gearrattle.advice.clearance_advice import clearances_line, contact_ratios_line, linear_forecasts
 from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
 from gearrattle.advice.linear import excursions
-from gearrattle.advice.lumping import lumping_line
+from gearrattle.advice.lumping_advice import lumping_line
 from gearrattle.advice.others import others_of
 from gearrattle.advice.pilot import run_pilot
-from gearrattle.advice.record import Advice
-from gearrattle.advice.stiffness import scaling_line, stiffness_line
+from gearrattle.advice.stiffness_advice import scaling_line, stiffness_line
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, unsteady_problems
 from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, check_arguments
 from gearrattle.reductions.reduce import band_end
 from gearrattle.simulation.settings import settled
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from gearrattle.advice.advice_record import Line
 from gearrattle.advice.pilot import Pilot
-from gearrattle.advice.record import Line
 from gearrattle.model import Model
-from gearrattle.simulation.steps import step_limits
+from gearrattle.simulation.fixed_steps import step_limits
 from gearrattle.wording import counted, engineering, measured
 
 

@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from gearrattle.advice.advice_record import Line
 from gearrattle.advice.pilot import Pilot
-from gearrattle.advice.record import Line
 from gearrattle.assembly import assemble
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from gearrattle.advice.forecasts import QUANTITIES, Forecast
 from gearrattle.analysis.stiffness import Visited, regions_visited
-from gearrattle.engine.system.variation import GROWTH
+from gearrattle.engine.system.perturbation_growth import GROWTH
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate

@@ -25,8 +25,8 @@ from gearrattle.analysis.statics import Modes, modes, motion_source, torque_sour
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json
 from gearrattle.model import Harmonic, Model, check_model, units
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import Quantity
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.linear import modes as modal
-from gearrattle.analysis.trains import train_notes
+from gearrattle.analysis.linear import linear_modes as modal
+from gearrattle.analysis.train_notes import train_notes
 from gearrattle.assembly import (
     Driveline,
     assemble,
@@ -23,7 +23,7 @@ from gearrattle.assembly import (
 from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import FLAG, Count, argument_problems, check_arguments
+from gearrattle.model.value_kinds import FLAG, Count, argument_problems, check_arguments
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]

@@ -11,16 +11,16 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.linear.conditioning import conditions
-from gearrattle.analysis.linear.stiffness import Eigenvalues, StiffnessClass
-from gearrattle.analysis.linear.stiffness import eigenvalues as eigenvalues_of
+from gearrattle.analysis.linear.condition_number import conditions
+from gearrattle.analysis.linear.stiffness_ratio import Eigenvalues, StiffnessClass
+from gearrattle.analysis.linear.stiffness_ratio import eigenvalues as eigenvalues_of
 from gearrattle.analysis.statics import slopes
 from gearrattle.assembly import Driveline, assemble, left_out
-from gearrattle.engine.solvers.stability import most_regions
+from gearrattle.engine.solvers.step_stability import most_regions
 from gearrattle.engine.system.characteristic import characteristic
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import FLAG, check_arguments
+from gearrattle.model.value_kinds import FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions

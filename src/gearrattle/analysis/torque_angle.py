@@ -12,11 +12,11 @@ from pydantic_core import PydanticCustomError
 from gearrattle.assembly import assemble
 from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.loops import cycle
+from gearrattle.engine.system.quasi_static_loops import cycle
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.value_kinds import Quantity
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]

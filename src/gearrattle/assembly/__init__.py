@@ -3,13 +3,14 @@
 from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
 from gearrattle.assembly.drive_torque import drive_torque
 from gearrattle.assembly.elements import component_notes, decay_notes, inertia_of, rows_of
-from gearrattle.assembly.friction import left_out
-from gearrattle.assembly.histories import record_notes, records_of
+from gearrattle.assembly.friction_sliders import left_out
+from gearrattle.assembly.input_histories import record_notes, records_of
+from gearrattle.assembly.input_signals import check_length, default_cycles, lasts_as_the_run, signals_of
 from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
 from gearrattle.assembly.means import balancing_means, own_mean
-from gearrattle.assembly.negligible import negligible_of
+from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
-from gearrattle.assembly.prescribed import (
+from gearrattle.assembly.prescribed_motion import (
     carried_along,
     free_names,
     free_of,
@@ -19,7 +20,6 @@ from gearrattle.assembly.prescribed import (
     whole_trajectory,
     with_prescribed,
 )
-from gearrattle.assembly.signals import check_length, default_cycles, lasts_as_the_run, signals_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.assembly.steady import (
     is_driven_over_time,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.prescribed import free_of
+from gearrattle.assembly.prescribed_motion import free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.model import Model
 from gearrattle.trajectory import Trajectory

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import inertia_of
-from gearrattle.assembly.prescribed import prescribed_indices
+from gearrattle.assembly.prescribed_motion import prescribed_indices
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import sines
 from gearrattle.model import Model

@@ -17,7 +17,7 @@ from gearrattle.assembly.elements import inertia_of
 from gearrattle.model import GROUND, Element, Model
 from gearrattle.model.balance import BALANCE
 from gearrattle.model.components import COMPONENTS
-from gearrattle.model.components.base import multiply
+from gearrattle.model.components.component import multiply
 
 Table = dict[str, Any]
 

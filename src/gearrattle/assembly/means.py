@@ -1,6 +1,6 @@
 """Mean torques of a model, as used by the static start and all linear analyses.
 
-All other modules get means from here, for the file may say "balance" in place of a number (``assembly.balance``).
+All other modules get means from here, for the file may say "balance" in place of a number (``assembly.mean_balance``).
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.balance import balances_of, check_freedoms
+from gearrattle.assembly.mean_balance import balances_of, check_freedoms
 from gearrattle.assembly.records import mean
 from gearrattle.model import Model, Torque
 from gearrattle.model.over_speed import AtSpeed

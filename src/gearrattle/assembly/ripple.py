@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from gearrattle.assembly.means import mean_torques
-from gearrattle.assembly.prescribed import free_of
+from gearrattle.assembly.prescribed_motion import free_of
 from gearrattle.assembly.unloaded import unloaded
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium
 from gearrattle.errors import ModelError, Problem

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gearrattle.assembly.negligible import negligible_of
+from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
 from gearrattle.engine.system.passages import Auxiliaries

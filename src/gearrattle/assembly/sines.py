@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.phase import Ramp
-from gearrattle.engine.system.run_up import Tone
+from gearrattle.engine.system.run_up_signals import Tone
 from gearrattle.engine.system.specified import Swept
 from gearrattle.model import Harmonic, Model
 from gearrattle.model.engine import SquareOfSpeed

@@ -13,15 +13,15 @@ from math import cos, sin
 
 import numpy as np
 
-from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
+from gearrattle.assembly.alternation_clock import alternating, clock_of, pairs_name
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of
-from gearrattle.assembly.friction import Named, auxiliaries_of
+from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
+from gearrattle.assembly.input_signals import signals_of
 from gearrattle.assembly.means import mean_torques
-from gearrattle.assembly.negligible import negligible_of
+from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed import free_of, motion_errors
+from gearrattle.assembly.prescribed_motion import free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
-from gearrattle.assembly.signals import signals_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem

@@ -8,12 +8,12 @@ latter with what chance gives.
 The package knows no solver.
 """
 
-from gearrattle.comparison.coherence import compare_coherence
+from gearrattle.comparison.coherence_comparison import compare_coherence
 from gearrattle.comparison.crossings import EventComparison, compare_crossings, compare_impacts
 from gearrattle.comparison.pointwise import PointwiseError, error_history, pointwise
 from gearrattle.comparison.portrait import Portrait, portrait
-from gearrattle.comparison.statistics import Item, StatisticalComparison, compare_statistics
-from gearrattle.comparison.transmissibility import TransmissibilityComparison, compare_transmissibility
+from gearrattle.comparison.statistics_comparison import Item, StatisticalComparison, compare_statistics
+from gearrattle.comparison.transmissibility_comparison import TransmissibilityComparison, compare_transmissibility
 
 __all__ = [
     "EventComparison",

@@ -13,7 +13,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.assembly import assemble
-from gearrattle.comparison.coherence import compare_coherence
+from gearrattle.comparison.coherence_comparison import compare_coherence
+from gearrattle.comparison.comparison_rows import Comparison, Row
+from gearrattle.comparison.comparison_table import table_of
 from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
 from gearrattle.comparison.floor import floor_of
@@ -21,15 +23,13 @@ from gearrattle.comparison.peers import exact_portraits, nearby
 from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
 from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.recommendation import recommendation, with_verdicts
-from gearrattle.comparison.rows import Comparison, Row
-from gearrattle.comparison.statistics import compare_statistics
-from gearrattle.comparison.steps import check_budget, check_names, growths_of, has_fixed_step
-from gearrattle.comparison.table import table_of
-from gearrattle.comparison.transmissibility import compare_transmissibility
-from gearrattle.engine.system.variation import GROWTH
+from gearrattle.comparison.statistics_comparison import compare_statistics
+from gearrattle.comparison.step_properties import check_budget, check_names, growths_of, has_fixed_step
+from gearrattle.comparison.transmissibility_comparison import compare_transmissibility
+from gearrattle.engine.system.perturbation_growth import GROWTH
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, check_arguments
 from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled

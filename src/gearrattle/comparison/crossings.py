@@ -16,8 +16,8 @@ from typing import Literal
 
 import numpy as np
 
+from gearrattle.comparison.comparison_record import Record
 from gearrattle.comparison.pair import same_grid
-from gearrattle.comparison.record import Record
 from gearrattle.signals import align, find_impacts
 from gearrattle.trajectory import Array, IntArray, Trajectory
 

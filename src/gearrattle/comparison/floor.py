@@ -28,7 +28,7 @@ import numpy as np
 
 from gearrattle.comparison.pair import cycles_beyond, same_grid
 from gearrattle.comparison.portrait import Portrait, portrait
-from gearrattle.comparison.transmissibility import CYCLES
+from gearrattle.comparison.transmissibility_comparison import CYCLES
 from gearrattle.signals import last_cycles, peak_to_peak, psd, rms
 from gearrattle.trajectory import Array, Trajectory
 

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.comparison.comparison_record import Record
 from gearrattle.comparison.pair import same_grid, samples_until
-from gearrattle.comparison.record import Record
 from gearrattle.trajectory import Array, Trajectory
 
 PASSED = (1e-6, 1e-3, 1e-1)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.comparison.pair import cycles_beyond
-from gearrattle.comparison.transmissibility import CYCLES, ratios
+from gearrattle.comparison.transmissibility_comparison import CYCLES, ratios
 from gearrattle.signals import find_impacts, psd, rms
 from gearrattle.trajectory import Array, Layout, Trajectory
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
+from gearrattle.comparison.comparison_record import Record
 from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, run_one
 from gearrattle.comparison.pointwise import pointwise
-from gearrattle.comparison.record import Record
-from gearrattle.comparison.steps import check_budget, check_names, fixed_step_of
-from gearrattle.engine.system.variation import ROUNDING_95
+from gearrattle.comparison.step_properties import check_budget, check_names, fixed_step_of
+from gearrattle.engine.system.perturbation_growth import ROUNDING_95
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.results import Run

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.comparison.comparison_rows import Comparison, Row
 from gearrattle.wording import counted, listed, noun_of
 
 SOUND = 1e-2  # half-gaps, or of the rms velocity without clearances

@@ -17,8 +17,8 @@ from gearrattle.assembly import assemble
 from gearrattle.design.variable import Variable, variable_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import AnyTable, Plain, checked
 from gearrattle.signals import loose_gears
 
 BOUNDS = (0.7, 1.3)

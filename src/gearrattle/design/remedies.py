@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import is_driven_over_time, refuse_but_events
 from gearrattle.design.candidates import Candidate, candidates_of
+from gearrattle.design.halving import Report, Search, Tried, Work, finish
 from gearrattle.design.inline import Inline
 from gearrattle.design.keep import Keep, kept_or_moved
 from gearrattle.design.motions import REST, Asked, Motion, starts_of
-from gearrattle.design.search import Report, Search, Tried, Work, finish
 from gearrattle.design.target import Target, half_of, target_of
 from gearrattle.design.threshold import STOPPED
 from gearrattle.design.variable import Variable, together
@@ -32,7 +32,7 @@ from gearrattle.model import Model, check_model
 from gearrattle.model.factors import Factor
 from gearrattle.model.path_labels import in_shown_unit, path_label
 from gearrattle.model.path_values import in_si
-from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
 from gearrattle.result import Result
 from gearrattle.simulation.settings import settled
 from gearrattle.studies.output import ENERGY, REGIME

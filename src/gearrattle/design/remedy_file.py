@@ -14,7 +14,7 @@ import os
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.file import read_tables, read_text
+from gearrattle.model.model_file import read_tables, read_text
 from gearrattle.model.problems import place
 from gearrattle.model.table import did_you_mean
 

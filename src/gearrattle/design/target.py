@@ -19,7 +19,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.units import DIMENSIONS, UnitError, convert
-from gearrattle.studies.batch import is_of_crossings
+from gearrattle.studies.case_batches import is_of_crossings
 from gearrattle.studies.goals import labels_of
 from gearrattle.studies.output import ENERGY, EVENT, REGIME, SEVERITY, Output
 from gearrattle.studies.outputs import Outputs, outputs_of, short_runs

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearrattle.assembly import refuse_but_events
+from gearrattle.design.halving import Report, Search, Tried, Work
 from gearrattle.design.motions import STARTS, starts_of
-from gearrattle.design.search import Report, Search, Tried, Work
 from gearrattle.design.target import QUIET, Target, target_of
 from gearrattle.design.variable import Variable, variable_of
 from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, Count, Plain, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, Count, Plain, check_arguments
 from gearrattle.result import Result
 from gearrattle.simulation.settings import settled
 from gearrattle.studies.quiet import prove_quiet

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.measured.readers.mapping import Mapped
-from gearrattle.measured.readers.tables import DERIVATIVES, TachoTable
+from gearrattle.measured.readers.mapping_tables import DERIVATIVES, TachoTable
 from gearrattle.recording import Array, Recording
 from gearrattle.signals.conditioning import REACH, bridged, detrended, evened, filtered, resample
 from gearrattle.signals.encoder import FallError, unwrapped
-from gearrattle.signals.motion import derived
+from gearrattle.signals.kinematics import derived
 from gearrattle.signals.tacho import levels, pulse_times, shaft
 from gearrattle.signals.wheel import PulseError, Teeth, teeth_passed
 from gearrattle.wording import counted, with_article

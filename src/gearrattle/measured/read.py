@@ -14,8 +14,8 @@ from gearrattle.files import Refused, allowed_root, within_limit
 from gearrattle.measured.conditioned import Conditioned, Even, became, brought, finished, uniform
 from gearrattle.measured.readers import READERS, Column, read_raw
 from gearrattle.measured.readers.mapping import Mapped, Measurement, read_mapping
+from gearrattle.measured.readers.mapping_tables import MeasurementTables
 from gearrattle.measured.readers.quantities import DIMENSIONS, factor, guess
-from gearrattle.measured.readers.tables import MeasurementTables
 from gearrattle.model.table import listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.recording import QUANTITIES, Array, Channel, Recording

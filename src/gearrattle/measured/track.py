@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.comparison.record import Record
+from gearrattle.comparison.comparison_record import Record
 from gearrattle.json_types import Json, json_value
 from gearrattle.measured.sigma import NEGLIGIBLE, sigma
 from gearrattle.trajectory import Array

@@ -6,20 +6,20 @@ frozen; ``json_schema`` describes the format.
 
 from gearrattle.model.components import Coupling, Mesh, Planetary
 from gearrattle.model.components.alternation import Alternation
-from gearrattle.model.components.base import Element, Piece
+from gearrattle.model.components.component import Element, Piece
 from gearrattle.model.components.coupling import Stage
-from gearrattle.model.criteria import ASSUMED_ENERGY, Criteria, Negligible
 from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.factors import Factor, factor
-from gearrattle.model.file import load, loads, readable_text
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.model import Model, check_model
-from gearrattle.model.quantity import GROUND, SCHEMA_VERSION
+from gearrattle.model.model_file import load, loads, readable_text
+from gearrattle.model.negligible_impacts import ASSUMED_ENERGY, Criteria, Negligible
 from gearrattle.model.schema import json_schema
 from gearrattle.model.signal import Points, Signal
 from gearrattle.model.simulation import ALGORITHMS, DEFAULTS, Defaults, Initial, Simulation
+from gearrattle.model.value_kinds import GROUND, SCHEMA_VERSION
 
 __all__ = [
     "ALGORITHMS",

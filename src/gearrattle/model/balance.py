@@ -1,6 +1,6 @@
 """A mean torque that balances its train: the word "balance" in place of a number.
 
-Which number it stands for depends on all other torques of the train; ``assembly.balance`` computes it.
+Which number it stands for depends on all other torques of the train; ``assembly.mean_balance`` computes it.
 """
 
 from __future__ import annotations

@@ -21,9 +21,9 @@ from pydantic import model_validator
 
 from gearrattle.model import units
 from gearrattle.model.cycle import missing, pressure_at
-from gearrattle.model.quantity import Count, Quantity, value_of
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table, breach
+from gearrattle.model.value_kinds import Count, Quantity, value_of
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.file import load
 from gearrattle.model.model import Model
+from gearrattle.model.model_file import load
 from gearrattle.model.table import did_you_mean, shown
 
 _MODELS = ("*.toml", "paper/*.toml")

@@ -17,11 +17,11 @@ from gearrattle.model import units
 from gearrattle.model.balance import BALANCE, Balancing, OrBalance
 from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
-from gearrattle.model.quantity import Name, Plain, Quantity
 from gearrattle.model.ramps import Ramp, overlaps
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.value_kinds import Name, Plain, Quantity
 
 
 class Harmonic(Table):

@@ -16,8 +16,8 @@ from pydantic import GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import breach, did_you_mean
+from gearrattle.model.value_kinds import Quantity
 
 OMEGA = "omega"
 """Key of the validation context under which the model's speed stands [rad/s]; that at the start of a sweep."""

@@ -17,10 +17,10 @@ from gearrattle.model import units
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.model import Model
 from gearrattle.model.paths import ANY, path_names
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
 from gearrattle.model.units import ANGULAR_VELOCITY, Dimension, UnitError, convert
+from gearrattle.model.value_kinds import Quantity
 from gearrattle.model.written_units import written_units
 from gearrattle.wording import counted, prefixed
 

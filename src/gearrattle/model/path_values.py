@@ -10,7 +10,7 @@ from gearrattle.model.factors import Factor, factor_in, is_factor
 from gearrattle.model.model import Model
 from gearrattle.model.path_labels import PathLabel, dimension_at, path_label
 from gearrattle.model.paths import factored, paths_at, value_at
-from gearrattle.model.quantity import Bound, Plain, Quantity, checked
+from gearrattle.model.value_kinds import Bound, Plain, Quantity, checked
 
 
 def in_si(path: str, value: Any, model: Model) -> Any:

@@ -13,8 +13,8 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.factors import factor_in, is_factor
-from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.model.value_kinds import AnyTable, checked
 
 _NAMED = ("inertia", *COMPONENTS)
 _LISTS = (*_NAMED, "torque")

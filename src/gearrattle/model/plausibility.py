@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gearrattle.model.balance import BALANCE
-from gearrattle.model.components.base import Element
+from gearrattle.model.components.component import Element
 from gearrattle.model.model import Model
 from gearrattle.wording import engineering, quantity
 

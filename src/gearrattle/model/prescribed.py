@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from gearrattle.model.components import COMPONENTS
-from gearrattle.model.quantity import GROUND
 from gearrattle.model.table import Breach
+from gearrattle.model.value_kinds import GROUND
 
 Rows = Sequence[Mapping[str, Any]]
 

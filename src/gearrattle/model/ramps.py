@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Quantity, value_of
 from gearrattle.model.signal import Signal
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.value_kinds import Quantity, value_of
 from gearrattle.wording import engineering, quantity
 
 

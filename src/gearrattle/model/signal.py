@@ -26,9 +26,9 @@ from gearrattle.json_types import TomlTable
 from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
-from gearrattle.model.quantity import LARGEST, Plain, Quantity
 from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension
+from gearrattle.model.value_kinds import LARGEST, Plain, Quantity
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

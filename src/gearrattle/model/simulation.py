@@ -14,9 +14,9 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Choice, Count, Plain, Quantity, value_of
 from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
+from gearrattle.model.value_kinds import Choice, Count, Plain, Quantity, value_of
 
 ALGORITHMS = (
     "exact",

@@ -32,9 +32,9 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.families import free_count, room_of
 from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.known_motions import Known, deflated, orbits_of_returns, search, search_symmetric, starts_of
+from gearrattle.orbits.motion_families import free_count, room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
 from gearrattle.orbits.over_value import family_of, is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of

@@ -29,8 +29,8 @@ from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
-from gearrattle.orbits.families import free_space_of, without_free
 from gearrattle.orbits.known_motions import starts_of, states_of_periods, turning, without
+from gearrattle.orbits.motion_families import free_space_of, without_free
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS

@@ -22,7 +22,7 @@ from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.quantity import Plain
+from gearrattle.model.value_kinds import Plain
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.motion_map import MotionMap, map_of
@@ -30,7 +30,7 @@ from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.over_value import check_index, family_of, unit_of, watched_names
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.sweeps import Sweeps
-from gearrattle.orbits.two_parameters.boundary import boundary_of
+from gearrattle.orbits.two_parameters.event_boundary import boundary_of
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

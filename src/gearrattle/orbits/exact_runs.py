@@ -27,7 +27,7 @@ from gearrattle.orbits.attractors import units_of
 from gearrattle.orbits.known_motions import turning, without
 from gearrattle.orbits.start_states import plan_from
 from gearrattle.quantities import CROSSING_CRITERIA, add
-from gearrattle.quantities.parts import Headline
+from gearrattle.quantities.verdict_parts import Headline
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.signals.strobe import period_number

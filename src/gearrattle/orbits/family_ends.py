@@ -30,7 +30,7 @@ from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.periodic.two_parameters.event_gradient import FamiliesOf
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.families import moving_directions_of, room_of, touches_lightly, within_family
+from gearrattle.orbits.motion_families import moving_directions_of, room_of, touches_lightly, within_family
 
 Array = NDArray[np.float64]
 EDGE = "end of a family"

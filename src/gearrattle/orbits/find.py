@@ -14,8 +14,8 @@ from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, argument_problems, checked
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import CALLBACK, FLAG, argument_problems, checked
 from gearrattle.orbits.all_motions import every_orbit
 from gearrattle.orbits.attractors import NEAR_SLOWLY, Attractor
 from gearrattle.orbits.balanced import balanced

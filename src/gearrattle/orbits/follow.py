@@ -12,7 +12,7 @@ from gearrattle.errors import ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_values import change_in_si
-from gearrattle.model.quantity import CALLBACK, FLAG, Reader, argument_problems, checked
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Reader, argument_problems, checked
 from gearrattle.orbits.balanced import balanced
 from gearrattle.orbits.branch import NARROW, NARROW_RULE, Branch
 from gearrattle.orbits.branch_switching import branches_missed, doublings_left, followers_of, further_curves

@@ -5,9 +5,9 @@ to first order.
 
 A periodic motion y = P(y; q) moves by dy/dq = (I - M)^-1 dP/dq. The state so predicted for a slightly smaller and a
 slightly larger q is made exact by Newton's method, and the responses of these two motions give a central difference.
-The motions are exact to rounding, and so are their extremes between crossings (``engine.system.levels``). With a change
-of 1e-5 of q the difference is good to about 1e-7 of the response: its truncation is of 1e-10, rounding is magnified to
-1e-7.
+The motions are exact to rounding, and so are their extremes between crossings (``engine.system.deflection_levels``).
+With a change of 1e-5 of q the difference is good to about 1e-7 of the response: its truncation is of 1e-10, rounding is
+magnified to 1e-7.
 
 As long as its impacts keep their order the motion moves smoothly. Where one comes or goes on either side of q, it
 touches a corner so nearly that there is no gradient to give. Where two exchange their order, as the slips of two stages
@@ -34,7 +34,7 @@ from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import pattern_of
 from gearrattle.engine.periodic.two_parameters.event_gradient import KINDS, Drift, gradient_of_grazing
-from gearrattle.engine.system.levels import deflection_levels, force_levels
+from gearrattle.engine.system.deflection_levels import deflection_levels, force_levels
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import Written

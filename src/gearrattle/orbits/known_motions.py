@@ -33,7 +33,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.families import free_space_of, off_edge, size_of, within_family
+from gearrattle.orbits.motion_families import free_space_of, off_edge, size_of, within_family
 from gearrattle.signals.strobe import period_number
 from gearrattle.wording import counted
 

@@ -20,7 +20,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
-from gearrattle.model.quantity import CALLBACK, FLAG, Count, Reader, argument_problems
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.branch_switching import branches_missed, doublings_left
 from gearrattle.orbits.curve import Curve
 from gearrattle.orbits.gradients import second_of
@@ -28,8 +28,8 @@ from gearrattle.orbits.known_motions import Known
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
 from gearrattle.orbits.over_value import notes_at_end
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
-from gearrattle.orbits.two_parameters.boundary import Border, borders_of
 from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row, own_row, rows_of
+from gearrattle.orbits.two_parameters.event_boundary import Border, borders_of
 from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.result import Result
 from gearrattle.wording import counted

@@ -26,9 +26,9 @@ from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems
-from gearrattle.orbits.families import Interval, intervals_of, off_edge, size_of, without_free
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, argument_problems
 from gearrattle.orbits.gradients import orbit_gradients
+from gearrattle.orbits.motion_families import Interval, intervals_of, off_edge, size_of, without_free
 from gearrattle.orbits.over_value import family_of_excitation
 from gearrattle.orbits.start_states import initial_of, plan_of, state_of
 from gearrattle.orbits.tipping import check_pulses, tipping_table

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import bound_of, coefficients, repeated
-from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.assembly.variant_assembly import bound_of, coefficients, repeated
+from gearrattle.engine.kernels.variant_arrays import Coefficients
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.families import (
     CompiledFamily,
@@ -22,10 +22,10 @@ from gearrattle.engine.periodic.families import (
     are_symmetric,
     half_of,
 )
-from gearrattle.engine.solvers.choice import MANY_INERTIAS, is_large_for_periods
-from gearrattle.engine.solvers.many import is_supported
-from gearrattle.engine.system.laid_out import coefficients_of as coefficients_of_system
+from gearrattle.engine.solvers.scheme_choice import MANY_INERTIAS, is_large_for_periods
+from gearrattle.engine.solvers.variants import is_supported
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.plain_arrays import coefficients_of as coefficients_of_system
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.balance import BALANCE

@@ -27,8 +27,8 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
-from gearrattle.model.quantity import CALLBACK, Plain, checked
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import CALLBACK, Plain, checked
 from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of

@@ -11,7 +11,7 @@ from typing import ClassVar
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import checked
+from gearrattle.model.value_kinds import checked
 from gearrattle.orbits.attractors import settled_orbit
 from gearrattle.orbits.balanced import balanced
 from gearrattle.orbits.exact_runs import BLOCKS, ExactRun, exact_run, map_of_one_period

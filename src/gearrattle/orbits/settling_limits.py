@@ -1,7 +1,7 @@
 """How long motions are followed until they settle, from how many starts, and how long an answer may take."""
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Quantity
+from gearrattle.model.value_kinds import Quantity
 
 STARTS = 24
 BLOCK = 32

@@ -34,7 +34,7 @@ from gearrattle.engine.periodic.period_map import Marched, PeriodMap
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.orbits.families import without_free
+from gearrattle.orbits.motion_families import without_free
 from gearrattle.orbits.progress import Progress, never_falling
 from gearrattle.wording import counted, listed, measured
 

@@ -21,22 +21,21 @@ import numpy as np
 
 from gearrattle.errors import ModelError
 from gearrattle.quantities.contact import ContactShare, ContactSides
-from gearrattle.quantities.energy import ContactWork, ImpactLoss
 from gearrattle.quantities.force import ForceStatistics
-from gearrattle.quantities.impacts import ImpactStatistics
-from gearrattle.quantities.inputs import Inputs
+from gearrattle.quantities.impact_energy import ContactWork, ImpactLoss
+from gearrattle.quantities.impact_statistics import ImpactStatistics
 from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.irregularity import SpeedIrregularity
 from gearrattle.quantities.loose_gear import LooseGear, add_peaks
 from gearrattle.quantities.loose_motion import LooseMotion
-from gearrattle.quantities.parts import (
-    ASSUMED,
-    Part,
-    measure_parts,
-    regime_of_all,
-    rule_of,
-    severity_of_all,
-    worst_first,
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import (
+    add_signals,
+    inputs_of_chunks,
+    inputs_of_crossings,
+    inputs_of_motion,
+    inputs_of_recording,
+    recording_of,
 )
 from gearrattle.quantities.peak_to_peak import PeakToPeak
 from gearrattle.quantities.quantity import (
@@ -53,17 +52,18 @@ from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.regime import ImpactRegime
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
 from gearrattle.quantities.severity import ImpactSeverity
-from gearrattle.quantities.sources import (
-    add_signals,
-    inputs_of_chunks,
-    inputs_of_crossings,
-    inputs_of_motion,
-    inputs_of_recording,
-    recording_of,
-)
 from gearrattle.quantities.spectrum import AccelerationSpectrum, add_spectra, density_of
 from gearrattle.quantities.transmissibility import OrderTransmissibility, Transmissibility
 from gearrattle.quantities.verdict import Verdict
+from gearrattle.quantities.verdict_parts import (
+    ASSUMED,
+    Part,
+    measure_parts,
+    regime_of_all,
+    rule_of,
+    severity_of_all,
+    worst_first,
+)
 from gearrattle.signals import Spectrum, add_crossings, limits_words, steady
 from gearrattle.signals.last_levels import add_levels
 from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.quantities.inputs import LOG, Inputs
+from gearrattle.quantities.metric_inputs import LOG, Inputs
 from gearrattle.quantities.quantity import PAPER, CrossingQuantity, Quantity, Row, State, Sums, Values
 from gearrattle.signals import centre, centre_words, is_gap, outside, pieces_of
 from gearrattle.signals.crossing_sums import Sides

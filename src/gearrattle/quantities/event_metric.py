@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.quantities.event import Event, event_of
-from gearrattle.quantities.inputs import Inputs, sampled
+from gearrattle.quantities.metric_inputs import Inputs, sampled
 from gearrattle.quantities.quantity import Quantity, Row, deflection_rate_unit
 from gearrattle.signals import is_gap, measure_impacts, reduced_inertia
 from gearrattle.signals.levels import thinned

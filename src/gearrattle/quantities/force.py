@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.inputs import EXACT, WHOLE, Inputs, sampled
+from gearrattle.quantities.metric_inputs import EXACT, WHOLE, Inputs, sampled
 from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary

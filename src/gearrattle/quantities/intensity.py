@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearrattle.quantities.inputs import LOG, Inputs, about
+from gearrattle.quantities.metric_inputs import LOG, Inputs, about
 from gearrattle.quantities.quantity import PFEIFFER, Quantity, Row
 from gearrattle.signals import is_gap, reduced_inertia
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.inputs import EXACT, Inputs, order_word, sampled
+from gearrattle.quantities.metric_inputs import EXACT, Inputs, order_word, sampled
 from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals import speed_ratios
 

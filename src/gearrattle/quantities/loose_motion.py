@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearrattle.quantities.inputs import EXACT, WHOLE, Inputs, closed, sampled
+from gearrattle.quantities.metric_inputs import EXACT, WHOLE, Inputs, closed, sampled
 from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals import loose_gears
 from gearrattle.signals.levels import thinned

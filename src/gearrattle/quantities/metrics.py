@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from gearrattle.assembly import assemble, is_driven_over_time
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.quantity import Choice, check_arguments
 from gearrattle.model.ramps import spans_of
 from gearrattle.model.table import did_you_mean
+from gearrattle.model.value_kinds import Choice, check_arguments
 from gearrattle.quantities import (
     METRICS,
     Inputs,
@@ -29,7 +29,7 @@ from gearrattle.quantities import (
     inputs_of_recording,
     rows_of,
 )
-from gearrattle.quantities.chunks import add_chunks, orders_of
+from gearrattle.quantities.chunk_sums import add_chunks, orders_of
 from gearrattle.quantities.event_metric import EventMetric
 from gearrattle.quantities.verdict import KINDS, TRANSIENT
 from gearrattle.recording import Recording

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearrattle.quantities.inputs import LOG, Inputs
+from gearrattle.quantities.metric_inputs import LOG, Inputs
 from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals import is_gap, reduced_inertia
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.inputs import EXACT, FINE, SAMPLES, Inputs, order_word
+from gearrattle.quantities.metric_inputs import EXACT, FINE, SAMPLES, Inputs, order_word
 from gearrattle.quantities.quantity import SINGH, Quantity, Row
 from gearrattle.signals import decibels, loose_gears, torque_ratio
 from gearrattle.signals.bodies import LooseGear

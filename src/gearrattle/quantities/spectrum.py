@@ -29,7 +29,7 @@ from gearrattle.signals import (
     super_harmonics,
 )
 from gearrattle.signals.lines import FEWEST_PERIODS
-from gearrattle.signals.spectra import CYCLES_PER_SEGMENT, averaged
+from gearrattle.signals.welch import CYCLES_PER_SEGMENT, averaged
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.inputs import SAMPLES, Inputs, order_word
+from gearrattle.quantities.metric_inputs import SAMPLES, Inputs, order_word
 from gearrattle.quantities.quantity import PAPER, Quantity, Row, Sums
 from gearrattle.signals.last_levels import LAST_CYCLES, peak_to_peak_of, rms_of, shortened
 

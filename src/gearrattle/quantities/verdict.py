@@ -11,9 +11,9 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.quantities.event import Event, PeakTorque
-from gearrattle.quantities.parts import Headline, Part, headline_of
 from gearrattle.quantities.quantity import Row
-from gearrattle.quantities.wording import sentence
+from gearrattle.quantities.verdict_parts import Headline, Part, headline_of
+from gearrattle.quantities.verdict_wording import sentence
 from gearrattle.result import Result
 from gearrattle.signals import Regime, Severity, Spectrum, Window
 from gearrattle.trajectory import NegligibleImpacts

@@ -7,7 +7,7 @@ basis serves every contact state.
 
 from gearrattle.reductions import craig_bampton, guyan, lumping, modal
 from gearrattle.reductions.accuracy import Accuracy, accuracy
-from gearrattle.reductions.base import Reducer, Request, Subspace
+from gearrattle.reductions.reduction_request import Reducer, Request, Subspace
 
 REDUCTIONS: dict[str, Reducer] = {
     "lumping": lumping.subspace,

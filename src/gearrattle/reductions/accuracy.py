@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.matrices import LinearSystem, frequencies_of, linearised
 from gearrattle.analysis.linear.response import accelerance
-from gearrattle.reductions.base import Request
+from gearrattle.reductions.reduction_request import Request
 from gearrattle.reductions.states import State, contact_states, most_states, neighbours
 
 Array = NDArray[np.float64]

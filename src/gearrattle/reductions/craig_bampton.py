@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.reductions.base import Request, Subspace
-from gearrattle.reductions.statics import constraint_modes, held
+from gearrattle.reductions.constraint_modes import constraint_modes, held
+from gearrattle.reductions.reduction_request import Request, Subspace
 
 
 def subspace(request: Request) -> Subspace:

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.reductions.base import Request, Subspace
-from gearrattle.reductions.statics import constraint_modes
+from gearrattle.reductions.constraint_modes import constraint_modes
+from gearrattle.reductions.reduction_request import Request, Subspace
 
 Array = NDArray[np.float64]
 

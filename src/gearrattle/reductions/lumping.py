@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.matrices import linearised
 from gearrattle.reductions.accuracy import Worst, error_within
-from gearrattle.reductions.base import Request, Subspace
 from gearrattle.reductions.grouping import SAME, Grouping, grouped
+from gearrattle.reductions.reduction_request import Request, Subspace
 from gearrattle.reductions.states import contact_states
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.reductions.base import Request, Subspace
+from gearrattle.reductions.reduction_request import Request, Subspace
 
 _INDEPENDENT = 1e-9  # of the largest: below it a residual shape adds nothing
 

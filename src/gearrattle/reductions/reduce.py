@@ -24,8 +24,8 @@ from gearrattle.assembly import (
 )
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.model.value_kinds import Quantity
 from gearrattle.quantities.criteria import criteria
 from gearrattle.reductions import Accuracy, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT, REASONS, Lumps, Refused, lump

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.comparison.comparison_rows import Comparison, Row
 from gearrattle.report.plots.numerals import grouped, numeral
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted

@@ -14,7 +14,7 @@ from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format
 from gearrattle.report.kinds import PRESENTATIONS, presentation_class, presentation_of
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.stored import read_charts
+from gearrattle.report.plots.chart_files import read_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.static_figures import CHARTS
 from gearrattle.result import KIND

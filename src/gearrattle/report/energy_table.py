@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.assembly import free_names
-from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, numeral

@@ -11,7 +11,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.typeset import Style, matplotlib_figure
-from gearrattle.report.plots.typeset.files import DPI, checked_dpi, known_formats, saved
+from gearrattle.report.plots.typeset.print_files import DPI, checked_dpi, known_formats, saved
 from gearrattle.writing import Staging
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from gearrattle.report.plots.axis_names import measure_of, paths_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.study_tables import boundary_table, code_counts, count_table, lacking_values, probability_table
 from gearrattle.report.tables import Table, shortened
-from gearrattle.studies.boundary import CROSSING, regime_boundary
-from gearrattle.studies.layout import (
+from gearrattle.studies.dataset_layout import (
     axes_in,
     chosen_codes,
     has_probabilities,
@@ -24,6 +23,7 @@ from gearrattle.studies.layout import (
 )
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.regime_boundary import CROSSING, regime_boundary
 from gearrattle.studies.sensitivity import sensitivities
 
 if TYPE_CHECKING:

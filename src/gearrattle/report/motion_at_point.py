@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, deflection_rate
 from gearrattle.orbits import Branch, Orbit
 from gearrattle.report.motion_curves import fine_curves
-from gearrattle.report.plots.branches import largest, measure, shown_levels
+from gearrattle.report.plots.branches_figure import largest, measure, shown_levels
 from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
-from gearrattle.report.plots.corners import reach, shading, units_of
+from gearrattle.report.plots.corner_marks import reach, shading, units_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.view import scale
 from gearrattle.report.templates import templates

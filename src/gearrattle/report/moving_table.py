@@ -12,7 +12,7 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.over_value import is_compiled
 from gearrattle.orbits.stability import losses_of
-from gearrattle.report.plots.branches import measure
+from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 

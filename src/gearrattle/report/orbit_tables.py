@@ -9,7 +9,7 @@ import numpy as np
 
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Orbit
-from gearrattle.report.plots.corners import units_of
+from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.numerals import engineering_column, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import Impacts, find_impacts

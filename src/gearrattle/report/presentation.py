@@ -139,7 +139,7 @@ class Presentation(Generic[R]):
     def _write_figure(self, path: Path) -> None:
         from gearrattle.report.plots.static import draw
         from gearrattle.report.plots.typeset import matplotlib_figure
-        from gearrattle.report.plots.typeset.files import saved
+        from gearrattle.report.plots.typeset.print_files import saved
 
         (chart,) = self.charts()
         if path.suffix == ".svg":
@@ -160,7 +160,7 @@ class ModelPresentation(Presentation[R]):
 
     def model_text(self) -> str:
         """Return the model file."""
-        from gearrattle.model.file import text_of
+        from gearrattle.model.model_file import text_of
 
         return text_of(self.model)
 

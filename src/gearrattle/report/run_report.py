@@ -23,11 +23,11 @@ from gearrattle.report.model_tables import cost_table, model_tables, versions_ta
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.sketch import sketch
-from gearrattle.report.plots.verdict import verdict_charts
+from gearrattle.report.plots.verdict_figures import verdict_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.records import records_dataset
+from gearrattle.report.record_dataset import records_dataset
 from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearrattle.report.plots.axis_names import measure_of, paths_of
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.screening import loads_of, speeds_of
+from gearrattle.report.plots.screening_figure import loads_of, speeds_of
 from gearrattle.report.tables import Table
 from gearrattle.signals import SEVERITIES
 from gearrattle.studies.output import REGIMES

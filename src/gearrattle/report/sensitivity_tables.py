@@ -10,8 +10,8 @@ import numpy as np
 from gearrattle.report.plots.axis_names import Measure, measure_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
+from gearrattle.studies.dataset_layout import axes_in, outputs_in, scattered
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.layout import axes_in, outputs_in, scattered
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.wording import counted

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.chart_files import packed_charts
 from gearrattle.report.plots.static import draw
-from gearrattle.report.plots.stored import packed_charts
 
 CHARTS = "charts.npz"
 """File in figures/ that keeps the charts themselves."""

@@ -10,9 +10,8 @@ import numpy as np
 from gearrattle.report.plots.axis_names import labels_of, measure_of, paths_of, title_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
-from gearrattle.studies.boundary import CROSSING, regime_boundary
-from gearrattle.studies.cases import DONE, OUTCOMES
-from gearrattle.studies.layout import (
+from gearrattle.studies.case_runs import DONE, OUTCOMES
+from gearrattle.studies.dataset_layout import (
     axes_in,
     chosen_codes,
     has_probabilities,
@@ -25,6 +24,7 @@ from gearrattle.studies.layout import (
 from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability, samples_needed
+from gearrattle.studies.regime_boundary import CROSSING, regime_boundary
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

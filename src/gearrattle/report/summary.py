@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.advice.record import scores_dict
+from gearrattle.advice.advice_record import scores_dict
 from gearrattle.json_types import json_value
 from gearrattle.pipeline import Findings
-from gearrattle.report.cause import cause_content
+from gearrattle.report.cause_page import cause_content
 from gearrattle.report.energy_table import energy_dict
 from gearrattle.trajectory import Trajectory
 

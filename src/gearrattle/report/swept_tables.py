@@ -11,8 +11,8 @@ from gearrattle.orbits import Branch
 from gearrattle.orbits.attractors import KINDS
 from gearrattle.orbits.exact_runs import LONGEST, ExactRun
 from gearrattle.orbits.sweeps import Jump, Sweeps
-from gearrattle.report.plots.branches import measure
-from gearrattle.report.plots.corners import units_of
+from gearrattle.report.plots.branches_figure import measure
+from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.view import scale
 from gearrattle.report.tables import Table

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.engine.system.variation import GROWTH, ROUNDING, ROUNDING_95
+from gearrattle.engine.system.perturbation_growth import GROWTH, ROUNDING, ROUNDING_95
 from gearrattle.pipeline import Findings
 from gearrattle.signals import find_impacts, steady
 from gearrattle.wording import counted

@@ -7,8 +7,8 @@ Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``cases`` 
 ``reproduce`` gives a Reproduction; ``page`` presents it.
 """
 
-from gearrattle.reproduction.cases import load_case
+from gearrattle.reproduction.paper_cases import load_case
 from gearrattle.reproduction.procedure import reproduce
-from gearrattle.reproduction.record import Reproduction, Row, Section
+from gearrattle.reproduction.reproduction_record import Reproduction, Row, Section
 
 __all__ = ["Reproduction", "Row", "Section", "load_case", "reproduce"]

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
-from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
+from gearrattle.reproduction.paper_cases import SPEED
+from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, Section, row
 
 CYCLES = 40
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12)

@@ -15,12 +15,12 @@ import numpy as np
 
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.assembly import assemble
-from gearrattle.engine.kernels.steps import CALLS, EVENTS, NOW, STEP
-from gearrattle.engine.solvers.base import Task
+from gearrattle.engine.kernels.step_loop import CALLS, EVENTS, NOW, STEP
 from gearrattle.engine.solvers.one_step import StepMarch
+from gearrattle.engine.solvers.solver import Task
 from gearrattle.engine.solvers.tableaus import CLASSICAL, MIDPOINT
 from gearrattle.outcome import Outcome
-from gearrattle.reproduction.cases import SPEED, load_case
+from gearrattle.reproduction.paper_cases import SPEED, load_case
 
 RUNS = 3
 _SLICE = 5_000  # steps between two looks at whether to stop

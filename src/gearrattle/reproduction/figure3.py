@@ -19,11 +19,11 @@ from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.cases import HALF_GAP, J
 from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.load_sweep import GEAR, Stop, Tick, history, loose_gear, mesh_alone, sweep
 from gearrattle.reproduction.measurements import Scope
-from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row
-from gearrattle.reproduction.sweep import GEAR, Stop, Tick, history, loose_gear, mesh_alone, sweep
+from gearrattle.reproduction.paper_cases import HALF_GAP, J
+from gearrattle.reproduction.reproduction_record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.signals import steady
 from gearrattle.signals.regions import Regime
 

@@ -24,9 +24,9 @@ from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import COLOURS
 from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.load_sweep import Stop, Tick, mesh_alone, sweep
 from gearrattle.reproduction.measurements import Scope
-from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row
-from gearrattle.reproduction.sweep import Stop, Tick, mesh_alone, sweep
+from gearrattle.reproduction.reproduction_record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.signals.regions import Regime
 from gearrattle.trajectory import Array
 

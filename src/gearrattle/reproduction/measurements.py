@@ -13,7 +13,7 @@ from typing import Any
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.comparison.contest import AGAIN, SHORT, Contender, Result, run_one
 from gearrattle.engine.solvers import SOLVERS
-from gearrattle.reproduction.cases import SPEED, load_case
+from gearrattle.reproduction.paper_cases import SPEED, load_case
 from gearrattle.results import Run
 
 Progress = Callable[[float], None]

@@ -9,15 +9,15 @@ import time
 from collections.abc import Callable
 
 from gearrattle.reproduction import (
+    algorithm_claims,
     bulirsch_stoer,
-    claims,
-    coherence,
     figure3,
     figure4,
     figure7,
-    load,
-    lumping,
-    stiffness,
+    mean_load,
+    paper_coherence,
+    paper_lumping,
+    paper_stiffness,
     table1,
     table5,
     tables_3_4,
@@ -25,14 +25,14 @@ from gearrattle.reproduction import (
     work,
 )
 from gearrattle.reproduction.measurements import Progress, Scope, Setup, measure, seconds_of
-from gearrattle.reproduction.record import Reproduction
+from gearrattle.reproduction.reproduction_record import Reproduction
 
 _A_LOAD = 0.02, 0.02
 """About how long a load of Figs. 3 and 4 takes [s]; as in ``measurements``, only ratios matter."""
 _STEPS = 6.0
 _READING = 10.0
 """The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
-_READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
+_READ = (unstable_step, bulirsch_stoer, paper_coherence, mean_load, figure7, algorithm_claims, work)
 
 
 def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
@@ -49,7 +49,7 @@ def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduc
         part.section(scope, _ticks(share(name), part.runs(scope)))
         for name, part in (("figure 3", figure3), ("figure 4", figure4))
     ]
-    sections = [table1.section(), lumping.section(), *figures, stiffness.section()]
+    sections = [table1.section(), paper_lumping.section(), *figures, paper_stiffness.section()]
     sections.append(tables_3_4.section(measurements, share("steps")))
     report_progress = share("reading")
     for done, part in enumerate(_READ, start=1):

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from gearrattle.report.tables import Table
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.cases import DAMPING, DRAG, HALF_GAP, RADIUS, SPEED, STIFFNESS, J, load_case
 from gearrattle.reproduction.digits import figure
-from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, Row, Section, row
+from gearrattle.reproduction.paper_cases import DAMPING, DRAG, HALF_GAP, RADIUS, SPEED, STIFFNESS, J, load_case
+from gearrattle.reproduction.reproduction_record import CONSTRUCTED, DIFFERS, Row, Section, row
 
 
 def parameters() -> dict[str, float]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from gearrattle.measured.validation import of_printed
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
+from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
 
 
 def section() -> Section:

@@ -7,12 +7,21 @@ from collections.abc import Iterator
 from gearrattle.comparison.contest import Result
 from gearrattle.report.tables import Table
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.exact_count import Counted, count_steps
 from gearrattle.reproduction.measurements import TOLERANCE, Measurements, Progress, Scope, Setup
+from gearrattle.reproduction.paper_cases import SPEED
 from gearrattle.reproduction.printed import Performance
-from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, REPRODUCED, UNAVAILABLE, UNDECIDED, Row, Section, row
+from gearrattle.reproduction.reproduction_record import (
+    CONSTRUCTED,
+    DIFFERS,
+    REPRODUCED,
+    UNAVAILABLE,
+    UNDECIDED,
+    Row,
+    Section,
+    row,
+)
 
 CYCLES = {1: 127, 3: 135}
 """Whole periods in 800 and 850 units of time; a period is 2 pi."""

@@ -12,14 +12,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.solvers.stability import growths
+from gearrattle.engine.solvers.step_stability import growths
 from gearrattle.engine.solvers.tableaus import CLASSICAL
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.cases import HALF_GAP, SPEED, load_case
 from gearrattle.reproduction.digits import counted, several
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
-from gearrattle.reproduction.record import DIFFERS, Row, Section, row
+from gearrattle.reproduction.paper_cases import HALF_GAP, SPEED, load_case
+from gearrattle.reproduction.reproduction_record import DIFFERS, Row, Section, row
 from gearrattle.results import Run
 
 CYCLES = 127

@@ -14,11 +14,11 @@ import numpy as np
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import COLOURS
-from gearrattle.reproduction.coherence import KINDS
 from gearrattle.reproduction.digits import counted
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.paper_coherence import KINDS
 from gearrattle.reproduction.printed import LIGHT, MODERATE
-from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
+from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, Section, row
 
 CYCLES = 5
 ORDERS = {"rk2": 2, "rk4": 4, "rkf": 5, "rkv": 6}

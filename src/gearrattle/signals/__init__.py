@@ -44,7 +44,7 @@ from gearrattle.signals.regions import (
     regime_of,
     region_at,
 )
-from gearrattle.signals.spectra import Spectrum, psd
+from gearrattle.signals.welch import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
 
 __all__ = [

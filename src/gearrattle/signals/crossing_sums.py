@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.engine.kernels import tallies
-from gearrattle.engine.kernels.variants import Crossings, Tallies, room_for
+from gearrattle.engine.kernels.variant_arrays import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import Regime, broken_chain, judged_of, outside, regime_of
@@ -22,8 +22,8 @@ from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 Sums = Mapping[str, Array]
-"""Of one motion, or of many along leading axes: the arrays of ``kernels.variants.Tallies`` by name, and ``mass`` (K,),
-m_eff of every clearance."""
+"""Of one motion, or of many along leading axes: the arrays of ``kernels.variant_arrays.Tallies`` by name, and ``mass``
+(K,), m_eff of every clearance."""
 
 
 def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | None) -> Sums:

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.variants import Judged
+from gearrattle.engine.kernels.variant_arrays import Judged
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory

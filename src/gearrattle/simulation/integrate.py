@@ -10,7 +10,7 @@ import numpy as np
 
 from gearrattle.compilation import COMPILATION
 from gearrattle.engine.solvers import SOLVERS
-from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
+from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.slices import slices

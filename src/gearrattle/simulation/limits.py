@@ -6,7 +6,7 @@ import os
 from functools import cache
 
 from gearrattle.assembly import Driveline, free_names
-from gearrattle.engine.solvers.choice import is_large
+from gearrattle.engine.solvers.scheme_choice import is_large
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -90,8 +90,9 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
 
 @kept
 def check_tables(system: PiecewiseSystem) -> None:
-    """Refuse ``exact`` for a driveline too large for the tables that the sweep does not need (``solvers.choice``); the
-    ModelError says what they would take, and what fits.
+    """Refuse ``exact`` for a driveline too large for tables that the sweep does not need (``solvers.scheme_choice``).
+
+    The ModelError says what they would take, and what fits.
     """
     states = 2 * system.size
     most = _SHARE * memory()

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.assembly import free_names
+from gearrattle.engine.system.free_trains import trains
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.rigid import is_accelerated
-from gearrattle.engine.system.trains import trains
+from gearrattle.engine.system.rigid_motion import is_accelerated
 from gearrattle.model import Model
 from gearrattle.trajectory import Trajectory
 from gearrattle.wording import measured

@@ -23,14 +23,14 @@ from gearrattle.assembly import (
 from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
 from gearrattle.remember import kept
 from gearrattle.results import Run
+from gearrattle.simulation.initial_state import start_of
 from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
 from gearrattle.simulation.mean_speed import mean_speed_notes
 from gearrattle.simulation.settings import settled
-from gearrattle.simulation.start import start_of
 from gearrattle.trajectory import Layout, Trajectory
 
 Array = NDArray[np.float64]

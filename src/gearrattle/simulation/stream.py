@@ -18,13 +18,13 @@ from typing import Self
 from gearrattle.engine.solvers import SOLVERS, Extensible
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, Count, argument_problems, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, argument_problems, check_arguments
 from gearrattle.quantities import Sums, Verdict, add, verdict_of
 from gearrattle.results import Run
+from gearrattle.simulation.chunk_store import Store
 from gearrattle.simulation.integrate import finish
 from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
-from gearrattle.simulation.store import Store
 from gearrattle.wording import counted
 
 MOST_SAMPLES = 100_000

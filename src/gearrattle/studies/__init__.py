@@ -6,14 +6,14 @@ kinds of studies that a study file may ask for. ``boundary``, ``probability`` an
 """
 
 from gearrattle.studies.attraction import basins
-from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.diagram import bifurcation
-from gearrattle.studies.kept import open_study
 from gearrattle.studies.optimization import optimize
 from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.quiet import prove_quiet
+from gearrattle.studies.regime_boundary import regime_boundary
 from gearrattle.studies.screening import screen
 from gearrattle.studies.sensitivity import sensitivities
+from gearrattle.studies.stored_studies import open_study
 from gearrattle.studies.study import study
 
 __all__ = [

@@ -19,14 +19,13 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import INITIAL
-from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Reader, argument_problems, check_arguments
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import CALLBACK, FLAG, SEED, Reader, argument_problems, check_arguments
 from gearrattle.orbits.attractors import Attractor, settled_orbit
 from gearrattle.orbits.start_states import check_repeats, state_of
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.attractors import attractors_of
-from gearrattle.studies.axes import Axis, values_of
+from gearrattle.studies.basin_attractors import attractors_of
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import METHOD, SAMPLES
 from gearrattle.studies.distributions import Distribution, sampled
@@ -36,8 +35,9 @@ from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size
 from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
-from gearrattle.studies.store import Store
 from gearrattle.studies.study import CASES, MOST, first_run
+from gearrattle.studies.study_axes import Axis, values_of
+from gearrattle.studies.study_store import Store
 
 if TYPE_CHECKING:
     import xarray as xr

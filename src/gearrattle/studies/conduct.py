@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
-from gearrattle.studies.claims import check_storage
 from gearrattle.studies.pace import Cost
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
 from gearrattle.studies.storage import Address, Storage, storage_of
+from gearrattle.studies.storage_claim import check_storage
 from gearrattle.wording import counted
 from gearrattle.writing import temporary_folder
 

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
-from gearrattle.model.quantity import Choice, Count, argument_problems
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import Choice, Count, argument_problems
 
 Array = NDArray[np.float64]
 

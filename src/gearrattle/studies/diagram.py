@@ -28,13 +28,12 @@ from numpy.typing import NDArray
 from gearrattle.assembly import refuse_unsteady
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, Choice, argument_problems, check_arguments
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Choice, argument_problems, check_arguments
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.axes import Axis, axes_of, check_once
-from gearrattle.studies.branches import hysteresis
-from gearrattle.studies.cases import DONE, Computed, code_of, empty
+from gearrattle.studies.case_runs import DONE, Computed, code_of, empty
+from gearrattle.studies.coexistence import hysteresis
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.outputs import along_all, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
@@ -42,9 +41,10 @@ from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress
 from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, states_of, unit_of
 from gearrattle.studies.storage import File
-from gearrattle.studies.store import ProgressCallback, Store
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import first_run
+from gearrattle.studies.study_axes import Axis, axes_of, check_once
+from gearrattle.studies.study_store import ProgressCallback, Store
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import Varied
-from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import without_factor
+from gearrattle.model.value_kinds import AnyTable, Plain, checked
 from gearrattle.studies.designs import DESIGNS
+from gearrattle.studies.study_axes import without_factor
 
 Array = NDArray[np.float64]
 

@@ -1,8 +1,9 @@
 """Outputs that need metrics or samples, of cases computed together: each case is judged when the loop has finished it.
 
-The loop (``solvers.many``) marches a case and hands it over with the samples of its last cycles: the eight over which
-levels of accelerations are taken, the steady part, or none, where crossings suffice. Crossings before these cycles are
-in its tallies. So no cycle before them is sampled, and the case is judged as the last chunk of a long motion.
+The loop (``solvers.variants``) marches a case and hands it over with the samples of its last cycles: the eight over
+which levels of accelerations are taken, the steady part, or none, where crossings suffice. Crossings before these
+cycles are in its tallies. So no cycle before them is sampled, and the case is judged as the last chunk of a long
+motion.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, whole_trajectory
-from gearrattle.engine.kernels.variants import picked
-from gearrattle.engine.solvers.many import END, Batch, Kept
+from gearrattle.engine.kernels.variant_arrays import picked
+from gearrattle.engine.solvers.variants import END, Batch, Kept
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.model import Model
 from gearrattle.quantities import CRITERIA, METRICS, QUANTITIES, inputs_of_crossings, rows_of

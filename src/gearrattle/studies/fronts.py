@@ -25,11 +25,11 @@ from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.evolution import front_of, hypervolume
 from gearrattle.studies.goals import SENSES, Constraint, Objective
-from gearrattle.studies.kept import RESULTS
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.ranges import Range
 from gearrattle.studies.storage import Storage
+from gearrattle.studies.stored_studies import RESULTS
 from gearrattle.wording import counted
 from gearrattle.writing import staged
 

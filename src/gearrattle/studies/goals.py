@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.quantity import AnyTable, Choice, Plain, checked
-from gearrattle.model.quantity import Quantity as InUnits
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.units import DIMENSIONS
-from gearrattle.studies.layout import numbers_of
+from gearrattle.model.value_kinds import AnyTable, Choice, Plain, checked
+from gearrattle.model.value_kinds import Quantity as InUnits
+from gearrattle.studies.dataset_layout import numbers_of
 from gearrattle.studies.output import Output
 from gearrattle.studies.outputs import Outputs
 

@@ -21,17 +21,24 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name, version_of
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import CALLBACK, FLAG, SEED, AnyTable, Count, argument_problems, check_arguments, checked
+from gearrattle.model.value_kinds import (
+    CALLBACK,
+    FLAG,
+    SEED,
+    AnyTable,
+    Count,
+    argument_problems,
+    check_arguments,
+    checked,
+)
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.batch import can_batch, can_follow
-from gearrattle.studies.claims import ABOUT, Claim, check_owner
+from gearrattle.studies.case_batches import can_batch, can_follow
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import VARIABLES, certificate_of, finished, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
-from gearrattle.studies.kept import failures_of, is_whole
 from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
@@ -39,8 +46,10 @@ from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, pay
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.storage import Address, Storage, storage_of
-from gearrattle.studies.store import Store, check_array_names
+from gearrattle.studies.storage_claim import ABOUT, Claim, check_owner
+from gearrattle.studies.stored_studies import failures_of, is_whole
 from gearrattle.studies.structures import structures_of
+from gearrattle.studies.study_store import Store, check_array_names
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.event_outputs import NAMES, known_event_outputs, values_of_event
 from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, VERDICT, WORDS, WORST, Output
-from gearrattle.studies.stable_motions import COUNT, SWING, values_over_all
+from gearrattle.studies.stable_motion_outputs import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import Cancelled
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.batch import FEWEST, batched, can_follow
+from gearrattle.studies.case_batches import FEWEST, batched, can_follow
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gearrattle.model import Model
 from gearrattle.model.path_values import Varied
-from gearrattle.studies.axes import Axis, check_once
+from gearrattle.studies.study_axes import Axis, check_once
 
 SAMPLE = "sample"
 

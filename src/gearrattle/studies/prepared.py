@@ -14,17 +14,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.signals.shares import wilson
-from gearrattle.studies.batch import can_batch
-from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.case_batches import can_batch
+from gearrattle.studies.case_runs import OUTCOMES
 from gearrattle.studies.designs import DESIGNS
-from gearrattle.studies.kept import kept_in
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.storage import Address
-from gearrattle.studies.store import Store, Work, case_by_case, check_array_names
+from gearrattle.studies.stored_studies import kept_in
+from gearrattle.studies.study_store import Store, Work, case_by_case, check_array_names
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
 from gearrattle.signals.shares import wilson
-from gearrattle.studies.layout import (
+from gearrattle.studies.dataset_layout import (
     chosen_codes,
     gaps_of,
     independent,

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_values import Varied
-from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import SPACING, listed_values, without_factor
+from gearrattle.model.value_kinds import AnyTable, checked
+from gearrattle.studies.study_axes import SPACING, listed_values, without_factor
 
 Array = NDArray[np.float64]
 _KEYS = ("from", "to", "spacing")

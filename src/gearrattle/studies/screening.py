@@ -44,15 +44,15 @@ from gearrattle.model import Model, check_model
 from gearrattle.model.factors import FACTOR
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.paths import value_at
-from gearrattle.model.quantity import CALLBACK, FLAG, Count, check_arguments
-from gearrattle.quantities.chunks import orders_of
+from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, check_arguments
+from gearrattle.quantities.chunk_sums import orders_of
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
-from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.studies.screening_check import CHECKED, FORECASTS, forecasts_of, near_border
 from gearrattle.studies.screening_models import at_rest, is_inside, lift_range, lift_ratios, reach_of
 from gearrattle.studies.study import study
+from gearrattle.studies.study_axes import Axis, axes_of
 from gearrattle.trajectory import Array, Layout
 
 if TYPE_CHECKING:

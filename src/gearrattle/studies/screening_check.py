@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.studies.layout import rattling_from
+from gearrattle.studies.dataset_layout import rattling_from
 from gearrattle.studies.output import REGIME, SEVERITY
 from gearrattle.trajectory import Array
 

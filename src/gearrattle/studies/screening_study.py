@@ -11,9 +11,9 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import listed
-from gearrattle.studies.axes import axes_of
-from gearrattle.studies.file import StudyFile
 from gearrattle.studies.screening import LOAD
+from gearrattle.studies.study_axes import axes_of
+from gearrattle.studies.study_file import StudyFile
 
 _SPEED = "excitation.speed"
 _REMEDY = "give speeds and loads beside the model file instead"

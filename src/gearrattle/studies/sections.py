@@ -13,9 +13,9 @@ angles.
 The kinds of motion are:
 
 * *periodic*: it repeats after n periods (``signals.strobe``); its Floquet multipliers are the eigenvalues of the flow's
-  gradient over the last n periods, products of exponentials and saltations (``system.variation``): as exact as the
-  motion. It is stable if all lie inside the unit circle; one at -1 doubles the period.
-  Its largest Lyapunov exponent is ln |mu_1| / (n T).
+  gradient over the last n periods, products of exponentials and saltations (``system.perturbation_growth``): as exact
+  as the motion. It is stable if all lie inside the unit circle; one at -1 doubles the period. Its largest Lyapunov
+  exponent is ln |mu_1| / (n T).
 * *chaotic*: it does not, and a small perturbation grows over the periods kept to more than ``GROWN`` times itself and
   to more than 100 times their number, still growing over the last half: a perturbation that neither shrinks nor grows
   exponentially (a free rigid body's, a quasi-periodic motion's) grows at most like that number.
@@ -38,8 +38,8 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.quantity import Plain
 from gearrattle.model.table import breach, did_you_mean, shown
+from gearrattle.model.value_kinds import Plain
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
 from gearrattle.studies.output import Output

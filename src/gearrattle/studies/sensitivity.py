@@ -27,9 +27,17 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.result import KIND
+from gearrattle.studies.dataset_layout import (
+    axes_in,
+    numbers_of,
+    output_in,
+    sampled_in,
+    sampling_of,
+    subject_of,
+    units_of,
+)
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME, PAIRS, SALTELLI
 from gearrattle.studies.indices import indices
-from gearrattle.studies.layout import axes_in, numbers_of, output_in, sampled_in, sampling_of, subject_of, units_of
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.swings import swings
 

@@ -25,8 +25,8 @@ from gearrattle.assembly import assemble, free_names, prescribed_angles, with_pr
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
-from gearrattle.model.quantity import Plain, Quantity, checked
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.value_kinds import Plain, Quantity, checked
 from gearrattle.simulation.simulate import prepare
 
 Array = NDArray[np.float64]

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import bound_of
+from gearrattle.assembly.variant_assembly import bound_of
 from gearrattle.errors import GearRattleError
 from gearrattle.model import Model
-from gearrattle.quantities.chunks import orders_of
+from gearrattle.quantities.chunk_sums import orders_of
 from gearrattle.signals import gap_names, loose_gears
 from gearrattle.studies.plan import Plan
 

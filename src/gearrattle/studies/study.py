@@ -17,13 +17,12 @@ import numpy as np
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_values import Varied
-from gearrattle.model.quantity import CALLBACK, FLAG, SEED, Count, argument_problems, check_arguments
 from gearrattle.model.table import shown
+from gearrattle.model.value_kinds import CALLBACK, FLAG, SEED, Count, argument_problems, check_arguments
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.axes import Axis, axes_of, check_once
-from gearrattle.studies.batch import can_follow
+from gearrattle.studies.case_batches import can_follow
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
@@ -32,6 +31,7 @@ from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, span
 from gearrattle.studies.structures import structures_of
+from gearrattle.studies.study_axes import Axis, axes_of, check_once
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -43,14 +43,14 @@ from starlette.types import ASGIApp
 
 from gearrattle.errors import Problem
 from gearrattle.workbench.access import Receive, Scope, Send
-from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.newest import Newest
 from gearrattle.workbench.jobs.worker import Reserve
-from gearrattle.workbench.routes import widgets
-from gearrattle.workbench.routes.answers import problems
+from gearrattle.workbench.routes import widget_routes
+from gearrattle.workbench.routes.json_answers import problems
+from gearrattle.workbench.workspace_folder import Folder
 
 STATIC = Path(__file__).parent / "static"
-_STAGES = ("model", "files"), ("jobs",), ("results",)
+_STAGES = ("model_routes", "file_routes"), ("job_routes",), ("result_routes",)
 """Modules of ``routes`` in the order in which they are imported: what the editor asks for, jobs, and their results."""
 _UNOPENED = 1.0  # seconds
 
@@ -79,7 +79,7 @@ def application(folder: Folder, limits: Limits) -> Starlette:
                 await asyncio.to_thread(_end, app.state)
 
     static = Mount("/static", StaticFiles(directory=STATIC))
-    routes = [Route("/", _page), static, *widgets.ROUTES, Mount("/", _interface)]
+    routes = [Route("/", _page), static, *widget_routes.ROUTES, Mount("/", _interface)]
     app = Starlette(routes=routes, lifespan=living, exception_handlers={HTTPException: _refusal, Exception: _refusal})
     app.state.folder = folder
     return app
@@ -110,7 +110,7 @@ def _is_fault(record: logging.LogRecord) -> bool:
 
 def all_routes() -> list[BaseRoute]:
     """Return the HTTP interface; its modules are imported now."""
-    return [*widgets.ROUTES, *(route for stage in range(len(_STAGES)) for route in _router(stage).routes)]
+    return [*widget_routes.ROUTES, *(route for stage in range(len(_STAGES)) for route in _router(stage).routes)]
 
 
 @cache

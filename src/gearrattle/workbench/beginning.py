@@ -14,8 +14,8 @@ from typing import Any
 from gearrattle.model import json_schema
 from gearrattle.model.balance import BALANCE
 from gearrattle.model.components import Coupling
-from gearrattle.workbench.blocks import Location
 from gearrattle.workbench.references import BODY, rows_of
+from gearrattle.workbench.toml_blocks import Location
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 _UNTIL = "5 deg"

@@ -11,15 +11,15 @@ from gearrattle.assembly import decay_notes, record_notes
 from gearrattle.errors import ConvergenceError, ModelError, Problem, shown_problems
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
-from gearrattle.model.file import read_tables
+from gearrattle.model.model_file import read_tables
 from gearrattle.model.path_labels import path_words, si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.plausibility import plausibility_notes
 from gearrattle.model.positions import headers
 from gearrattle.workbench.drawing import drawing
-from gearrattle.workbench.folder import Folder
-from gearrattle.workbench.inputs import NAME
+from gearrattle.workbench.job_inputs import NAME
 from gearrattle.workbench.together import groups_of
+from gearrattle.workbench.workspace_folder import Folder
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:

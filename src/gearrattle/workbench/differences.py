@@ -11,15 +11,15 @@ from typing import Any
 
 from gearrattle.errors import ModelError
 from gearrattle.json_types import TomlTable, json_value
-from gearrattle.model.file import read_tables
+from gearrattle.model.model_file import read_tables
 from gearrattle.model.path_labels import si_unit
 from gearrattle.model.paths import path_names, value_at
-from gearrattle.quantities.parts import REGIME_RANKS
+from gearrattle.quantities.verdict_parts import REGIME_RANKS
 from gearrattle.report.saved import SUMMARY
 from gearrattle.signals import RANKS
-from gearrattle.workbench.kept import RESULT
-from gearrattle.workbench.scatter import Errors, best_of, standard_errors
-from gearrattle.workbench.stored import stored_object, stored_text
+from gearrattle.workbench.job_files import stored_object, stored_text
+from gearrattle.workbench.kept_results import RESULT
+from gearrattle.workbench.number_scatter import Errors, best_of, standard_errors
 
 _NUMBERS = (
     ("impacts_per_second", "impacts per second", "1/s"),

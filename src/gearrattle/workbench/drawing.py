@@ -17,14 +17,14 @@ from pydantic import ValidationError
 from gearrattle.model import Coupling, Element, Inertia, Mesh, Motion, Piece, Torque
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.over_speed import OMEGA
-from gearrattle.model.quantity import GROUND
 from gearrattle.model.symbol import Shown
+from gearrattle.model.value_kinds import GROUND
 from gearrattle.report.plots.driveline import disc_heights
 from gearrattle.report.plots.placement import Placement, carriers, place
 from gearrattle.report.plots.sketch import inertia_words, torque_words
 from gearrattle.trajectory import Array, IntArray
-from gearrattle.workbench.blocks import Location
 from gearrattle.workbench.references import BODY, ends_of, rows_of
+from gearrattle.workbench.toml_blocks import Location
 
 PITCH = (152.0, 152.0)
 """From cell to cell, across and down [px]."""

@@ -25,14 +25,14 @@ from tomlkit.items import InlineTable, Item
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import factor_in, is_factor
-from gearrattle.model.file import read_tables
+from gearrattle.model.model_file import read_tables
 from gearrattle.model.paths import ANY, SAME_THING, location_of, paths_at, value_at
-from gearrattle.model.writing import value_text
+from gearrattle.model.toml_text import value_text
 from gearrattle.wording import listed
-from gearrattle.workbench import blocks as documents
+from gearrattle.workbench import toml_blocks as documents
 from gearrattle.workbench.beginning import begun, multiplied
-from gearrattle.workbench.blocks import Block, Location
 from gearrattle.workbench.references import BODY, dependents, label, references, rows_of
+from gearrattle.workbench.toml_blocks import Block, Location
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _MOST = 1000

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gearrattle.model.components import COMPONENTS
-from gearrattle.workbench.blocks import Location
+from gearrattle.workbench.toml_blocks import Location
 
 _ON = ("torque", "motion")
 BODY = "inertia"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused
-from gearrattle.workbench.folder import Folder
+from gearrattle.workbench.workspace_folder import Folder
 from gearrattle.writing import Lock
 
 PASSWORD = "GEARRATTLE_PASSWORD"

@@ -9,7 +9,7 @@ from typing import Any
 from gearrattle.errors import ModelError, shown_problems
 from gearrattle.json_types import json_value
 from gearrattle.report.sound.listen import Sound, listen
-from gearrattle.workbench.kept import run_of
+from gearrattle.workbench.kept_results import run_of
 
 
 def sound_of(folder: Path, elements: Sequence[str] | None, gain: float | None = None) -> Sound:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.analysis.contact_ratios.base import elastic, law_of
+from gearrattle.analysis.contact_ratios.contact_ratio_record import elastic, law_of
 from gearrattle.trajectory import EventLog, Trajectory
 from tests import synthetic
 

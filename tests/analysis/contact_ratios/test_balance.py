@@ -10,8 +10,8 @@ from benchmarks.forecast.measure import measure_one, score
 from benchmarks.forecast.models import model, train
 
 import gearrattle as gr
-from gearrattle.analysis.contact_ratios.balance import balance, multipliers
 from gearrattle.analysis.contact_ratios.forecast import Linearisation, forecast
+from gearrattle.analysis.contact_ratios.harmonic_balance import balance, multipliers
 from gearrattle.assembly import assemble
 from tests.analysis.contact_ratios.test_forecast import oscillator
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gearrattle.analysis.contact_ratios import ROUTES
-from gearrattle.analysis.contact_ratios.base import elastic, law_of
+from gearrattle.analysis.contact_ratios.contact_ratio_record import elastic, law_of
 from gearrattle.analysis.contact_ratios.describing import describing, under_gaussian, under_sine
 from gearrattle.analysis.contact_ratios.mean_slope import mean_slope
-from gearrattle.analysis.contact_ratios.spectral import gain, spectral
+from gearrattle.analysis.contact_ratios.spectral_gain import gain, spectral
 from gearrattle.signals import contact_share, steady
 from tests import synthetic
 from tests.analysis.contact_ratios.motions import CLUTCH, GEAR, gaussian, with_deflection

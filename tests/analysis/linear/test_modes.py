@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gearrattle.analysis.linear.modes import modes
+from gearrattle.analysis.linear.linear_modes import modes
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from tests.engine.system.drivelines import inputs, linear, random_chain
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.analysis.linear.conditioning import balanced, condition, conditions, jacobian
-from gearrattle.analysis.linear.modes import modes
-from gearrattle.analysis.linear.stiffness import eigenvalues, rigid_motions, stiffness_class
+from gearrattle.analysis.linear.condition_number import balanced, condition, conditions, jacobian
+from gearrattle.analysis.linear.linear_modes import modes
+from gearrattle.analysis.linear.stiffness_ratio import eigenvalues, rigid_motions, stiffness_class
 from tests.engine.system.drivelines import random_chain
 
 

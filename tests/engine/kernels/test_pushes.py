@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp
 from scipy.linalg import expm
 
-from gearrattle.engine.kernels import majorant, pushes
+from gearrattle.engine.kernels import deflection_bounds, pushes
 from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels.workspace import CHAIN_PACE, HORIZON
 
@@ -25,7 +25,7 @@ def test_the_exponential_of_a_matrix_without_negative_entries(norm: float) -> No
     matrix = np.random.default_rng(3).uniform(0.0, 1.0, (5, 5))
     matrix *= norm / np.abs(matrix).sum(axis=0).max()
     scratch = SimpleNamespace(one=matrix.copy(), two=np.empty((5, 5)), three=np.empty((5, 5)), four=np.empty((5, 5)))
-    majorant.exponential(scratch, 5)
+    deflection_bounds.exponential(scratch, 5)
     with mp.workdps(40):
         want = np.array(mp.expm(mp.matrix(matrix.tolist())).tolist(), dtype=float)
     np.testing.assert_allclose(scratch.one, want, rtol=1e-13)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels import steps
-from gearrattle.engine.kernels.steps import Stepper, hermite
+from gearrattle.engine.kernels import step_loop
+from gearrattle.engine.kernels.step_loop import Stepper, hermite
 
 
 @pytest.mark.parametrize("x", [0.0, 0.2, 0.5, 0.9, 1.0])
@@ -26,7 +26,7 @@ def test_an_exit_lies_in_its_bracket(seed: int) -> None:
     rate, h, bracket = gap.deriv(), 1.0, np.empty(2)
     eighths = np.arange(1, 9) / 8.0
     outside = eighths[gap(eighths) < 0.0]
-    assert steps._exit(h, gap(0.0), rate(0.0), gap(h), rate(h), bracket) == bool(outside.size)
+    assert step_loop._exit(h, gap(0.0), rate(0.0), gap(h), rate(h), bracket) == bool(outside.size)
     if outside.size:
         assert bracket.tolist() == [outside[0] - 0.125, outside[0]]
 
@@ -49,9 +49,9 @@ def test_crossings_are_logged_in_order_of_time(seed: int) -> None:
         np.zeros(room),
         np.zeros(room),
     )
-    steps._log(stepper, 0, last, 9, 1, -1, 0.5, 0.25)
+    step_loop._log(stepper, 0, last, 9, 1, -1, 0.5, 0.25)
     for k, time in enumerate(times):
-        steps._log(stepper, 1, time, k, k, 1, 10.0 * k, 100.0 * k)
+        step_loop._log(stepper, 1, time, k, k, 1, 10.0 * k, 100.0 * k)
     order = np.argsort(np.maximum(times, last), kind="stable")
     assert stepper.event_element.tolist() == [9, *order]
     assert stepper.event_time.tolist() == [last, *np.maximum(times, last)[order]]

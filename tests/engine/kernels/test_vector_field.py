@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from gearrattle.engine.kernels.vector_field import sine_cosine
+from gearrattle.engine.kernels.equation_of_motion import sine_cosine
 
 
 @pytest.mark.parametrize("most", [1.0, 1e6])

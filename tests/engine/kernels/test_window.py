@@ -10,7 +10,7 @@ from gearrattle.engine.kernels.packed import step_of
 from gearrattle.engine.kernels.window import move_within, window_scratch
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.region import region_in
-from gearrattle.engine.system.store import Store, aligned, strips_for
+from gearrattle.engine.system.region_store import Store, aligned, strips_for
 from tests.engine.system.drivelines import random_chain, random_pieces
 
 

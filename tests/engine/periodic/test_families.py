@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.assembly.variants import coefficients
+from gearrattle.assembly.variant_assembly import coefficients
 from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
 from gearrattle.engine.periodic.motion import State
 from tests.engine.periodic.test_shooting import OSCILLATOR, pair

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.periodic import course
+from gearrattle.engine.periodic import compiled_course
 from gearrattle.engine.periodic.grazing_depth import before_touch
 from gearrattle.engine.periodic.motion import State, Touch, Turns
 from gearrattle.errors import ConvergenceError
@@ -31,7 +31,7 @@ def sampled(inertias: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("inertias", [2, 4])
 def test_no_turning_point_and_no_dip_of_the_rate_is_missed(inertias: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Instants at which the deflection turns, or its rate comes nearest to zero, on a dense grid."""
-    monkeypatch.setattr(course, "_REACH", np.inf)
+    monkeypatch.setattr(compiled_course, "_REACH", np.inf)
     family = family_of(train(inertias), PATH, SPEED, 1, 10.0)
     row = np.append(np.zeros(len(family.scale)), 1.0)
     turns = family.follow(start(inertias), SPEED, None, row)[0].turns
@@ -84,7 +84,7 @@ def test_the_depths_of_all_turning_points_move_as_their_slopes_say(
 
     The parameter may move the corner.
     """
-    monkeypatch.setattr(course, "_REACH", np.inf)
+    monkeypatch.setattr(compiled_course, "_REACH", np.inf)
     model, state, value = train(inertias), start(inertias), PATHS[path]
     family = family_of(model, path, value, 1, value)
     count, units = len(state.y), np.append(1.0 / family.scale, value)

@@ -6,8 +6,8 @@ import numpy as np
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.solvers.choice import is_large_for_periods
 from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.scheme_choice import is_large_for_periods
 from gearrattle.outcome import Outcome
 from tests.engine.periodic.test_slope import start, train
 

@@ -8,7 +8,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.periodic import newton as correctors
 from gearrattle.engine.periodic import point as points
-from gearrattle.engine.periodic.course import outside_of
+from gearrattle.engine.periodic.compiled_course import outside_of
 from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING
 from gearrattle.engine.periodic.families import Family, PartedFamily
 from gearrattle.engine.periodic.motion import Pass, Touch, Turns

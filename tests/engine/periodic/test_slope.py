@@ -12,7 +12,7 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.families import CompiledFamily, Family, GeneralFamily
 from gearrattle.engine.periodic.grazing_depth import depth
 from gearrattle.engine.periodic.motion import State, Touch
-from gearrattle.engine.solvers.choice import is_large
+from gearrattle.engine.solvers.scheme_choice import is_large
 from gearrattle.orbits.gradients import number_at
 from gearrattle.orbits.over_value import family_of, family_of_excitation
 from gearrattle.orbits.start_states import state_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.kernels.variant_arrays import Crossings
 from gearrattle.engine.solvers import SOLVERS, Marching, Motion, Task
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome

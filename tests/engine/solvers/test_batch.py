@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers import Motion, Task, slots
-from gearrattle.engine.solvers.batch import march_all
-from gearrattle.engine.solvers.choice import is_large
+from gearrattle.engine.solvers.scheme_choice import is_large
+from gearrattle.engine.solvers.variant_threads import march_all
 from gearrattle.outcome import Outcome
 from tests.dense.families import seeded
 from tests.engine.solvers.tasks import oscillator, run, same_bits, task

@@ -9,9 +9,9 @@ from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels.workspace import LARGEST_STATE
 from gearrattle.engine.solvers import Motion, Task, exact, slots
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.region_arrays import RegionBuilder
 from gearrattle.outcome import Outcome
 from tests.engine.solvers.tasks import oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain

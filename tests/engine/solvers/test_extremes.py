@@ -14,7 +14,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError
-from gearrattle.model.file import loads
+from gearrattle.model.model_file import loads
 
 pytestmark = pytest.mark.compiled
 

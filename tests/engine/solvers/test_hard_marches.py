@@ -13,7 +13,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.solvers.handover import StepLimit
 from gearrattle.errors import ConvergenceError
-from gearrattle.model.file import loads
+from gearrattle.model.model_file import loads
 from tests.engine.solvers.short_sweep import MODEL, integrated
 from tests.engine.system.drivelines import random_chain
 
@@ -98,7 +98,7 @@ def test_ctrl_c_is_heard_while_a_march_hardly_gets_on() -> None:
         "import signal, time\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import gearrattle as gr\n"
-        "from gearrattle.model.file import loads\n"
+        "from gearrattle.model.model_file import loads\n"
         f"model, told = loads({RINGING.format(stiffness=2e15)!r}), []\n"
         "def progress(part):\n"
         "    told or print('marching', flush=True)\n"

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.piecewise_signals import Signals
 from tests.engine.solvers.tasks import GAP, finished, oscillator, run, same_bits, task
 from tests.engine.system.drivelines import clearance, inputs, linear, random_chain
 

@@ -8,7 +8,7 @@ import pytest
 from gearrattle.engine.solvers import slots
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.slots import slots_of
-from gearrattle.engine.system import store
+from gearrattle.engine.system import region_store
 from tests.dense.case import Case
 from tests.dense.families import seeded
 from tests.engine.solvers.tasks import finished, same_bits
@@ -21,7 +21,7 @@ def case(family: str, seed: int) -> Case:
 @pytest.mark.parametrize(("family", "seed"), [("chain", 1), ("loop", 2), ("everything", 1), ("error", 0)])
 @pytest.mark.parametrize("most", [0, 100_000])
 def test_a_tiny_bound_gives_the_same_bits(monkeypatch, family, seed, most):
-    monkeypatch.setattr(store, "_SMALL", 0)
+    monkeypatch.setattr(region_store, "_SMALL", 0)
     monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
     free = ExactMarch(case(family, seed).task())
     motion = finished(free)

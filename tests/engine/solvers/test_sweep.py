@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from benchmarks.growth.plant import task, train
 
-from gearrattle.engine.solvers import SOLVERS, choice, sweep
+from gearrattle.engine.solvers import SOLVERS, scheme_choice, sweep
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.engine.system.network import Majorant
+from gearrattle.engine.system.sparse_arrays import Majorant
 from gearrattle.outcome import Outcome
 from tests.engine.solvers.tasks import GAP, finished, oscillator
 from tests.engine.solvers.tasks import task as small
@@ -91,7 +91,7 @@ def test_the_audit_agrees_with_the_tables():
     "family", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in FAMILIES]
 )
 def test_against_fifty_digits(monkeypatch, family):
-    monkeypatch.setattr(choice, "is_large", lambda _system: True)
+    monkeypatch.setattr(scheme_choice, "is_large", lambda _system: True)
     problem = random_problem(family, 0)
     assert_exact(problem.model, min(problem.cycles, 2), problem.samples_per_cycle)
 

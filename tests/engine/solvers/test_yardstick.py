@@ -10,8 +10,8 @@ from benchmarks.midpoint import march, march_4, transmission
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.solvers.base import Task
 from gearrattle.engine.solvers.one_step import StepMarch
+from gearrattle.engine.solvers.solver import Task
 from gearrattle.engine.solvers.tableaus import CLASSICAL, MIDPOINT
 
 CASES = Path(__file__).resolve().parents[3] / "examples" / "paper"

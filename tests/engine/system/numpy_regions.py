@@ -14,11 +14,11 @@ from scipy.linalg import lapack, schur
 
 from gearrattle.engine.kernels.packed import LONGEST
 from gearrattle.engine.kernels.workspace import ELIMINATION, FAST_ROUNDING, LARGEST
-from gearrattle.engine.system.building import FAST_MODES, level_of_turns
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.forced import Split, oscillation
 from gearrattle.engine.system.majorant import Majorant
 from gearrattle.engine.system.region import Region, exponential_increments, finest_level
+from gearrattle.engine.system.region_arrays import FAST_MODES, level_of_turns
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -13,10 +13,10 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.kernels._llvm import lapack_address
-from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.region import Region, build_region
+from gearrattle.engine.system.region_arrays import RegionBuilder
 from tests.dense.families import seeded
 from tests.engine.solvers.tasks import oscillator
 from tests.engine.system.drivelines import clearance, inputs, linear, random_chain, random_pieces

@@ -12,7 +12,7 @@ from gearrattle.engine.kernels.oscillators import shift_chains
 from gearrattle.engine.kernels.packed import step_of
 from gearrattle.engine.kernels.workspace import CHAIN_PACE
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.engine.system.store import Store, strips_for
+from gearrattle.engine.system.region_store import Store, strips_for
 
 MODEL = """
 schema = 1

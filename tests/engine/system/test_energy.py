@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.system.energy import Auditor, EnergyAudit, stored_energy
+from gearrattle.engine.system.energy_audit import Auditor, EnergyAudit, stored_energy
 from gearrattle.outcome import Outcome
 from tests.engine.solvers.tasks import GAP, oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain
@@ -168,7 +168,7 @@ def test_steps_of_any_length_give_the_same_works(seed: int, monkeypatch: pytest.
 @pytest.mark.parametrize("seed", range(8))
 def test_whole_intervals_give_the_works_of_their_steps(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     together = motion_of(seed, samples=64).energy
-    monkeypatch.setattr("gearrattle.engine.system.energy._UNCUT", -1.0)
+    monkeypatch.setattr("gearrattle.engine.system.energy_audit._UNCUT", -1.0)
     by_steps = motion_of(seed, samples=64).energy
     for name in ("torque_work", "drag_loss", "element_loss", "error_work"):
         apart = np.abs(getattr(together, name) - getattr(by_steps, name)).max()

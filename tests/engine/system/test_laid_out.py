@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.system.building import RegionBuilder
+from gearrattle.engine.system.energy_scaling import power_of_two
 from gearrattle.engine.system.flow import Flow, flow_of
-from gearrattle.engine.system.laid_out import laws_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.scaling import power_of_two
+from gearrattle.engine.system.plain_arrays import laws_of
+from gearrattle.engine.system.region_arrays import RegionBuilder
 from tests.dense.families import seeded
 from tests.engine.solvers.tasks import oscillator
 from tests.engine.system.drivelines import random_chain

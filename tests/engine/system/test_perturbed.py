@@ -7,10 +7,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.system import variation as tabled
+from gearrattle.engine.system import perturbation_growth as tabled
 from gearrattle.engine.system.passages import Passages
-from gearrattle.engine.system.perturbed import Perturbed
-from gearrattle.engine.system.variation import Variation, variation
+from gearrattle.engine.system.perturbation_growth import Variation, variation
+from gearrattle.engine.system.perturbations import Perturbed
 from tests.engine.solvers.tasks import oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain
 from tests.oracles.dressed import dressed_problem

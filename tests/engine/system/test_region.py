@@ -9,11 +9,11 @@ import pytest
 from scipy.linalg import expm
 
 from gearrattle.engine.kernels.packed import LONGEST, step_of
-from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise_signals import Signals
 from gearrattle.engine.system.region import Region, build_region, exponential_increments
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.region_arrays import RegionBuilder
 from tests.engine.solvers.tasks import oscillator
 from tests.engine.system.drivelines import clearance, inputs, linear, random_chain, random_pieces
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.kernels.packed import ORDER
-from gearrattle.engine.system import run_up
+from gearrattle.engine.system import run_up_signals
 from gearrattle.engine.system.phase import PER_RADIAN, Ramp
-from gearrattle.engine.system.run_up import TRUNCATION, Sound, Tone, TooLong, bound, channels
+from gearrattle.engine.system.run_up_signals import TRUNCATION, Sound, Tone, TooLong, bound, channels
 
 RPM = np.pi / 30.0
 RAMPS = [Ramp(800 * RPM, 3000 * RPM, 10.0), Ramp(314.0, 31.0, 0.7), Ramp(100.0, 100.0, 2.0)]
@@ -131,7 +131,7 @@ def test_the_bound_is_one_on_intervals_of_any_length(smooth: bool, length: float
     left, _ = bound(sound, ramp.begin, ramp.end, ramp.rate, length)
     knots = np.arange(0.0, ramp.over, length)
     turned = {6.0: 2.0 * np.pi * ramp.turns([6.0], knots[:-1])[0]}
-    coefficients = run_up._polynomials(run_up._Course(ramp, knots, turned), sound)
+    coefficients = run_up_signals._polynomials(run_up_signals._Course(ramp, knots, turned), sound)
     worst = 0.0
     for g in range(0, len(knots) - 1, 1 + len(knots) // 25):
         for x in np.linspace(0.0, length, 9):
@@ -212,7 +212,7 @@ def test_a_corner_of_a_table_is_a_knot() -> None:
 
 def test_every_derivative_counts_in_a_taylor_window() -> None:
     """The last link reaches a deflection by way of rates and accelerations: three orders of the window further on."""
-    assert run_up.DEGREE <= ORDER - 4
+    assert run_up_signals.DEGREE <= ORDER - 4
 
 
 def test_too_long_a_run_is_refused() -> None:

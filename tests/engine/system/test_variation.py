@@ -7,8 +7,8 @@ import pytest
 
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.perturbation_growth import Variation, variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import Variation, variation
 from tests.engine.solvers.tasks import oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain
 

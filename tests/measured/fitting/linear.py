@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.measured.fitting.choice import Chosen, of_both
 from gearrattle.measured.fitting.covariance import spread
+from gearrattle.measured.fitting.line_choice import Chosen, of_both
 from gearrattle.measured.fitting.recorded import Motion, Recorded, in_band
-from gearrattle.measured.fitting.simulated import Simulator
-from gearrattle.measured.validation import levels, orders
+from gearrattle.measured.fitting.simulated_cycles import Simulator
+from gearrattle.measured.validation import level_agreement, order_agreement
+from gearrattle.measured.validation.block_bootstrap import draws
 from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.scatter import draws
 from gearrattle.recording import Channel
 from gearrattle.signals.conditioning import PASSED
 from tests.measured.fitting.coverage import KINDS, SEED, Kind, noise, truth, value_of
@@ -63,8 +63,8 @@ def record(kind: Kind, known: Linear, seed: int) -> Recorded:
     values = size * clean + rms * disturbed
     values = values - values.mean(axis=(0, 1))
     cycles = Cycles(values, values, 0.0, known.period)
-    how = draws(levels.mean_squares(cycles), np.random.default_rng(0), lines=orders.strong(cycles))
-    line, channel = of_both(orders.lines_of(cycles, how), known.motion.lines, in_band(cycles, 0.0))
+    how = draws(level_agreement.mean_squares(cycles), np.random.default_rng(0), lines=order_agreement.strong(cycles))
+    line, channel = of_both(order_agreement.lines_of(cycles, how), known.motion.lines, in_band(cycles, 0.0))
     none = np.zeros(0, dtype=np.int64)
     channels = tuple(Channel(name, kind.quantity, name, "1", np.zeros(1)) for name in kind.names)
     chosen = Chosen(line, channel, none, phases=True, delay=None)

@@ -15,10 +15,10 @@ import numpy as np
 import gearrattle as gr
 from gearrattle.measured.fitting.covariance import spread
 from gearrattle.measured.fitting.fit import recording_of
-from gearrattle.measured.fitting.run_up import MeasuredRunUp
 from gearrattle.measured.fitting.run_up_motion import RunUpSimulator, run_up_motion
+from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.validation.pairing import paired
-from gearrattle.measured.validation.simulated import to_be_recorded
+from gearrattle.measured.validation.simulated_recording import to_be_recorded
 from gearrattle.recording import Channel, Recording
 from tests.measured.fitting.coverage import noise
 

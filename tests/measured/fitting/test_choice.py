@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.measured.fitting.choice import Chosen, of_both, of_fitted
+from gearrattle.measured.fitting.line_choice import Chosen, of_both, of_fitted
 from gearrattle.measured.fitting.recorded import Motion, Recorded
-from gearrattle.measured.validation import levels, orders
+from gearrattle.measured.validation import level_agreement, order_agreement
+from gearrattle.measured.validation.block_bootstrap import draws
 from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.scatter import draws
 from gearrattle.recording import Channel
 
 CYCLES, SAMPLES, LINES = 22, 256, 102
@@ -33,14 +33,14 @@ def cycles_of(seed: int, true: np.ndarray = TRUE) -> Cycles:
     return Cycles(values, values, 0.0, 1.0)
 
 
-def lines_of(seed: int, true: np.ndarray = TRUE) -> orders.Lines:
+def lines_of(seed: int, true: np.ndarray = TRUE) -> order_agreement.Lines:
     """Lines of these cycles."""
     cycles = cycles_of(seed, true)
-    how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
-    return orders.lines_of(cycles, how)
+    how = draws(level_agreement.mean_squares(cycles), np.random.default_rng(seed), lines=order_agreement.strong(cycles))
+    return order_agreement.lines_of(cycles, how)
 
 
-def raised(chosen: np.ndarray, lines: orders.Lines) -> np.ndarray:
+def raised(chosen: np.ndarray, lines: order_agreement.Lines) -> np.ndarray:
     """By how much noise has raised the size of chosen lines, in standard errors."""
     true = TRUE[chosen, 0]
     return np.asarray((lines.mean[chosen, 0] * np.conj(true / np.abs(true))).real - np.abs(true)) / ERROR
@@ -62,7 +62,7 @@ def test_lines_of_a_fitted_motion_are_not_those_that_noise_has_raised() -> None:
 
 def test_a_true_model_leaves_the_choice_to_its_own_lines() -> None:
     """40 records of 102 lines at one in ten thousand: a line that is taken by chance is rare."""
-    strong = np.arange(orders.MOST)  # they fall with their number
+    strong = np.arange(order_agreement.MOST)  # they fall with their number
     others = 0
     for seed in range(40):
         chosen, channel = of_fitted(lines_of(seed), TRUE, np.zeros((LINES, 1)), ALL, phases=True)
@@ -103,7 +103,9 @@ def test_amplitudes_are_compared_as_noise_raises_them() -> None:
     plain: list[float] = []
     for seed in range(40):
         cycles = cycles_of(seed)
-        how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
+        how = draws(
+            level_agreement.mean_squares(cycles), np.random.default_rng(seed), lines=order_agreement.strong(cycles)
+        )
         strong = np.flatnonzero(np.abs(TRUE[:, 0]) > 3.0 * ERROR)[-4:]
         none = np.zeros(0, dtype=np.int64)
         chosen = Chosen(strong, np.zeros_like(strong), none, phases=False, delay=None)

@@ -15,7 +15,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.measured.fitting.angle_offset import angle_offset
 from gearrattle.measured.fitting.covariance import Covariance, chance
-from gearrattle.measured.fitting.run_up import SHARED, block_noise
+from gearrattle.measured.fitting.run_up_residuals import SHARED, block_noise
 from gearrattle.recording import Channel, Recording
 from tests.measured.fitting import run_ups
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import gearrattle as gr
-from gearrattle.model.writing import toml_text
+from gearrattle.model.toml_text import toml_text
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,8 @@ def sampled(
 def numbers(coupling: dict[str, Any]) -> dict[str, float]:
     """The table's numbers by name, as ``LoopFit.values`` has them.
 
-    First stages with the same height share a slider, which has the spring of the drive side (``assembly.friction``).
+    First stages with the same height share a slider, which has the spring of the drive side
+    (``assembly.friction_sliders``).
     """
     actual = {"preload": coupling["preload"]}
     for key in ("stages", "coast_stages"):

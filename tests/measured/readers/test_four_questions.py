@@ -17,7 +17,7 @@ from scipy.io import savemat, wavfile
 
 import gearrattle as gr
 from gearrattle.measured.readers import ANSWERS, READERS, Column, read_raw
-from gearrattle.measured.readers.answers import Answers
+from gearrattle.measured.readers.reader_answers import Answers
 from tests.architecture.places import DOCS
 from tests.fuzz.targets import SMALL
 

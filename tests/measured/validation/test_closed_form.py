@@ -7,7 +7,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.measured.validation import of_printed, sigma
-from gearrattle.measured.validation.simulated import recorded
+from gearrattle.measured.validation.simulated_recording import recorded
 from tests.measured.validation import made
 
 PASS_BAND = 1e-4  # what the resampling kernel promises

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.measured.validation import densities, orders
+from gearrattle.measured.validation import band_densities, order_agreement
+from gearrattle.measured.validation.block_bootstrap import draws
 from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.impacts import passings
-from gearrattle.measured.validation.levels import compare_levels, mean_squares
-from gearrattle.measured.validation.scatter import draws
+from gearrattle.measured.validation.impact_agreement import passings
+from gearrattle.measured.validation.level_agreement import compare_levels, mean_squares
 from gearrattle.signals import psd
 
 REPEATS = 300
@@ -63,7 +63,9 @@ def test_an_orders_interval_holds_its_amplitude_and_phase() -> None:
         one = cycles(1.1 * np.cos(2 * np.pi * at + 0.3) + generator.standard_normal((50, 32)))
         other = cycles(np.cos(2 * np.pi * at) + 0.5 * generator.standard_normal((40, 32)))
         drawn = both(one, other, generator)
-        (rows,) = orders.compare_orders(orders.lines_of(one, drawn[0]), orders.lines_of(other, drawn[1]), 1.0, 1.0)
+        (rows,) = order_agreement.compare_orders(
+            order_agreement.lines_of(one, drawn[0]), order_agreement.lines_of(other, drawn[1]), 1.0, 1.0
+        )
         first = rows[0]
         truth = 100.0 * 0.1 / first.measured
         amplitude += first.low <= truth <= first.high
@@ -80,7 +82,7 @@ def test_f_limits_hold_the_ratio_of_white_spectra() -> None:
     for _ in range(REPEATS):
         one = cycles(1.5 * generator.standard_normal((64, 32)))
         other = cycles(generator.standard_normal((40, 32)))
-        (rows,) = densities.compare_bands(densities.densities(one, other), (0.0, 12.8))
+        (rows,) = band_densities.compare_bands(band_densities.densities(one, other), (0.0, 12.8))
         held += sum(band.least <= 20.0 * np.log10(1.5) <= band.most for band in rows)
         bands += len(rows)
     few = 3.0 * np.sqrt(0.95 * 0.05 / REPEATS)  # bands of one repetition are nearly, not quite, independent
@@ -100,15 +102,16 @@ def test_f_limits_hold_where_bursts_raise_a_band_for_cycles() -> None:
             for n in range(1, count):
                 size[n] = 0.7 * size[n - 1] + 0.7 * generator.standard_normal()
             pair.append(cycles(np.exp(0.4 * size)[:, None] * generator.standard_normal((count, 32))))
-        spectra = densities.densities(*pair)
-        (rows,) = densities.compare_bands(spectra, (4.0, 12.8))
+        spectra = band_densities.densities(*pair)
+        (rows,) = band_densities.compare_bands(spectra, (4.0, 12.8))
         for band in rows:
             held += band.least <= 0.0 <= band.most
             inside = (spectra[0].frequency >= band.low) & (spectra[0].frequency < band.high)
             n = [
-                densities.gaussian_averages(entry.density[inside, 0], entry.periodograms.shape[2]) for entry in spectra
+                band_densities.gaussian_averages(entry.density[inside, 0], entry.periodograms.shape[2])
+                for entry in spectra
             ]
-            low, high = densities.limits(10.0 ** (band.decibels / 10.0), *n)
+            low, high = band_densities.limits(10.0 ** (band.decibels / 10.0), *n)
             gaussian += low <= 1.0 <= high
         bands += len(rows)
     assert gaussian / bands < 0.75
@@ -123,11 +126,11 @@ def test_equivalent_averages_are_the_variance_of_a_bands_power() -> None:
     seen = []
     for _ in range(1500):
         record = cycles(generator.standard_normal((64, 16)))
-        spectrum, _ = densities.densities(record, record)
+        spectrum, _ = band_densities.densities(record, record)
         inside = spectrum.periodograms[10:20, 0]
         powers.append(inside.sum(axis=0).mean())
-        reports.append(densities.gaussian_averages(inside.mean(axis=1), inside.shape[1]))
-        seen.append(1.0 / densities.observed_averages(inside.sum(axis=0)))
+        reports.append(band_densities.gaussian_averages(inside.mean(axis=1), inside.shape[1]))
+        seen.append(1.0 / band_densities.observed_averages(inside.sum(axis=0)))
     truth = np.mean(powers) ** 2 / np.var(powers)
     assert np.mean(reports) == pytest.approx(truth, rel=0.12)
     assert 1.0 / np.mean(seen) == pytest.approx(truth, rel=0.2)
@@ -135,7 +138,7 @@ def test_equivalent_averages_are_the_variance_of_a_bands_power() -> None:
 
 def test_the_mean_of_the_segments_is_welchs_density() -> None:
     record = cycles(np.random.default_rng(13).standard_normal((40, 16)), period=0.02)
-    spectrum, _ = densities.densities(record, record)
+    spectrum, _ = band_densities.densities(record, record)
     welch = psd(record.values.reshape(-1, 1), 0.02, 16, 4)
     np.testing.assert_allclose(spectrum.density, welch.density, rtol=1e-12)
     np.testing.assert_allclose(spectrum.frequency, welch.frequency, rtol=1e-12)

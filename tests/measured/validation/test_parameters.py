@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.measured.validation.explained import correlation, effects, update
-from gearrattle.measured.validation.parameters import Drawn
+from gearrattle.measured.validation.parameter_uncertainty import Drawn
 from gearrattle.report.validation_tables import parameter_tables
 from tests.measured.validation import made
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.measured.validation.simulated import recorded
+from gearrattle.measured.validation.simulated_recording import recorded
 from gearrattle.recording import Channel, Recording
 
 CASE = Path(__file__).resolve().parents[3] / "examples" / "paper" / "case3.toml"

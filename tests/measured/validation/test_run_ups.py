@@ -13,7 +13,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.plots.interactive import plotly_figure
-from gearrattle.report.plots.run_up_validation import run_up_charts
+from gearrattle.report.plots.run_up_validation_figures import run_up_charts
 from gearrattle.report.plots.static import draw
 
 RPM = np.pi / 30.0
@@ -114,7 +114,7 @@ def test_what_stays_or_comes_back_is_left_out_and_told(run: gr.Run) -> None:
 
 
 def test_a_run_against_itself_agrees(run: gr.Run) -> None:
-    from gearrattle.measured.validation.simulated import recorded
+    from gearrattle.measured.validation.simulated_recording import recorded
 
     same = recorded(run)
     channels = (*same.channels, Channel("n", "speed", "", "rad/s", run.speed))

@@ -13,7 +13,7 @@ from mpmath import mp, mpf
 import gearrattle as gr
 from gearrattle.engine.periodic.two_parameters.special_points import KINDS
 from gearrattle.orbits import Branch
-from gearrattle.report.plots.motion_map import SPECIAL
+from gearrattle.report.plots.motion_map_figure import SPECIAL
 from tests.oracles import backlash_mp as oracle
 from tests.orbits.test_branch import oscillator, over_frequency
 

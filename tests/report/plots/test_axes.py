@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearrattle.report.plots.axes import Axis, limits, log_ticks
 from gearrattle.report.plots.chart import Bars, Line, Panel
+from gearrattle.report.plots.svg_axes import Axis, limits, log_ticks
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))

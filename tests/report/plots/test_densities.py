@@ -12,7 +12,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.plots.densities import cross_chart, density_chart, response_chart, spectra_charts
+from gearrattle.report.plots.density_figures import cross_chart, density_chart, response_chart, spectra_charts
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.static import draw
 

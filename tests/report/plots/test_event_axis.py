@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.report.plots.clearances import deflections, overview
-from gearrattle.report.plots.histories import accelerations
-from gearrattle.report.plots.impacts import impacts
+from gearrattle.report.plots.clearance_figures import deflections, overview
+from gearrattle.report.plots.history_figures import accelerations
+from gearrattle.report.plots.impact_figures import impacts
 
 
 @pytest.fixture(scope="module")

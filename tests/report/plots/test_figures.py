@@ -11,19 +11,19 @@ import pytest
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.chords import SCREEN, WITHIN, distances
-from gearrattle.report.plots.clearances import deflections, forces, overview
-from gearrattle.report.plots.corners import reach, shading
-from gearrattle.report.plots.histories import accelerations
-from gearrattle.report.plots.impacts import impacts
+from gearrattle.report.plots.clearance_figures import deflections, forces, overview
+from gearrattle.report.plots.corner_marks import reach, shading
+from gearrattle.report.plots.history_figures import accelerations
+from gearrattle.report.plots.impact_figures import impacts
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.report.plots.phase_plane import deflection_rate, phase_plane
-from gearrattle.report.plots.regions import regions
-from gearrattle.report.plots.run_ups import run_up_orders, run_up_spectra
-from gearrattle.report.plots.shelf import FIGURES, charts
-from gearrattle.report.plots.spectra import spectra
+from gearrattle.report.plots.region_figures import regions
+from gearrattle.report.plots.run_figures import FIGURES, charts
+from gearrattle.report.plots.run_up_figures import run_up_orders, run_up_spectra
+from gearrattle.report.plots.spectrum_figures import spectra
 from gearrattle.report.plots.static import draw
-from gearrattle.report.plots.torque_angle import torque_angles
+from gearrattle.report.plots.torque_angle_figure import torque_angles
 from gearrattle.signals import find_impacts, last_cycles, region_shares, steady
 from tests import synthetic
 

@@ -9,9 +9,9 @@ import gearrattle as gr
 from gearrattle.quantities import inputs_of_recording, recording_of, rows_of
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.report.plots.interactive import plotly_figure
-from gearrattle.report.plots.metrics import metrics_chart, rattle_metrics
+from gearrattle.report.plots.metric_figures import metrics_chart, rattle_metrics
 from gearrattle.report.plots.palette import COAST, DRIVE
-from gearrattle.report.plots.screening import screening_map
+from gearrattle.report.plots.screening_figure import screening_map
 from gearrattle.report.plots.static import draw
 from tests import synthetic
 

@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.report.plots.campbell import campbell_chart
+from gearrattle.report.plots.campbell_figure import campbell_chart
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.mode_shapes import mode_sketch
 from gearrattle.report.plots.static import draw

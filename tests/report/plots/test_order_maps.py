@@ -29,7 +29,7 @@ from gearrattle.report.plots.order_maps import (
 )
 from gearrattle.report.plots.palette import SHADES, shade
 from gearrattle.report.plots.raster import largest_along
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.static import draw
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

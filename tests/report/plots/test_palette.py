@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearrattle.report.plots.palette import ACCENT, COAST, DRIVE, INK, MUTED, PAPER, REGIMES, tint
-from gearrattle.report.plots.screening import SHADES, UNSURE
+from gearrattle.report.plots.screening_figure import SHADES, UNSURE
 
 # Protanopia and deuteranopia in linear RGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE TVCG 15 (2009).
 BLINDNESS = {

@@ -12,7 +12,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.plots.chart import Chart, Line
-from gearrattle.report.stiffness import OverRatios, StiffnessPage
+from gearrattle.report.stiffness_page import OverRatios, StiffnessPage
 from tests.measured.test_gas_torque import engine
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.rows import MOST_ROWS, ROW, Series, row_chart
+from gearrattle.report.plots.row_charts import MOST_ROWS, ROW, Series, row_chart
 from gearrattle.report.plots.static import draw
 from gearrattle.report.plots.typeset import matplotlib_figure
 

@@ -9,11 +9,11 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from gearrattle.report.plots.axes import widened
 from gearrattle.report.plots.chart import Chart, Dash, Key, Line, Panel, Shape
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.shapes import SHAPES, swatch
 from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_axes import widened
 from gearrattle.report.plots.typeset import matplotlib_figure
 
 X = np.array([0.0, 1.0, 2.0])

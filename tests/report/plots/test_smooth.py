@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import deflection_rate
-from gearrattle.engine.system import statistics
+from gearrattle.engine.system import exact_statistics
 from gearrattle.model.examples import example_files
 from gearrattle.pipeline import Findings, judged
 from gearrattle.report.plots.chords import MOST_POINTS, SCREEN, WITHIN
@@ -73,7 +73,7 @@ def test_curves_in_pieces_are_those_in_one(monkeypatch: pytest.MonkeyPatch) -> N
     names = motion.layout.clearance_names
     whole = list(motion.exact.phase_curves(motion, names, 2))
     drawn = _curves(run)
-    monkeypatch.setattr(statistics, "_PIECE", 20_000)
+    monkeypatch.setattr(exact_statistics, "_PIECE", 20_000)
     pieces = list(motion.exact.phase_curves(motion, names, 2))
     assert len(whole) == 1
     assert len(pieces) > 5
@@ -89,7 +89,7 @@ def test_curves_of_a_stiff_contact_take_little_memory(monkeypatch: pytest.Monkey
     """Of 915 000 points of six numbers, 152 MB were asked for at once; eight cycles at 1e12 N m/rad took 1.8 GB."""
     stiff = gr.example("case3").with_({"mesh.gear.stiffness": 7.2e15})
     run = judged(gr.simulate(stiff, cycles=3, discard=1))
-    monkeypatch.setattr(statistics, "_PIECE", 200_000)
+    monkeypatch.setattr(exact_statistics, "_PIECE", 200_000)
     tracemalloc.start()
     try:
         curves = _curves(run)

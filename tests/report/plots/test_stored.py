@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from gearrattle.errors import ModelError
+from gearrattle.report.plots.chart_files import packed_charts, read_charts
 from gearrattle.report.plots.interactive import plotly_figure
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.static import draw
-from gearrattle.report.plots.stored import packed_charts, read_charts
 from tests import synthetic
 from tests.report.plots.test_typeset import everything
 

@@ -19,16 +19,16 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation, Text
 
 from gearrattle.errors import ModelError
-from gearrattle.report.plots.axes import limits
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, MUTED, SHADES
-from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.run_figures import charts
+from gearrattle.report.plots.svg_axes import limits
 from gearrattle.report.plots.typeset import FORMATS, Style, matplotlib_figure, save_figure
-from gearrattle.report.plots.typeset.axes import broken, label_of
 from gearrattle.report.plots.typeset.beside import rows_of
-from gearrattle.report.plots.typeset.files import known_formats, saved
 from gearrattle.report.plots.typeset.looks import looks_of
 from gearrattle.report.plots.typeset.marks import pooled
+from gearrattle.report.plots.typeset.print_axes import broken, label_of
+from gearrattle.report.plots.typeset.print_files import known_formats, saved
 from gearrattle.report.plots.typeset.settle import shown_words
 from tests import synthetic
 

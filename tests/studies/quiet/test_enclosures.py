@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gearrattle.studies.quiet.branch_and_bound import Search
 from gearrattle.studies.quiet.coefficients import family_of
 from gearrattle.studies.quiet.damped import all_decays
 from gearrattle.studies.quiet.edges import edges_of
 from gearrattle.studies.quiet.forms import Array, Form, Quadratic
-from gearrattle.studies.quiet.search import Search
 from tests.studies.quiet.drivelines import BOX, gearbox
 
 COUNT = 3

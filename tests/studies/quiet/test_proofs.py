@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.studies.quiet.search import OPEN, PROVEN, REFUTED
+from gearrattle.studies.quiet.branch_and_bound import OPEN, PROVEN, REFUTED
 from tests.studies.quiet import drivelines
 from tests.studies.quiet.drivelines import BOX, gearbox, on_quiet_motion, points_of, stays
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gearrattle.analysis.contact_ratios.base import ContactRatio
+from gearrattle.analysis.contact_ratios.contact_ratio_record import ContactRatio
 from gearrattle.analysis.contact_ratios.describing import describing
 from gearrattle.analysis.contact_ratios.mean_slope import mean_slope
-from gearrattle.analysis.contact_ratios.spectral import spectral
+from gearrattle.analysis.contact_ratios.spectral_gain import spectral
 from gearrattle.trajectory import Trajectory
 
 ROUTES: dict[str, Callable[[Trajectory], ContactRatio]] = {

@@ -24,7 +24,7 @@ from math import erfc, exp, pi, sqrt
 
 import numpy as np
 
-from gearrattle.analysis.contact_ratios.base import (
+from gearrattle.analysis.contact_ratios.contact_ratio_record import (
     ContactRatio,
     best_line,
     clearances,

@@ -23,8 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.contact_ratios.averages import Averages
-from gearrattle.analysis.contact_ratios.balance import Balance, balance
-from gearrattle.analysis.contact_ratios.base import best_line, beyond, elastic, following, largest_slope, slopes
+from gearrattle.analysis.contact_ratios.contact_ratio_record import (
+    best_line,
+    beyond,
+    elastic,
+    following,
+    largest_slope,
+    slopes,
+)
+from gearrattle.analysis.contact_ratios.harmonic_balance import Balance, balance
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.remember import kept
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.analysis.contact_ratios.base import ContactRatio, clearances, without_error
+from gearrattle.analysis.contact_ratios.contact_ratio_record import ContactRatio, clearances, without_error
 from gearrattle.signals import dwell_times, steady
 from gearrattle.trajectory import Trajectory
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.analysis.linear.stiffness import EnergyForm, energy_form
+from gearrattle.analysis.linear.stiffness_ratio import EnergyForm, energy_form
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import callback, kernel
 from gearrattle.engine.kernels._llvm import array_at, call_pointer
+from gearrattle.engine.kernels.equation_of_motion import Field, derivative, element_states
 from gearrattle.engine.kernels.laws import Laws
-from gearrattle.engine.kernels.vector_field import Field, derivative, element_states
 
 VECTOR, ENTRIES, INERTIAS, ELEMENTS, DEFLECTIONS, REFERENCES, PIECES, HARMONICS, WATCHED, FIELD = range(10)
 """Words of a block: two accessors, seven counts, and then the addresses, those of the field's arrays first."""

@@ -29,7 +29,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel, strict, strict_entry
 from gearrattle.engine.kernels.arrays import Array3, IntMatrix, IntVector, Matrix, UInt64Vector, Vector
 from gearrattle.engine.kernels.dense import factorise, substitute
-from gearrattle.engine.kernels.levels import bend_of, slope_of, turn_between, value_of
+from gearrattle.engine.kernels.motion_levels import bend_of, slope_of, turn_between, value_of
 
 _ORDER = 26  # terms of the series over a step: the first one left out is below 1e-17
 _STEP = 2.0  # radians of the fastest mode in a step

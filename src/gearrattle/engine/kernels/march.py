@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
-from gearrattle.engine.kernels.corners import (
+from gearrattle.engine.kernels.corner_log import (
     CHATTER,
     DONE,
     LOG_FULL,

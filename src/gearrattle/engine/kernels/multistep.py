@@ -13,8 +13,8 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels._llvm import call_code
 from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.equation_of_motion import Field, element_states
 from gearrattle.engine.kernels.products import copy
-from gearrattle.engine.kernels.vector_field import Field, element_states
 
 # outcome.Outcome
 DONE = 0

@@ -4,9 +4,9 @@ Inside a region the states are x = w + P u (``system.forced``): w moves freely, 
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
 
 Sizes: N states, the last S of them memories of auxiliaries, U = 1 + 2 H inputs, C carried quantities, K clearances, W
-watched (the clearances, then the auxiliaries), Q entries of the chains of signals (``system.signals``), which are kept
-behind the other inputs; M <= N + U + Q the longest y so far. A *slot* is a region that has been visited. Rows lie in
-strips of four, (strips, columns, 4), the last strip of each group filled up with zeros; rows of rates and
+watched (the clearances, then the auxiliaries), Q entries of the chains of signals (``system.piecewise_signals``), which
+are kept behind the other inputs; M <= N + U + Q the longest y so far. A *slot* is a region that has been visited. Rows
+lie in strips of four, (strips, columns, 4), the last strip of each group filled up with zeros; rows of rates and
 increments hold the carried quantities' strips first, then those of y.
 """
 

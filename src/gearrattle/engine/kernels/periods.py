@@ -11,7 +11,7 @@ for a fixed start obeys s' = A s + B z with B = d[A, G]/dp, so that over an inte
 
 D is the derivative of the exponential in the direction of B. It is made by the same doublings as the exponential:
 D(2 h) = exp(A h) D(h) + D(h) exp(Z h). Where a crossing changes the damping, every perturbation kicks the velocities in
-proportion to how it moves the deflection (``system.variation``); so does p, which moves the corner as well.
+proportion to how it moves the deflection (``system.perturbation_growth``); so does p, which moves the corner as well.
 
 A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
 variants beside the one that is marched are laid out in its scales.
@@ -42,12 +42,12 @@ from gearrattle.engine.kernels.course import (
     write_outside,
     write_touch,
 )
-from gearrattle.engine.kernels.laid_out import lay_out
-from gearrattle.engine.kernels.levels import norm_of_square
-from gearrattle.engine.kernels.located import common_at, laws_at, region_at
-from gearrattle.engine.kernels.many import AT, SLOTS, numbers_of
+from gearrattle.engine.kernels.memory_addresses import common_at, laws_at, region_at
+from gearrattle.engine.kernels.motion_levels import norm_of_square
 from gearrattle.engine.kernels.packed import EVENTS
-from gearrattle.engine.kernels.region import accelerate
+from gearrattle.engine.kernels.region_rates import accelerate
+from gearrattle.engine.kernels.variant_common import lay_out
+from gearrattle.engine.kernels.variants_march import AT, SLOTS, numbers_of
 from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2

@@ -10,23 +10,23 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 import numpy as np
 
 from gearrattle.engine.kernels import (
-    building,
     extremes,
-    laid_out,
+    flow_gradient,
     march,
     notes,
     quadrature,
-    rigid,
+    region_stages,
+    rigid_response,
     sampling,
-    scaling,
+    state_scaling,
     tallies,
-    variation,
+    variant_common,
 )
 from gearrattle.engine.kernels._ahead import PLAN, task_of
 from gearrattle.engine.kernels._jit import compact, prepared, vectorised
 from gearrattle.engine.kernels.arrays import Array3, Array4, BoolMatrix, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.packed import Inputs, Log, March, Notes, Regions, Samples
-from gearrattle.engine.kernels.variants import Coefficients, Crossings, Frame, Judged, Scales, Statics, Tallies
+from gearrattle.engine.kernels.variant_arrays import Coefficients, Crossings, Frame, Judged, Scales, Statics, Tallies
 
 
 class Planned(NamedTuple):
@@ -50,7 +50,7 @@ def compile_ahead(connection: Connection) -> None:
 def planned() -> dict[str, Planned]:
     """Every kernel of ``_ahead.PLAN`` by its name."""
     # samples of the arguments' types
-    addresses = building.Stages(*(0 for _ in building.Stages._fields))
+    addresses = region_stages.Stages(*(0 for _ in region_stages.Stages._fields))
     words = IntVector
     parts = (extremes.Parts, extremes.Rows)
     three = (Vector, Vector, Vector)
@@ -70,7 +70,7 @@ def planned() -> dict[str, Planned]:
         ),
         (
             vectorised,
-            variation.gradient_segments,
+            flow_gradient.gradient_segments,
             (Array4, Array3, Vector, IntVector, int, IntMatrix, Vector, Matrix, BoolMatrix, Matrix, Array3),
         ),
         (_plainly, tallies.add_crossings, (Judged, Crossings, Vector, IntVector, Vector, bool, int, Tallies)),
@@ -78,13 +78,13 @@ def planned() -> dict[str, Planned]:
         (_plainly, extremes.moments, (*parts, int, int, IntVector, Vector, Matrix, Matrix, Matrix)),
         (_plainly, extremes.reaches, (*parts, int, int, int, Matrix, Vector, Vector)),
         (_plainly, extremes.time_above, (*parts, IntVector, int, float, Matrix)),
-        (compact, scaling.scale, (Coefficients, Frame, Scales)),
-        (compact, rigid.respond_rigidly, (Coefficients, Frame, Statics, *three)),
-        (compact, laid_out.lay_out, (words, Coefficients, Frame, Scales)),
-        (compact, building.settle, (addresses, words)),
-        (compact, building.work_out, (addresses, int, words)),
-        (compact, building.pack, (addresses, words, Regions, int, int)),
-        *((compact, stage, _arguments_of(stage)) for stage in building.Stages()),
+        (compact, state_scaling.scale, (Coefficients, Frame, Scales)),
+        (compact, rigid_response.respond_rigidly, (Coefficients, Frame, Statics, *three)),
+        (compact, variant_common.lay_out, (words, Coefficients, Frame, Scales)),
+        (compact, region_stages.settle, (addresses, words)),
+        (compact, region_stages.work_out, (addresses, int, words)),
+        (compact, region_stages.pack, (addresses, words, Regions, int, int)),
+        *((compact, stage, _arguments_of(stage)) for stage in region_stages.Stages()),
     ]
     # prepared, by their names in the plan
     known = {}

@@ -10,7 +10,7 @@ from math import sqrt
 
 from gearrattle.engine.kernels._jit import strict
 from gearrattle.engine.kernels.dense import factorise, substitute
-from gearrattle.engine.kernels.located import common_at, laws_at, region_at, solver_at
+from gearrattle.engine.kernels.memory_addresses import common_at, laws_at, region_at, solver_at
 from gearrattle.engine.kernels.workspace import LARGEST, LARGEST_STATE
 
 _SPLITTER = 134217729.0  # 2^27 + 1

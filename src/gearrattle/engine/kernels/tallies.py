@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.kernels.variant_arrays import Crossings
 
 _SIMULTANEOUS = 4 * 2.220446049250313e-16  # periods
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
 from gearrattle.engine.kernels._llvm import strip_product, strip_product_added
-from gearrattle.engine.kernels.corners import lifted
+from gearrattle.engine.kernels.corner_log import lifted
 from gearrattle.engine.kernels.packed import ORDER, window_norm
 from gearrattle.engine.kernels.polynomial import NEVER, first_exit, slope
 from gearrattle.engine.kernels.products import add, multiply, multiply_add, subtract

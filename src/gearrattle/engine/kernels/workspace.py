@@ -1,10 +1,10 @@
 """The work arrays in which the regions of a driveline are built one at a time: shared ones, and ones for each region.
 
 m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Q entries
-of chains (a *chain* is an input over time with its derivatives, see ``system.signals``), Z = N + U + Q, K clearances,
-W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P pieces of all elements, then of all
-auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the states, the inputs kept as states and
-the chains. J rows bound the fourth derivatives.
+of chains (a *chain* is an input over time with its derivatives, see ``system.piecewise_signals``), Z = N + U + Q, K
+clearances, W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P pieces of all elements,
+then of all auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the states, the inputs kept as
+states and the chains. J rows bound the fourth derivatives.
 
 Every array has the largest size that a region may need. ``Free.width`` and ``Bounds.used`` give the sizes along y and
 along J that a region uses. Arrays are grouped so that a compiled stage receives only those that it uses: every array

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import course as kernels
-from gearrattle.engine.kernels import many, packed
+from gearrattle.engine.kernels import packed, variants_march
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
-from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.course import approach_of, reaches, room_for_touch, turns_of
+from gearrattle.engine.kernels.variant_arrays import Coefficients, Judged
+from gearrattle.engine.kernels.variants_march import AS_GIVEN
+from gearrattle.engine.periodic.compiled_course import approach_of, reaches, room_for_touch, turns_of
 from gearrattle.engine.periodic.motion import Along, Approach, Touch, Turns
-from gearrattle.engine.solvers.many import Batch, Pattern
+from gearrattle.engine.solvers.variants import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
@@ -83,7 +83,7 @@ class PeriodBatch(Batch):
         self.cases = self.cases._replace(numbers=numbers)
         self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
         self.cursor[:] = 0
-        self.cursor[many.AT] = NEIGHBOURS
+        self.cursor[variants_march.AT] = NEIGHBOURS
         self.outcome[:] = 0
         while self.go_on():
             pass

@@ -26,17 +26,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.variants import Coefficients, picked
+from gearrattle.engine.kernels.variant_arrays import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.course import Course, Neighbours, Setting, is_alike, outside_of
+from gearrattle.engine.periodic.compiled_course import Course, Neighbours, Setting, is_alike, outside_of
 from gearrattle.engine.periodic.motion import Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
 from gearrattle.engine.periodic.multiple_shooting import parts_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.flow import Flow
-from gearrattle.engine.system.laid_out import part_of, system_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.plain_arrays import part_of, system_of
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

@@ -3,9 +3,10 @@
 The state at t = 0 decides the whole motion: y = (x, v, e), independent deflections, velocities and the memories of
 auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole are not in it; how far
 they turn is kept apart. Vectors and matrices are in SI; norms are taken of scale * y, the engine's balanced
-coordinates (``system.scaling``), and are roots of energies.
+coordinates (``system.energy_scaling``), and are roots of energies.
 
-The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations (``system.variation``).
+The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations
+(``system.perturbation_growth``).
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.periodic.motion import DECIDED, Pass, State
-from gearrattle.engine.solvers.base import Marching, Task
-from gearrattle.engine.solvers.choice import is_large_for_periods
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.handover import passages_of
+from gearrattle.engine.solvers.scheme_choice import is_large_for_periods
 from gearrattle.engine.solvers.slots import Slots, slots_of
-from gearrattle.engine.solvers.start import starting_pieces
+from gearrattle.engine.solvers.solver import Marching, Task
+from gearrattle.engine.solvers.start_region import starting_pieces
 from gearrattle.engine.solvers.sweep import SweepMarch
 from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, STICK
+from gearrattle.engine.system.deflection_levels import deflection_levels
 from gearrattle.engine.system.flow import Pieces, flow_of
-from gearrattle.engine.system.levels import deflection_levels
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.perturbation_growth import variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import variation
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.time_limits import check_time

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from gearrattle.engine.solvers.base import Extensible, Marching, Motion, Solver, Task
-from gearrattle.engine.solvers.choice import start_exact
 from gearrattle.engine.solvers.cvode import multistep
 from gearrattle.engine.solvers.one_step import ChosenStep, FixedStep, extrapolation
+from gearrattle.engine.solvers.scheme_choice import start_exact
 from gearrattle.engine.solvers.scipy_ivp import stepped
+from gearrattle.engine.solvers.solver import Extensible, Marching, Motion, Solver, Task
 from gearrattle.engine.solvers.sundials import ADAMS, BDF
 from gearrattle.engine.solvers.tableaus import CLASSICAL, FEHLBERG, MIDPOINT, VERNER
 

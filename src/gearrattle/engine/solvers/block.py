@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.equation_of_motion import Field
 from gearrattle.engine.kernels.laws import Laws
-from gearrattle.engine.kernels.vector_field import Field
 from gearrattle.engine.solvers.vector_field import FieldProblem
 
 Array = NDArray[np.float64]

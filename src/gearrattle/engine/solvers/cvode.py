@@ -25,9 +25,9 @@ from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.multistep import ERROR_FAILS, EVENTS, SOLVE_FAILS, STEPS, TIME, Held, march_on
 from gearrattle.engine.solvers import sundials
-from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.block import Block, contiguous
 from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
+from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome
 

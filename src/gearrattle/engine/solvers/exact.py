@@ -16,8 +16,7 @@ from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.march import march_on
 from gearrattle.engine.kernels.notes import work_out
-from gearrattle.engine.kernels.start import deflect
-from gearrattle.engine.solvers.base import Motion, Position, Task
+from gearrattle.engine.kernels.start_pieces import deflect
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -31,11 +30,12 @@ from gearrattle.engine.solvers.handover import (
     sampled_z,
 )
 from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
-from gearrattle.engine.solvers.start import starting_pieces
-from gearrattle.engine.system.energy import Auditor
+from gearrattle.engine.solvers.solver import Motion, Position, Task
+from gearrattle.engine.solvers.start_region import starting_pieces
+from gearrattle.engine.system.energy_audit import Auditor
 from gearrattle.engine.system.flow import inputs_at_start
 from gearrattle.engine.system.passages import Auxiliaries
-from gearrattle.engine.system.store import Size, aligned, strips_for
+from gearrattle.engine.system.region_store import Size, aligned, strips_for
 from gearrattle.outcome import Outcome
 
 Array = NDArray[np.float64]

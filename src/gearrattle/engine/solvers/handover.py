@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.sampling import Lines, Quantities, quantities_at, rows_at
-from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.kernels.variant_arrays import Crossings
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem

@@ -1,8 +1,9 @@
 """Solvers that go step by step, each from the one state before: Runge-Kutta of fixed and of chosen step, extrapolation.
 
-The kernel integrates the equation of motion as written (``kernels.vector_field``): the independent second opinion on
-``exact``. With chosen steps the error estimate of every deflection and velocity must stay below the tolerance times the
-larger of its own size and its size in an ordinary motion; angles and force integrals do not feed back and are left out.
+The kernel integrates the equation of motion as written (``kernels.equation_of_motion``): the independent second opinion
+on ``exact``. With chosen steps the error estimate of every deflection and velocity must stay below the tolerance times
+the larger of its own size and its size in an ordinary motion; angles and force integrals do not feed back and are left
+out.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.one_step import EXTRAPOLATION, RUNGE_KUTTA, Control, Method
-from gearrattle.engine.kernels.steps import (
+from gearrattle.engine.kernels.one_step_kernels import EXTRAPOLATION, RUNGE_KUTTA, Control, Method
+from gearrattle.engine.kernels.step_loop import (
     CALLS,
     EVENTS,
     NOW,
@@ -27,9 +28,9 @@ from gearrattle.engine.kernels.steps import (
     Stepper,
     step_on,
 )
-from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
-from gearrattle.engine.solvers.stability import default_step, regions_visited, stability_notes
+from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
+from gearrattle.engine.solvers.step_stability import default_step, regions_visited, stability_notes
 from gearrattle.engine.solvers.tableaus import Tableau
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.errors import ModelError, Problem

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels.packed import DEEPEST, INTERVAL, TICKS, Inputs, Instants, Regions, step_of
 from gearrattle.engine.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.store import Capacity, Store, strips_for
+from gearrattle.engine.system.region_store import Capacity, Store, strips_for
 from gearrattle.errors import ConvergenceError
 from gearrattle.remember import kept
 

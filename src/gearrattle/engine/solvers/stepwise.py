@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.sampling import elements_at
-from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.block import Block
 from gearrattle.engine.solvers.handover import StepLimit
+from gearrattle.engine.solvers.solver import Motion, Position, Task
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome
 

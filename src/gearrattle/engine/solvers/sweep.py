@@ -1,7 +1,7 @@
-"""``exact`` for large drivelines: a sweep of Taylor windows, every clearance watched, no regions (``kernels.sweep``).
+"""``exact`` for large drivelines: a sweep of Taylor windows, no regions, every clearance watched.
 
-The same accuracy as the march through tables, at a cost that grows with the number of elements and not with its square,
-and a memory that does not grow with the number of regions met.
+The loop is ``kernels.window_march``. The same accuracy as the march through tables, at a cost that grows with the
+number of elements and not with its square, and a memory that does not grow with the number of regions met.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.sweep import SIZE, WINDOW, Sweep, SweepBuffers, sweep_on
-from gearrattle.engine.kernels.variants import Crossings
-from gearrattle.engine.solvers.base import Motion, Position, Task
+from gearrattle.engine.kernels.variant_arrays import Crossings
+from gearrattle.engine.kernels.window_march import SIZE, WINDOW, Sweep, SweepBuffers, sweep_on
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -27,19 +26,20 @@ from gearrattle.engine.solvers.handover import (
     first_of,
     sampled_quantities,
 )
-from gearrattle.engine.solvers.start import starting_pieces
-from gearrattle.engine.solvers.works import SweepAuditor
+from gearrattle.engine.solvers.solver import Motion, Position, Task
+from gearrattle.engine.solvers.start_region import starting_pieces
+from gearrattle.engine.solvers.sweep_audit import SweepAuditor
 from gearrattle.engine.system.flow import Flow, flow_of, split_cycles
-from gearrattle.engine.system.laid_out import laws_of
-from gearrattle.engine.system.network import Majorant, near_of, network_of, windows_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.plain_arrays import laws_of
+from gearrattle.engine.system.sparse_arrays import Majorant, near_of, network_of, windows_of
 from gearrattle.outcome import Outcome
 from gearrattle.remember import kept
 from gearrattle.slices import slices
 
 if TYPE_CHECKING:
     from gearrattle.engine.kernels.laws import Laws
-    from gearrattle.engine.kernels.network import Near, Network
+    from gearrattle.engine.kernels.network_series import Near, Network
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """The common part of the solvers of the plain equation of motion: state vector, scales, the way to a motion.
 
 They integrate y = (x, v, r, I): basis deflections, velocities, reference angles, force integrals
-(``kernels.vector_field``), stepping through corners or restarting at them; ``exact`` shares none of this.
+(``kernels.equation_of_motion``), stepping through corners or restarting at them; ``exact`` shares none of this.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.sampling import element_samples, elements_at
-from gearrattle.engine.kernels.variants import Crossings
-from gearrattle.engine.solvers.base import Motion, Position, Task
+from gearrattle.engine.kernels.variant_arrays import Crossings
 from gearrattle.engine.solvers.handover import rates_of
-from gearrattle.engine.solvers.start import starting_pieces
-from gearrattle.engine.system.building import RegionBuilder
+from gearrattle.engine.solvers.solver import Motion, Position, Task
+from gearrattle.engine.solvers.start_region import starting_pieces
 from gearrattle.engine.system.field import field_of
 from gearrattle.engine.system.flow import Flow, flow_of
+from gearrattle.engine.system.region_arrays import RegionBuilder
 from gearrattle.slices import slices
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.vector_field import Field
+    from gearrattle.engine.kernels.equation_of_motion import Field
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.piecewise_signals import Signals
 
 Array = NDArray[np.float64]
 

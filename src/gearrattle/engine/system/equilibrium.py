@@ -8,8 +8,8 @@ over the deflections x, where a is the uniform acceleration of a train whose mea
 the present pieces, the flat direction where they have no stiffness against a load, and an exact search along each line
 through all corners: finitely many pieces, so it ends. A direction along which U falls for ever is a runaway: some
 element's last slope is zero and its load exceeds what it can carry. Free gaps without load are put at their middle.
-The search is compiled (``kernels.statics``); that of a small system, where nothing was compiled or loaded yet, runs as
-plain Python: some milliseconds, where numba takes half a second, and the same bits.
+The search is compiled (``kernels.equilibrium_kernel``); that of a small system, where nothing was compiled or loaded
+yet, runs as plain Python: some milliseconds, where numba takes half a second, and the same bits.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import statics
+from gearrattle.engine.kernels import equilibrium_kernel
 from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels._late import plainly
-from gearrattle.engine.kernels.variants import Statics
+from gearrattle.engine.kernels.variant_arrays import Statics
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
-from gearrattle.engine.system.laid_out import coefficients_of
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.remember import kept
 
@@ -77,17 +77,17 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     x = np.empty(len(coordinates.elements))
     travel = np.empty(len(elastic))
     with plainly() if len(elastic) <= _SMALL else nullcontext():
-        compact(statics.accelerate_rigidly)(numbers, sought.motion, acceleration)
-        code = compact(statics.rest)(numbers, label, sought, acceleration, x, travel)
-    if code == statics.RUNAWAY:
+        compact(equilibrium_kernel.accelerate_rigidly)(numbers, sought.motion, acceleration)
+        code = compact(equilibrium_kernel.rest)(numbers, label, sought, acceleration, x, travel)
+    if code == equilibrium_kernel.RUNAWAY:
         raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
-    if code == statics.LOST:
+    if code == equilibrium_kernel.LOST:
         remedy = 'initial = "zero", or a state of your own'
         raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
     # free gaps without load at their middle
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
     with plainly() if len(elastic) <= _SMALL else nullcontext():
-        compact(statics.turn)(sought, x, angle)
+        compact(equilibrium_kernel.turn)(sought, x, angle)
     # all deflections and pieces
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x

@@ -1,13 +1,13 @@
-"""The piecewise system as the plain arrays of ``kernels.vector_field``, for algorithms that step through corners."""
+"""The piecewise system as the arrays of ``kernels.equation_of_motion``, for algorithms that step through corners."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.engine.kernels.vector_field import Field
+from gearrattle.engine.kernels.equation_of_motion import Field
 from gearrattle.engine.system.coordinates import RelativeCoordinates
-from gearrattle.engine.system.laid_out import laws_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.plain_arrays import laws_of
 
 
 def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field:

@@ -23,7 +23,7 @@ A block whose modes turn fast against the signal *follows* it: c_b = c_free + X_
 The *calm* bound treats fast simple modes apart: their part of delta is at most |r R| |c|, however long the step, and
 only the rest needs the fourth derivative. It is the better one while fast modes are small against the gaps.
 
-The work is done in ``kernels.majorant``.
+The work is done in ``kernels.deflection_bounds``.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.signals import Signals
+from gearrattle.engine.system.piecewise_signals import Signals
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ the Taylor series converges in a dozen terms, doubled and made half as long agai
 which keeps small increments accurate to their own size.
 At the finest step a Taylor series of order ``ORDER`` represents the motion to rounding: crossings are located there.
 
-A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code (``kernels.region``) and
-packed (``store``); here one is unpacked, for code that needs its matrices.
+A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code
+(``kernels.region_rates``) and packed (``store``); here one is unpacked, for code that needs its matrices.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_with
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.forced import Split
 from gearrattle.engine.system.majorant import Majorant
-from gearrattle.engine.system.store import Store
+from gearrattle.engine.system.region_store import Store
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.energy import _turning
+from gearrattle.engine.system.energy_audit import _turning
 from gearrattle.engine.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]

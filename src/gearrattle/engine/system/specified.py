@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.system.channels import SAME
 from gearrattle.engine.system.phase import PER_RADIAN, Ramp
-from gearrattle.engine.system.run_up import Tone
-from gearrattle.engine.system.signals import INNER, Signals, Specified
+from gearrattle.engine.system.piecewise_signals import INNER, Signals, Specified
+from gearrattle.engine.system.run_up_signals import Tone
 
 Array = NDArray[np.float64]
 Pair = tuple[Any, Any]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.identifiability import null_space
-from gearrattle.measured.validation.scatter import CONFIDENCE
+from gearrattle.measured.validation.block_bootstrap import CONFIDENCE
 
 Array = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.modes_fit import fit_modes
 from gearrattle.measured.read import read
 from gearrattle.model import Model, check_model
-from gearrattle.model.file import check_reachable, kind_of, read_tables, read_text
+from gearrattle.model.model_file import check_reachable, kind_of, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error
-from gearrattle.model.quantity import CALLBACK, FLAG, check_arguments
+from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
 from gearrattle.recording import Recording
 
 KIND = "data file"

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.measured.fitting.problem import ROUGH, Judged, Measured, MotionProblem, Simulates
+from gearrattle.measured.fitting.motion_problem import ROUGH, Judged, Measured, MotionProblem, Simulates
 from gearrattle.measured.fitting.recording_table import RecordingTable
-from gearrattle.measured.fitting.run_up import MeasuredRunUp
 from gearrattle.measured.fitting.run_up_motion import run_up_motion, run_up_problems
+from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.fitting.steady_motion import steady_motion
 from gearrattle.measured.fitting.surface import Surface, settle
 from gearrattle.measured.identification.estimates import (
@@ -29,11 +29,11 @@ from gearrattle.measured.identification.estimates import (
     estimates,
 )
 from gearrattle.measured.identification.fitted import Fit
-from gearrattle.measured.identification.parameters import free_parameters
-from gearrattle.measured.identification.search import Effort, Minimum, search, spread_out
+from gearrattle.measured.identification.free_parameters import free_parameters
+from gearrattle.measured.identification.multi_start import Effort, Minimum, search, spread_out
 from gearrattle.measured.validation.measured_cycles import check_names
 from gearrattle.measured.validation.pairing import paired
-from gearrattle.measured.validation.simulated import to_be_recorded
+from gearrattle.measured.validation.simulated_recording import to_be_recorded
 from gearrattle.measured.validation.wanted import problems_of
 from gearrattle.model import Model
 from gearrattle.recording import Recording

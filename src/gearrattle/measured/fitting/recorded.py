@@ -22,13 +22,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.fitting.choice import Chosen, of_fitted
 from gearrattle.measured.fitting.covariance import Covariance, widening
-from gearrattle.measured.identification.problem import Residual
-from gearrattle.measured.validation import clock, levels, orders
+from gearrattle.measured.fitting.line_choice import Chosen, of_fitted
+from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.validation import cycle_clock, level_agreement, order_agreement
+from gearrattle.measured.validation.block_bootstrap import Draws, draws
 from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.orders import lines_of
-from gearrattle.measured.validation.scatter import Draws, draws
+from gearrattle.measured.validation.order_agreement import lines_of
 from gearrattle.recording import Channel
 
 Array = NDArray[np.float64]
@@ -89,11 +89,13 @@ class Recorded:
 
     def with_scatter_of(self, cycles: Cycles, seed: int) -> Recorded:
         """Return this motion with the scatter of simulated cycles in the standard errors."""
-        how = draws(levels.mean_squares(cycles), np.random.default_rng(seed), lines=orders.strong(cycles))
+        how = draws(
+            level_agreement.mean_squares(cycles), np.random.default_rng(seed), lines=order_agreement.strong(cycles)
+        )
         lines = how.means(cycles.amplitudes()[:, self.chosen.line, self.chosen.channel])
         size = how.error(lines.real) ** 2 + how.error(lines.imag) ** 2
         parts = [np.sqrt(0.5 * size)] * (2 if self.chosen.phases else 1)
-        squares = np.log(how.weights @ levels.mean_squares(cycles)[:, self.chosen.by_rms])
+        squares = np.log(how.weights @ level_agreement.mean_squares(cycles)[:, self.chosen.by_rms])
         return replace(self, scatter=np.concatenate([*parts, 0.5 * how.error(squares)]))
 
     def without_scatter(self) -> Recorded:
@@ -174,7 +176,7 @@ class Recorded:
         turned = (self._replicates - self.measured) * np.conj(self.direction)
         parts = [turned.real, turned.imag] if self.chosen.phases else [turned.real]
         power = self.motion.power[self.chosen.by_rms]
-        squares = levels.mean_squares(self.cycles)[:, self.chosen.by_rms]
+        squares = level_agreement.mean_squares(self.cycles)[:, self.chosen.by_rms]
         squares = squares * (power / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
         by_rms = 0.5 * (self.draws.weights @ squares - power) / (power - self.noise)
         return np.concatenate([*parts, by_rms], axis=1)
@@ -240,7 +242,7 @@ class Recorded:
         cross = np.zeros(int(self.chosen.line.max(initial=0)) + 1, dtype=np.complex128)
         weight = 1.0 / self.errors[: self.measured.size] ** 2
         np.add.at(cross, self.chosen.line, weight * np.conj(self._of(motion)) * self.measured)
-        return clock.largest(cross, self.period).delay if cross.any() else 0.0
+        return cycle_clock.largest(cross, self.period).delay if cross.any() else 0.0
 
     @cached_property
     def _raises(self) -> Array:

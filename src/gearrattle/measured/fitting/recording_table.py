@@ -10,10 +10,10 @@ from pydantic import Field
 from gearrattle.measured.identification.data_tables import Numbers
 from gearrattle.measured.validation.wanted import TRENDS, Wanted
 from gearrattle.model import units
-from gearrattle.model.quantity import FLAG, AnyTable, Choice, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
+from gearrattle.model.value_kinds import FLAG, AnyTable, Choice, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.recording import Recording
-from gearrattle.signals.spectral.orders import TURNS
+from gearrattle.signals.spectral.order_maps_of_signals import TURNS
 
 SETTINGS = ("algorithm", "cycles", "samples_per_cycle", "discard", "tolerance", "step", "initial")
 """Of the simulation, as ``simulate`` takes them."""

@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.fitting.recording_table import RecordingTable
-from gearrattle.measured.fitting.run_up import Complex, MeasuredRunUp
-from gearrattle.measured.fitting.simulated import band_limited
+from gearrattle.measured.fitting.run_up_residuals import Complex, MeasuredRunUp
+from gearrattle.measured.fitting.simulated_cycles import band_limited
 from gearrattle.measured.fitting.steady_motion import calibration_of
 from gearrattle.measured.validation.pairing import Pairing
-from gearrattle.measured.validation.run_ups import check_repeats, longest_stretch, orders_in_common
-from gearrattle.measured.validation.simulated import recorded
+from gearrattle.measured.validation.simulated_recording import recorded
+from gearrattle.measured.validation.validate_run_up import check_repeats, longest_stretch, orders_in_common
 from gearrattle.measured.validation.wanted import Wanted
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
 from gearrattle.signals.order_tracking import TURN, orders_of_blocks
-from gearrattle.signals.spectral.orders import order_cuts
+from gearrattle.signals.spectral.order_maps_of_signals import order_cuts
 from gearrattle.signals.spectral.sampled import required, sampled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.wording import counted

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.fitting.choice import Chosen, of_both
+from gearrattle.measured.fitting.line_choice import Chosen, of_both
 from gearrattle.measured.fitting.recorded import Recorded, in_band
 from gearrattle.measured.fitting.recording_table import RecordingTable
-from gearrattle.measured.fitting.simulated import Simulator, cycles_of
-from gearrattle.measured.validation import levels, orders
+from gearrattle.measured.fitting.simulated_cycles import Simulator, cycles_of
+from gearrattle.measured.validation import level_agreement, order_agreement
+from gearrattle.measured.validation.block_bootstrap import draws
 from gearrattle.measured.validation.cycles import Setting, Source, samples_for, source_of
 from gearrattle.measured.validation.measured_cycles import measured_cycles
 from gearrattle.measured.validation.pairing import Pairing
-from gearrattle.measured.validation.scatter import draws
 from gearrattle.measured.validation.wanted import Wanted
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
@@ -49,9 +49,11 @@ def steady_motion(
     simulator = Simulator(table.settings, names, band, int(PASSED * setting.samples), wanted.trend, watched)
     start = simulator.motion_of(own)
     # lines and levels that are compared
-    how = draws(levels.mean_squares(cycles), np.random.default_rng(wanted.seed), lines=orders.strong(cycles))
+    how = draws(
+        level_agreement.mean_squares(cycles), np.random.default_rng(wanted.seed), lines=order_agreement.strong(cycles)
+    )
     by_rms = np.array([i for i, c in enumerate(pairing.measured) if c.name in wanted.noise], dtype=np.int64)
-    line, channel = of_both(orders.lines_of(cycles, how), start.lines, in_band(cycles, lowest))
+    line, channel = of_both(order_agreement.lines_of(cycles, how), start.lines, in_band(cycles, lowest))
     delay = None if wanted.clock == "cycle" else 0.0 if wanted.clock == "none" else float(wanted.clock)
     recorded = Recorded(
         channels=pairing.measured,

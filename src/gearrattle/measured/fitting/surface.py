@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
 from gearrattle.measured.fitting.covariance import Covariance
-from gearrattle.measured.fitting.problem import Differences, Judged, MotionProblem, seen
+from gearrattle.measured.fitting.motion_problem import Differences, Judged, MotionProblem, seen
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.problem import Residual
-from gearrattle.measured.identification.search import EXACT, Minimum, search
+from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.identification.multi_start import EXACT, Minimum, search
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

@@ -26,7 +26,7 @@ from gearrattle.measured.identification.measured import (
 )
 from gearrattle.measured.identification.response_file import Samples, read_samples
 from gearrattle.model import Model
-from gearrattle.model.file import check_reachable, read_tables, read_text
+from gearrattle.model.model_file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place
 from gearrattle.model.table import Breach, did_you_mean, listed, shown
 from gearrattle.wording import counted

@@ -14,8 +14,8 @@ from pydantic import Field
 
 from gearrattle.measured.identification.measured import QUANTITIES
 from gearrattle.model import units
-from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.model.table import Breach, Table, breach
+from gearrattle.model.value_kinds import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text
 
 FREQUENCY_EXAMPLE = 'such as "55 Hz" or "346 rad/s"'
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.fitted import RIVAL, UNLIKELY, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import (
     Combination,
     covariance,
@@ -23,13 +24,12 @@ from gearrattle.measured.identification.identifiability import (
     split,
     undetermined,
 )
-from gearrattle.measured.identification.parameters import Parameters
-from gearrattle.measured.identification.problem import Residual
+from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum
 from gearrattle.measured.identification.profile import LEVEL
 from gearrattle.measured.identification.profile import profile as profile_of
-from gearrattle.measured.identification.search import EXACT, Effort, Minimum
 from gearrattle.model import Model
-from gearrattle.model.quantity import SEED, Count, argument_problems
+from gearrattle.model.value_kinds import SEED, Count, argument_problems
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]

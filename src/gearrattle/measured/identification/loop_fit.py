@@ -1,10 +1,10 @@
 """``fit_loop``: the stages of a coupling from a measured torque-angle loop.
 
-The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction``), so what is fitted is
-what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the stretch before
-slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of stages of the
-drive and of the coast side are chosen by BIC unless given. Where the samples after a reversal do not determine the
-stick stiffness of a slider, the default of the model file is used, and a note says so.
+The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction_sliders``), so what is
+fitted is what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the
+stretch before slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of
+stages of the drive and of the coast side are chosen by BIC unless given. Where the samples after a reversal do not
+determine the stick stiffness of a slider, the default of the model file is used, and a note says so.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gearrattle.measured.identification.loop_result import FittedStage, LoopFit
 from gearrattle.measured.identification.loop_search import MOST, REACH, idle, select
 from gearrattle.measured.identification.loop_settle import STICK, settle, with_defaults
 from gearrattle.measured.identification.loop_values import derivatives, values_of
-from gearrattle.model.quantity import SEED, argument_problems
+from gearrattle.model.value_kinds import SEED, argument_problems
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.torque_angle import TorqueAngle, torque_angle
 from gearrattle.json_types import Json, TomlTable
 from gearrattle.model import loads
-from gearrattle.model.writing import toml_text
+from gearrattle.model.toml_text import toml_text
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]

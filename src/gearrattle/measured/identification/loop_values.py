@@ -1,7 +1,8 @@
 """Numbers of a coupling from a fitted loop's coefficients, breaks and reaches, and their derivatives.
 
 A stage's hysteresis is twice the sum of the heights of all sliders engaged in it; a slider's stick stiffness is its
-height over its reach. The slider of the centre has the spring of the side with less friction (``assembly.friction``).
+height over its reach. The slider of the centre has the spring of the side with less friction
+(``assembly.friction_sliders``).
 """
 
 from __future__ import annotations

@@ -21,11 +21,11 @@ from gearrattle.measured.identification.estimates import (
     estimates,
 )
 from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.free_parameters import coefficients, free_parameters, unused
 from gearrattle.measured.identification.measured import State
-from gearrattle.measured.identification.parameters import coefficients, free_parameters, unused
-from gearrattle.measured.identification.problem import FitProblem, check_modes
-from gearrattle.measured.identification.search import search
-from gearrattle.measured.identification.search import starts as starts_of
+from gearrattle.measured.identification.modal_problem import FitProblem, check_modes
+from gearrattle.measured.identification.multi_start import search
+from gearrattle.measured.identification.multi_start import starts as starts_of
 from gearrattle.model import Model, check_model
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.search import EXACT, Effort, Residuals, local
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Residuals, local
 
 Array = NDArray[np.float64]
 

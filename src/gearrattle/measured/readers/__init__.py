@@ -15,17 +15,17 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened
-from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run, uff, wav
-from gearrattle.measured.readers.answers import ANSWERS
-from gearrattle.measured.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
-from gearrattle.model.file import unreadable
+from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run_reader, uff, wav
+from gearrattle.measured.readers.reader import HEAD, Column, Raw, Reader, Request, refuse_doubles
+from gearrattle.measured.readers.reader_answers import ANSWERS
+from gearrattle.model.model_file import unreadable
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
 from gearrattle.wording import counted
 from gearrattle.writing import whole
 
 READERS: dict[str, Reader] = {
-    reader.NAME: reader for reader in (cast(Reader, module) for module in (run, hdf5, mat, mdf4, wav, uff, csv))
+    reader.NAME: reader for reader in (cast(Reader, module) for module in (run_reader, hdf5, mat, mdf4, wav, uff, csv))
 }
 """Every format by its name, in the order in which a file is offered to them."""
 
@@ -152,7 +152,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     """
     # formats that can be written, and their suffixes
     target = Path(path)
-    able = {name: reader for name, reader in READERS.items() if name != run.NAME}
+    able = {name: reader for name, reader in READERS.items() if name != run_reader.NAME}
     endings = {suffix: reader for reader in reversed(able.values()) for suffix in reader.SUFFIXES}
     endings |= {reader.SUFFIXES[0]: reader for reader in able.values()}
     endings.pop(".nc")

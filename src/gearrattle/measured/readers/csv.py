@@ -14,7 +14,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_text
-from gearrattle.measured.readers.base import TIME_NAMES, Column, Raw, Request, ask_for, is_time, unfit, with_times
+from gearrattle.measured.readers.reader import TIME_NAMES, Column, Raw, Request, ask_for, is_time, unfit, with_times
 from gearrattle.model.csv_columns import read_all
 from gearrattle.model.csv_heads import defused
 from gearrattle.model.csv_layout import RecordError, encoding_of, numbered

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import datasets, opened_hdf5
 from gearrattle.formats import check_format, format_name
-from gearrattle.measured.readers.base import (
+from gearrattle.measured.readers.packing import ATTRIBUTES, PIECE, Packing, packing_of, unpack
+from gearrattle.measured.readers.reader import (
     HDF5_SIGNATURE,
     Column,
     Raw,
@@ -31,7 +32,6 @@ from gearrattle.measured.readers.base import (
     unfit,
     with_times,
 )
-from gearrattle.measured.readers.packing import ATTRIBUTES, PIECE, Packing, packing_of, unpack
 from gearrattle.recording import Array, Recording
 
 NAME = "hdf5"

@@ -26,9 +26,9 @@ from pydantic import ValidationError
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.readers import READERS, Column, Raw, Request, read_raw
+from gearrattle.measured.readers.mapping_tables import ChannelTable, MeasurementTables
 from gearrattle.measured.readers.quantities import factor
-from gearrattle.measured.readers.tables import ChannelTable, MeasurementTables
-from gearrattle.model.file import check_reachable, read_tables, read_text
+from gearrattle.model.model_file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import UnitError

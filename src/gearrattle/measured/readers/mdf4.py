@@ -22,8 +22,8 @@ import numpy as np
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused, opened, within_limit
-from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, seconds
 from gearrattle.measured.readers.mdf_lists import check_lists
+from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, seconds
 from gearrattle.model.table import shown
 from gearrattle.model.units import UnitError
 from gearrattle.recording import Array, Recording

@@ -19,7 +19,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened
-from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, seconds, unfit
+from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, seconds, unfit
 from gearrattle.measured.readers.uff_blocks import (
     HEADER,
     Block,

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened
-from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, unfit
+from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, unfit
 from gearrattle.recording import Array, Recording
 from gearrattle.wording import counted
 

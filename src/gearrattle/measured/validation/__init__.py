@@ -8,7 +8,10 @@ spectra, rates of impacts. Each is given with the interval that the scatter from
 from gearrattle.measured.sigma import Printed, of_printed, sigma
 from gearrattle.measured.track import Track
 from gearrattle.measured.validation.effects import Effect, Explained, Parameter
-from gearrattle.measured.validation.record import (
+from gearrattle.measured.validation.run_up_record import RunUp
+from gearrattle.measured.validation.validate import validate
+from gearrattle.measured.validation.validate_run_up import validate_run_up
+from gearrattle.measured.validation.validation_records import (
     Band,
     Clock,
     Contribution,
@@ -18,9 +21,6 @@ from gearrattle.measured.validation.record import (
     Pair,
     Validation,
 )
-from gearrattle.measured.validation.run_up_record import RunUp
-from gearrattle.measured.validation.run_ups import validate_run_up
-from gearrattle.measured.validation.validate import validate
 
 __all__ = [
     "Band",

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gearrattle.measured.validation.block_bootstrap import Draws, factor
 from gearrattle.measured.validation.cycles import FEWEST_SAMPLES, Cycles, Setting, Source, cut
-from gearrattle.measured.validation.levels import levels_of, log_errors
-from gearrattle.measured.validation.record import Contribution, Level
-from gearrattle.measured.validation.scatter import Draws, factor
+from gearrattle.measured.validation.level_agreement import levels_of, log_errors
+from gearrattle.measured.validation.validation_records import Contribution, Level
 from gearrattle.signals.conditioning import resample
 from gearrattle.trajectory import Array
 

@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.validation import budget, clock, densities, levels, orders
+from gearrattle.measured.validation import band_densities, budget, cycle_clock, level_agreement, order_agreement
+from gearrattle.measured.validation.block_bootstrap import Draws, draws
 from gearrattle.measured.validation.curves import curves_of
 from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut, samples_for, source_of
 from gearrattle.measured.validation.effects import Explained
 from gearrattle.measured.validation.explained import SPARE, explained, sentences
-from gearrattle.measured.validation.impacts import compare_impacts, counted_of
+from gearrattle.measured.validation.impact_agreement import compare_impacts, counted_of
 from gearrattle.measured.validation.measured_cycles import check_names, check_period, measured_cycles
 from gearrattle.measured.validation.pairing import Pairing, paired
-from gearrattle.measured.validation.parameters import Drawn, correlations, repeated, standard_errors
-from gearrattle.measured.validation.record import Clock, Level, Pair, Validation
-from gearrattle.measured.validation.scatter import Draws, draws
-from gearrattle.measured.validation.simulated import recorded, to_be_recorded
-from gearrattle.measured.validation.verdict import findings_of, verdict_of
+from gearrattle.measured.validation.parameter_uncertainty import Drawn, correlations, repeated, standard_errors
+from gearrattle.measured.validation.simulated_recording import recorded, to_be_recorded
+from gearrattle.measured.validation.validation_records import Clock, Level, Pair, Validation
+from gearrattle.measured.validation.validation_sentences import findings_of, verdict_of
 from gearrattle.measured.validation.wanted import Wanted
 from gearrattle.model import Model
 from gearrattle.model.table import listed
@@ -101,7 +101,10 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
         unmatched_measured=pairing.measured_alone,
         unmatched_simulated=pairing.simulated_alone,
         verdict=verdict_of(pairs),
-        findings=(*findings_of(pairs, impacts, clock), *([] if by_parameters is None else sentences(by_parameters))),
+        findings=(
+            *findings_of(pairs, impacts, clock),
+            *([] if by_parameters is None else sentences(by_parameters)),
+        ),
         notes=(
             *notes,
             *pairing.notes,
@@ -153,17 +156,19 @@ def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tu
 
 def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
     generator = np.random.default_rng(seed)
-    first, second = (draws(levels.mean_squares(cycle), generator, lines=orders.strong(cycle)) for cycle in cycles)
+    first, second = (
+        draws(level_agreement.mean_squares(cycle), generator, lines=order_agreement.strong(cycle)) for cycle in cycles
+    )
     return first, second
 
 
-def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
+def _clock(matter: _Matter) -> tuple[Clock, tuple[order_agreement.Lines, order_agreement.Lines]]:
     """Return the clock, and the lines of both records on it."""
     # lines of both mean cycles
     cycles = matter.cycles
     drawn = matter.drawn
     wanted = matter.wanted
-    own = orders.lines_of(cycles[0], drawn[0]), orders.lines_of(cycles[1], drawn[1])
+    own = order_agreement.lines_of(cycles[0], drawn[0]), order_agreement.lines_of(cycles[1], drawn[1])
     z = own[0].mean
     x = own[1].mean
     period = cycles[1].period
@@ -173,26 +178,26 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     if wanted.clock == "none" or not isinstance(wanted.clock, str):
         delay = 0.0 if isinstance(wanted.clock, str) else float(wanted.clock)
         alignment = Clock("given" if delay else "none", "", delay, 0.0, nan, nan, period, cycles[0].period)
-        return alignment, (orders.moved(own[0], delay, np.full(replicates, delay), period), own[1])
+        return alignment, (order_agreement.moved(own[0], delay, np.full(replicates, delay), period), own[1])
     # the delay of every channel; of those that agree best, the one with the least scatter
     names = [channel.name for channel in matter.pairing.measured]
     tried = []
     for c in [names.index(wanted.clock_by)] if wanted.clock_by else range(len(names)):
-        used = clock.chosen_lines(x[:, c], z[:, c], wanted.clock)
-        tried.append((clock.delay_of(x[:, c], z[:, c], period, used), c, used))
+        used = cycle_clock.chosen_lines(x[:, c], z[:, c], wanted.clock)
+        tried.append((cycle_clock.delay_of(x[:, c], z[:, c], period, used), c, used))
     highest = max(trial[0].agreement for trial in tried)
     near = [trial for trial in tried if trial[0].agreement >= highest - _AS_GOOD]
-    timed = [(orders.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
+    timed = [(order_agreement.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
     sampled_delays, best, c = min(timed, key=lambda one: float(np.std(one[0])))
     # refuse cycles that do not agree
-    if best.agreement < clock.LEAST and wanted.clock == "cycle":
-        rule = f"the mean cycles do not agree at any delay: a correlation of {clock.LEAST:g} is needed"
+    if best.agreement < cycle_clock.LEAST and wanted.clock == "cycle":
+        rule = f"the mean cycles do not agree at any delay: a correlation of {cycle_clock.LEAST:g} is needed"
         remedy = 'check sign, unit and speed; clock = "none" if the clocks are one: phases then mean nothing else'
         raise ModelError(Problem(f"clock: {names[c]}", f"a correlation of {best.agreement:.3g}", rule, remedy))
     # standard error of the delay, and lines on one clock
     error = float(np.hypot(*(one.error(sampled_delays) for one in drawn)) / np.sqrt(2.0))
     alignment = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
-    return alignment, (orders.moved(own[0], best.delay, sampled_delays, period), own[1])
+    return alignment, (order_agreement.moved(own[0], best.delay, sampled_delays, period), own[1])
 
 
 def _known(matter: _Matter) -> budget.Known:
@@ -261,19 +266,19 @@ def _levels(run: Run, matter: _Matter) -> Array:
     source, _ = source_of(recording, tuple(recording[channel.name] for channel in matter.pairing.simulated))
     period = run.trajectory.layout.period
     steady = run.trajectory.discard * period, source.last
-    return levels.levels_of(cut(source, period, matter.setting, steady, whole_start=True))
+    return level_agreement.levels_of(cut(source, period, matter.setting, steady, whole_start=True))
 
 
 def _pairs(
-    matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[orders.Lines, orders.Lines]
+    matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[order_agreement.Lines, order_agreement.Lines]
 ) -> tuple[Pair, ...]:
     """Return every channel with its levels, orders, bands and budget."""
     layout = matter.run.trajectory.layout
-    spectra = densities.densities(*matter.cycles)
+    spectra = band_densities.densities(*matter.cycles)
     base = 2.0 * np.pi / (layout.period * layout.omega)
-    levelled = levels.compare_levels(*matter.cycles, matter.drawn)
-    ordered = orders.compare_orders(*lines, base, 1.0 / layout.period)
-    banded = densities.compare_bands(spectra, matter.band)
+    levelled = level_agreement.compare_levels(*matter.cycles, matter.drawn)
+    ordered = order_agreement.compare_orders(*lines, base, 1.0 / layout.period)
+    banded = band_densities.compare_bands(spectra, matter.band)
     curves = curves_of(matter.cycles, spectra, clock.delay)
     made = []
     for c, (one, other) in enumerate(zip(matter.pairing.measured, matter.pairing.simulated, strict=True)):
@@ -308,7 +313,7 @@ def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
     notes = []
     for cycle, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
         half = cycle.count // 2
-        square = levels.mean_squares(cycle)
+        square = level_agreement.mean_squares(cycle)
         error = how.error(how.means(square)) * 2.0  # of a difference of halves
         moving = np.abs(square[:half].mean(axis=0) - square[-half:].mean(axis=0)) > 3.0 * error + 1e-3 * square.mean(
             axis=0

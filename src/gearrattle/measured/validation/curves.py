@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.measured.validation.band_densities import Segments
 from gearrattle.measured.validation.cycles import Cycles
-from gearrattle.measured.validation.densities import Segments
-from gearrattle.measured.validation.record import Curves
+from gearrattle.measured.validation.validation_records import Curves
 from gearrattle.trajectory import Array
 
 

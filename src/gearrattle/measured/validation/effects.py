@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.comparison.record import Record
+from gearrattle.comparison.comparison_record import Record
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gearrattle.measured.validation.block_bootstrap import Draws
 from gearrattle.measured.validation.cycles import Cycles
 from gearrattle.measured.validation.effects import Effect, Explained, Parameter
-from gearrattle.measured.validation.levels import MEASURES, mean_squares
-from gearrattle.measured.validation.parameters import Drawn
-from gearrattle.measured.validation.record import Level, Pair
-from gearrattle.measured.validation.scatter import Draws
+from gearrattle.measured.validation.level_agreement import MEASURES, mean_squares
+from gearrattle.measured.validation.parameter_uncertainty import Drawn
+from gearrattle.measured.validation.validation_records import Level, Pair
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.validation import clock
+from gearrattle.measured.validation import cycle_clock
 from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut
 from gearrattle.measured.validation.pairing import Pairing
 from gearrattle.measured.validation.wanted import Wanted
@@ -54,7 +54,7 @@ def measured_cycles(source: Source, period: float, setting: Setting, wanted: Wan
         power = np.mean(cycles.values**2, axis=(0, 1))
         strongest = np.max(np.mean(np.abs(amplitudes) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
         c = int(np.argmax(strongest))
-        by_own = clock.period_by_clock(
+        by_own = cycle_clock.period_by_clock(
             amplitudes[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period
         )
         if by_own == cycles.period:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from gearrattle.comparison.record import Record
+from gearrattle.comparison.comparison_record import Record
 from gearrattle.json_types import Json, json_value
 from gearrattle.measured.track import Track
 from gearrattle.result import Result

@@ -11,11 +11,11 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.read import read
 from gearrattle.measured.validation.comparing import check_asked, compared
-from gearrattle.measured.validation.record import Validation
+from gearrattle.measured.validation.validation_records import Validation
 from gearrattle.measured.validation.wanted import Wanted, problems_of
 from gearrattle.model import Model, load
-from gearrattle.model.quantity import CALLBACK, check_arguments
 from gearrattle.model.table import listed
+from gearrattle.model.value_kinds import CALLBACK, check_arguments
 from gearrattle.recording import Recording
 from gearrattle.results import Run, open_run
 from gearrattle.simulation.simulate import simulate

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from gearrattle.errors import Problem
 from gearrattle.measured.identification.fitted import Fit
-from gearrattle.model.quantity import SEED, Count, argument_problems
 from gearrattle.model.table import listed, shown
+from gearrattle.model.value_kinds import SEED, Count, argument_problems
 
 TRENDS = ("none", "mean", "linear")
 CLOCKS = ("cycle", "phase", "none")

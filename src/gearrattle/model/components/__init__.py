@@ -3,7 +3,7 @@
 ``COMPONENTS`` says which array of tables of the model file holds which; elements come in its order.
 """
 
-from gearrattle.model.components.base import Component
+from gearrattle.model.components.component import Component
 from gearrattle.model.components.coupling import Coupling
 from gearrattle.model.components.mesh import Mesh
 from gearrattle.model.components.planetary import Planetary

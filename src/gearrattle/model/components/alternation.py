@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Plain, Quantity, Ratio, value_of
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.value_kinds import Plain, Quantity, Ratio, value_of
 
 
 class Alternation(Table):

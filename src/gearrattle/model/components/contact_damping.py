@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
-from gearrattle.model.quantity import Choice
 from gearrattle.model.table import Breach
+from gearrattle.model.value_kinds import Choice
 
 ContactDamping = Annotated[Literal["kelvin-voigt", "clipped"], Choice(("kelvin-voigt", "clipped"))]
 

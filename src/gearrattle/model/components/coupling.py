@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model import units
-from gearrattle.model.components.base import (
+from gearrattle.model.components.component import (
     Component,
     Element,
     Leaf,
@@ -26,9 +26,9 @@ from gearrattle.model.components.contact_damping import ContactDamping, clipping
 from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
 from gearrattle.model.components.hooke import HookeJoint, joint_rules
 from gearrattle.model.excitation import AngularHarmonic
-from gearrattle.model.quantity import GROUND, Between, Quantity, Ratio, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.value_kinds import GROUND, Between, Quantity, Ratio, value_of
 
 _FRICTION_SCALING = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
 _STAGE_SCALING = {

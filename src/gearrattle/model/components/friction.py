@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from gearrattle.model import units
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.quantity import Quantity, value_of
 from gearrattle.model.table import Breach, Location, Table
+from gearrattle.model.value_kinds import Quantity, value_of
 
 Hysteresis = Annotated[float, OverSpeed(units.TORQUE, "non-negative", swept=False)]
 StickStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "positive")]

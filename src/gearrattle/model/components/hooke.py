@@ -22,8 +22,8 @@ from typing import Annotated, Any
 
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import GROUND, Plain, Quantity, value_of
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.value_kinds import GROUND, Plain, Quantity, value_of
 
 _LARGEST = pi / 3.0
 _NEGLIGIBLE = 1e-15  # [rad] of all terms left out

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model.components.alternation import Alternation
-from gearrattle.model.components.base import (
+from gearrattle.model.components.component import (
     Body,
     Component,
     Element,
@@ -21,9 +21,9 @@ from gearrattle.model.components.base import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import Between, two, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach
+from gearrattle.model.value_kinds import Between, two, value_of
 
 
 class Mesh(Component):

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from gearrattle.model import units
-from gearrattle.model.components.base import (
+from gearrattle.model.components.component import (
     Body,
     Component,
     Element,
@@ -27,9 +27,9 @@ from gearrattle.model.components.base import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.quantity import GROUND, Name, Quantity, value_of
 from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Location, Table
+from gearrattle.model.value_kinds import GROUND, Name, Quantity, value_of
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")

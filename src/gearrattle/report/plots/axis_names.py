@@ -13,7 +13,7 @@ import numpy as np
 
 from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.report.plots.numerals import numeral, quantity
-from gearrattle.studies.boundary import is_logarithmic
+from gearrattle.studies.regime_boundary import is_logarithmic
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:

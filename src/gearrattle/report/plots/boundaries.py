@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import STATES
-from gearrattle.report.plots.rows import Series, row_chart
-from gearrattle.studies.boundary import CROSSING
+from gearrattle.report.plots.row_charts import Series, row_chart
+from gearrattle.studies.regime_boundary import CROSSING
 from gearrattle.trajectory import IntArray
 
 if TYPE_CHECKING:

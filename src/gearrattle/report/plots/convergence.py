@@ -8,8 +8,8 @@ import numpy as np
 
 from gearrattle.report.plots.chart import Chart, Line, Panel
 from gearrattle.report.plots.palette import ACCENT, MUTED
-from gearrattle.report.plots.sweeps import subjects_of
-from gearrattle.studies.layout import (
+from gearrattle.report.plots.study_sweep_figures import subjects_of
+from gearrattle.studies.dataset_layout import (
     axes_in,
     chosen_codes,
     gaps_of,

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.report.plots.axes import log_ticks
 from gearrattle.report.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, NO_VALUE, PAPER, SHADES, tint
 from gearrattle.report.plots.shapes import DASHES, SHAPES
+from gearrattle.report.plots.svg_axes import log_ticks
 from gearrattle.trajectory import Array
 
 _HATCHED = {

@@ -17,7 +17,7 @@ from gearrattle.report.plots.axis_names import cell_ticks, labels_of, title_of, 
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import INK, NO_VALUE, STATES
-from gearrattle.studies.layout import (
+from gearrattle.studies.dataset_layout import (
     axes_in,
     chosen_codes,
     numbers_of,

@@ -12,9 +12,9 @@ from io import BytesIO
 
 import numpy as np
 
-from gearrattle.report.plots.axes import Axis
 from gearrattle.report.plots.chart import Heat
 from gearrattle.report.plots.palette import shade
+from gearrattle.report.plots.svg_axes import Axis
 from gearrattle.trajectory import Array
 
 _SHADES = 255

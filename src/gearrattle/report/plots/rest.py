@@ -7,7 +7,7 @@ import numpy as np
 from gearrattle.analysis.statics import Equilibrium
 from gearrattle.assembly import assemble
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.corners import SIDES, reach, shading
+from gearrattle.report.plots.corner_marks import SIDES, reach, shading
 from gearrattle.report.plots.palette import INK, MUTED
 from gearrattle.report.plots.view import scale
 

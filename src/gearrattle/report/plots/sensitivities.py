@@ -10,9 +10,9 @@ from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
-from gearrattle.report.plots.sweeps import subjects_of
+from gearrattle.report.plots.study_sweep_figures import subjects_of
+from gearrattle.studies.dataset_layout import axes_in, outputs_in, sampling_of, scattered
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.layout import axes_in, outputs_in, sampling_of, scattered
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.trajectory import Array

@@ -11,12 +11,12 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.report.plots.axes import Axis, limits, widened
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import FAINT, INK, MUTED, NO_VALUE, PAPER
 from gearrattle.report.plots.raster import raster
 from gearrattle.report.plots.shapes import DASHES, SHAPES
+from gearrattle.report.plots.svg_axes import Axis, limits, widened
 from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"

@@ -10,9 +10,9 @@ from gearrattle.assembly import assemble
 from gearrattle.orbits import Branch
 from gearrattle.orbits.exact_runs import ExactRun
 from gearrattle.orbits.sweeps import Sweeps
-from gearrattle.report.plots.branches import measure
+from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.chart import Band, Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.corners import units_of
+from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.palette import COAST, DRIVE, INK
 from gearrattle.report.plots.view import scale
 from gearrattle.trajectory import Array

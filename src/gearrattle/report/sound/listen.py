@@ -113,7 +113,7 @@ class Sound(Result):
         OSError
             it cannot be written; then nothing has changed.
         """
-        page = import_module("gearrattle.report.sound.page").SoundPage(self, bits)
+        page = import_module("gearrattle.report.sound.sound_page").SoundPage(self, bits)
         written: Path = import_module("gearrattle.report.saved").save(page, path)
         return written
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gearrattle.report.study_pages.base import StudyPage
-from gearrattle.report.study_pages.basins import PAGE as BASINS
-from gearrattle.report.study_pages.bifurcation import PAGE as BIFURCATION
-from gearrattle.report.study_pages.grid import PAGE as GRID
-from gearrattle.report.study_pages.optimization import PAGE as OPTIMIZATION
+from gearrattle.report.study_pages.basins_page import PAGE as BASINS
+from gearrattle.report.study_pages.bifurcation_page import PAGE as BIFURCATION
+from gearrattle.report.study_pages.grid_page import PAGE as GRID
+from gearrattle.report.study_pages.optimization_page import PAGE as OPTIMIZATION
+from gearrattle.report.study_pages.study_page import StudyPage
 
 if TYPE_CHECKING:
     import xarray as xr

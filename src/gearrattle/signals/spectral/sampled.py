@@ -15,9 +15,9 @@ from pydantic_core import PydanticCustomError
 from gearrattle.assembly import ramp_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import Dimension
+from gearrattle.model.value_kinds import Quantity
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run, check_run
 from gearrattle.signals.order_tracking import TURN, angle_of, speed_of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean, listed, shown
-from gearrattle.studies.kinds.base import StudySpec
-from gearrattle.studies.kinds.basins import BasinsSpec
-from gearrattle.studies.kinds.bifurcation import BifurcationSpec
-from gearrattle.studies.kinds.grid import GridSpec
-from gearrattle.studies.kinds.optimization import OptimizationSpec
+from gearrattle.studies.kinds.basins_kind import BasinsSpec
+from gearrattle.studies.kinds.bifurcation_kind import BifurcationSpec
+from gearrattle.studies.kinds.grid_kind import GridSpec
+from gearrattle.studies.kinds.optimization_kind import OptimizationSpec
+from gearrattle.studies.kinds.study_kind import StudySpec
 
 KINDS: dict[str, type[StudySpec]] = {
     "grid": GridSpec,

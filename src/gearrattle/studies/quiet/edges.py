@@ -13,9 +13,9 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.factors import FACTOR
 from gearrattle.model.path_values import Varied
-from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import shown
-from gearrattle.studies.axes import listed_values, without_factor
+from gearrattle.model.value_kinds import AnyTable, checked
+from gearrattle.studies.study_axes import listed_values, without_factor
 
 SPEEDS = ("excitation.speed", "excitation.frequency")
 """Paths of the reference speed."""

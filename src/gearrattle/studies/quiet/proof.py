@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from gearrattle.model import Model
 from gearrattle.result import Result
+from gearrattle.studies.quiet.branch_and_bound import OPEN, PROVEN, REFUTED, Part
 from gearrattle.studies.quiet.edges import Edge
-from gearrattle.studies.quiet.search import OPEN, PROVEN, REFUTED, Part
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -19,11 +19,11 @@ from gearrattle.assembly import refuse_unsteady
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model, units
-from gearrattle.model.quantity import CALLBACK, Count, Plain, Quantity, Reader, argument_problems, checked
+from gearrattle.model.value_kinds import CALLBACK, Count, Plain, Quantity, Reader, argument_problems, checked
+from gearrattle.studies.quiet.branch_and_bound import ENDURES, SLIPS, Search, steady_rate
 from gearrattle.studies.quiet.coefficients import Family, family_of
 from gearrattle.studies.quiet.edges import SPEEDS, Edge, edges_of
 from gearrattle.studies.quiet.proof import QuietProof, proof_of
-from gearrattle.studies.quiet.search import ENDURES, SLIPS, Search, steady_rate
 
 Progress = Callable[[float], None]
 Ends = Sequence[float | str]

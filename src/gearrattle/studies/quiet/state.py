@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from gearrattle.engine.system.auxiliary import STICK
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import elastic_elements
+from gearrattle.engine.system.free_trains import trains
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.trains import trains
 from gearrattle.signals import centre, is_gap
 from gearrattle.studies.quiet.coefficients import Family
 from gearrattle.studies.quiet.damped import all_decays

@@ -6,11 +6,11 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.quantity import Count, argument_problems
-from gearrattle.studies.schedulers.base import Opening, Scheduler, Wanted
+from gearrattle.model.value_kinds import Count, argument_problems
 from gearrattle.studies.schedulers.cluster import cluster
 from gearrattle.studies.schedulers.local import leave_if_imported, local, unreachable
-from gearrattle.studies.schedulers.threads import threads
+from gearrattle.studies.schedulers.scheduler import Opening, Scheduler, Wanted
+from gearrattle.studies.schedulers.thread_scheduler import threads
 
 SCHEDULERS: dict[str, Opening] = {
     "local": local,

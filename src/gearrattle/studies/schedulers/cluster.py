@@ -23,9 +23,9 @@ from typing import Any
 from uuid import uuid4
 
 from gearrattle.errors import Cancelled, ModelError, NotInstalled, Problem, SchedulerLost
-from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.schedulers.hand_over import Handed, LostBefore, handed_over, work
-from gearrattle.studies.store import Store
+from gearrattle.studies.schedulers.scheduler import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
+from gearrattle.studies.study_store import Store
 
 _PATIENCE_CONNECTING = 10.0  # seconds
 _COUNTING = 2.0  # seconds between two looks at how many workers there are

@@ -23,7 +23,7 @@ from uuid import uuid4
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
 from gearrattle.formats import version_of
 from gearrattle.studies.storage import Storage
-from gearrattle.studies.store import Store
+from gearrattle.studies.study_store import Store
 
 SAME = ("gearrattle", "numpy", "numba")
 _SEEING = 10.0  # seconds until a file is seen on every machine of a network file system

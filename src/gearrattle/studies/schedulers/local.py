@@ -27,8 +27,8 @@ from typing import Any
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.processes import Workers, WorkersWithoutMain
-from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
-from gearrattle.studies.store import Store
+from gearrattle.studies.schedulers.scheduler import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
+from gearrattle.studies.study_store import Store
 from gearrattle.threads import ONE_THREAD
 
 _IS_WORKER = "GEARRATTLE_STUDY_WORKER"

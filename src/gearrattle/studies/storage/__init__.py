@@ -9,9 +9,9 @@ from typing import TypeAlias
 from urllib.parse import unquote
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.storage.base import File, Storage
-from gearrattle.studies.storage.folder import Folder
+from gearrattle.studies.storage.folder_storage import Folder
 from gearrattle.studies.storage.remote import Remote, remote
+from gearrattle.studies.storage.storage_location import File, Storage
 
 Address: TypeAlias = str | os.PathLike[str] | Storage
 """A path, an address, or a storage location already found."""

@@ -7,8 +7,8 @@ from typing import Any
 
 from gearrattle.errors import GearRattleError
 from gearrattle.files import allowed_roots
-from gearrattle.workbench.folder import Folder
 from gearrattle.workbench.jobs.worker import EndedError, Reserve, WarmProcess
+from gearrattle.workbench.workspace_folder import Folder
 
 
 class SupersededError(GearRattleError):

@@ -14,14 +14,14 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem, shown_problems
 from gearrattle.model import Model
-from gearrattle.workbench.folder import Folder, NotThereError
-from gearrattle.workbench.inputs import INPUTS, NAME, copy_inputs, files_of, model_of
-from gearrattle.workbench.jobs.options import check_options
-from gearrattle.workbench.jobs.record import ENDED, Job, State, now, read_job, read_jobs
+from gearrattle.workbench.job_files import problem_of, stored_text
+from gearrattle.workbench.job_inputs import INPUTS, NAME, copy_inputs, files_of, model_of
+from gearrattle.workbench.jobs.job_record import ENDED, Job, State, now, read_job, read_jobs
+from gearrattle.workbench.jobs.task_options import check_options
 from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
-from gearrattle.workbench.stored import problem_of, stored_text
 from gearrattle.workbench.together import change_words
+from gearrattle.workbench.workspace_folder import Folder, NotThereError
 from gearrattle.writing import put
 
 Listener = Callable[[dict[str, Any]], None]

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.model import Model
-from gearrattle.workbench.inputs import moved
-from gearrattle.workbench.kept import Growing
+from gearrattle.workbench.job_inputs import moved
+from gearrattle.workbench.kept_results import Growing
 
 Progress = Callable[[float], None]
 

@@ -25,7 +25,7 @@ from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
 from gearrattle.files import allowed_root
 from gearrattle.processes import warm_processes
 from gearrattle.threads import one_thread
-from gearrattle.workbench.stored import problem_of
+from gearrattle.workbench.job_files import problem_of
 
 if TYPE_CHECKING:
     from gearrattle.model import Model
@@ -264,9 +264,9 @@ def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
     """Compute a job and keep it in its folder; return its sentence."""
     from gearrattle.model import load
     from gearrattle.report.kinds import presentation_of
-    from gearrattle.workbench.inputs import INPUTS, NAME
+    from gearrattle.workbench.job_inputs import INPUTS, NAME
     from gearrattle.workbench.jobs.tasks import carry_out
-    from gearrattle.workbench.kept import PARTIAL, keep
+    from gearrattle.workbench.kept_results import PARTIAL, keep
 
     folder: Path = content["folder"]
     inputs = folder / INPUTS
@@ -283,7 +283,7 @@ def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
 
 def _as_named(error: ModelError, inputs: Path, file: str) -> ModelError:
     """Return an error in a file among the inputs with the name that the file has in the workspace folder."""
-    from gearrattle.workbench.inputs import MEASURED, NAME
+    from gearrattle.workbench.job_inputs import MEASURED, NAME
 
     names = {f"{inputs / NAME}": file or NAME, f"{inputs / MEASURED}/": "", f"{inputs}/": ""}
     problems = []
@@ -312,7 +312,7 @@ def _estimate(content: dict[str, Any], progress: Callable[[float], None]) -> dic
 
 def _model_asked(content: dict[str, Any]) -> Model:
     """Return the model that a question is about."""
-    from gearrattle.workbench.inputs import model_of
+    from gearrattle.workbench.job_inputs import model_of
 
     with contextlib.ExitStack() as stack:
         for root in content["roots"]:

@@ -54,8 +54,8 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.perturbation_growth import variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import variation
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

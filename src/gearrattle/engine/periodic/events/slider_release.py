@@ -22,8 +22,8 @@ from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.auxiliary import OFF
+from gearrattle.engine.system.perturbation_growth import torque_let_go
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import torque_let_go
 
 _ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is let go without a jump
 _SHORT = 1e-3  # periods: a visit that vanishes where the branch ends lasts less

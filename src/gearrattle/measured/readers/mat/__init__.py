@@ -18,10 +18,10 @@ from typing import Any, BinaryIO
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened
 from gearrattle.formats import check_format, format_name
-from gearrattle.measured.readers.base import Column, Raw, Request, ask_for, column_names, unfit, with_times
 from gearrattle.measured.readers.mat import version_4, version_5
-from gearrattle.measured.readers.mat.contents import FORMAT, TOLD, Clock, Contents, contents_of
+from gearrattle.measured.readers.mat.mat_contents import FORMAT, TOLD, Clock, Contents, contents_of
 from gearrattle.measured.readers.mat.variables import Variable, part_of
+from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, column_names, unfit, with_times
 from gearrattle.recording import Array, Recording
 
 NAME = "mat"

@@ -13,8 +13,8 @@ Takes Charts; gives matplotlib Figures and files.
 
 from __future__ import annotations
 
-from gearrattle.report.plots.typeset.files import FORMATS, save_figure, saved
-from gearrattle.report.plots.typeset.layout import matplotlib_figure
+from gearrattle.report.plots.typeset.print_files import FORMATS, save_figure, saved
+from gearrattle.report.plots.typeset.print_layout import matplotlib_figure
 from gearrattle.report.plots.typeset.style import Style
 
 __all__ = ["FORMATS", "Style", "matplotlib_figure", "save_figure", "saved"]

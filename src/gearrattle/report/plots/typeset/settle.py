@@ -13,7 +13,7 @@ from collections.abc import Collection, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.report.plots.typeset.axes import broken, spread
+from gearrattle.report.plots.typeset.print_axes import broken, spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,0 +1,107 @@
+"""``gearrattle listen``: impacts of motions and measured signals as WAV files, side by side at one gain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+import gearrattle
+from gearrattle.cli.command_inputs import is_model, motion_or_recording
+from gearrattle.cli.emit import emit
+from gearrattle.cli.shared_options import Json, Whole
+from gearrattle.errors import ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.model import Model
+    from gearrattle.recording import Recording
+    from gearrattle.report.sound.sound_page import SoundPage
+    from gearrattle.results import Run
+
+_Words = Annotated[Sequence[str], Parameter(negative="")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Hearing:
+    """How motions become sound."""
+
+    path: Annotated[Path | None, Parameter(help="WAV or CSV file with an impulse response; default: assumed.")] = None
+    scale: Annotated[float, Parameter(help="What 1 in a WAV impulse response is worth [Pa/(N s)].")] = 1.0
+    element: Annotated[_Words, Parameter(help="Whose impacts are heard; default: all meshes. May be repeated.")] = ()
+    gain: Annotated[float | None, Parameter(help="Full scale per pascal; default: the loudest peaks at half.")] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the settings as keyword arguments of ``listen``."""
+        return {"path": self.path, "scale": self.scale, "elements": self.element or None, "gain": self.gain}
+
+
+_DEFAULTS = Hearing()
+_RATE = 48_000.0  # Hz, of ``gearrattle.listen``
+
+
+def listen(
+    *motions: Path,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    hearing: Hearing = _DEFAULTS,
+    bits: Whole = 32,
+    quality: Annotated[bool, Parameter(negative="")] = False,
+    json: Json = False,
+) -> None:
+    """Turn impacts into sound, all designs through one path and at one gain, and tell their levels.
+
+    Parameters
+    ----------
+    motions
+        Saved motions (.nc), measured files or mappings of them with a sound pressure or a force; or model files
+        (.toml), which are simulated.
+    output
+        Folder for the WAV files, each named after its motion, and for report.html, summary.json and results.nc; or a
+        file for the numbers, ending in .nc or .csv. Default: the levels on the terminal only.
+    bits
+        32: floating point; 24: integers.
+    quality
+        Also loudness, sharpness and roughness (extra "sound").
+    """
+    from gearrattle.report.sound.sound_page import SoundPage
+
+    if not motions:
+        raise ModelError(
+            Problem("motions", "", "needs a saved motion, a measured file or a model file", "gearrattle listen run.nc")
+        )
+
+    def work(watch: Watch) -> SoundPage:
+        runs = {
+            name: _simulated(motion, watch) if isinstance(motion, gearrattle.Model) else motion
+            for name, motion in _opened(motions, hearing).items()
+        }
+        return SoundPage(gearrattle.listen(runs, **hearing.arguments()), bits, with_quality=quality)
+
+    emit("sound", work, output, json=json, inputs=motions)
+
+
+def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
+    """Open every motion or model, by the name of its file, once all of them can be heard."""
+    from gearrattle.report.sound.listen import audible
+    from gearrattle.report.sound.path import sound_path
+
+    sound_path(hearing.path, _RATE, hearing.scale)
+    opened: dict[str, Model | Run | Recording] = {}
+    for path in motions:
+        if path.stem in opened:
+            raise ModelError(Problem(str(path), path.stem, "two motions have this name", "rename one of the files"))
+        motion = gearrattle.load(path) if is_model(path) else motion_or_recording(path)
+        opened[path.stem] = motion
+        if isinstance(motion, gearrattle.Model):
+            audible(path.stem, motion, hearing.element or None)
+    return opened
+
+
+def _simulated(model: Model, watch: Watch) -> Run:
+    from gearrattle.simulation.simulate import simulate
+
+    return simulate(model, progress=watch)

@@ -1,0 +1,72 @@
+"""What ``gearrattle validate`` does with a run-up: orders over speed instead of cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+import gearrattle
+from gearrattle.cli.command_inputs import is_model
+from gearrattle.cli.emit import emit
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.measured.validation import RunUp
+
+_Words = Annotated[Sequence[str], Parameter(negative="")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OverSpeed:
+    """How run-ups are compared."""
+
+    order: Annotated[Sequence[float], Parameter(negative="", help="Of a run-up: compare it. May be repeated.")] = ()
+    turns: Annotated[float | None, Parameter(help="Of a run-up: turns in a block of the fit; default 8.")] = None
+    shaft: Annotated[str | None, Parameter(help="Of a run-up: measured channel of the shaft's speed or angle.")] = None
+    repeat: Annotated[_Words, Parameter(help="Of a run-up: a file that repeats it. May be repeated.")] = ()
+
+    def given(self) -> list[str]:
+        """Return the options that were given."""
+        values = {"--order": self.order, "--turns": self.turns, "--shaft": self.shaft, "--repeat": self.repeat}
+        return [name for name, value in values.items() if value not in ((), [], None)]
+
+
+def is_run_up(model: Path) -> bool:
+    """Return whether a model file has a sweep, or a saved run ran along one."""
+    if model.suffix.lower() == ".toml":
+        return is_model(model) and gearrattle.load(model).excitation.sweep is not None
+    return gearrattle.open_run(model).speed is not None
+
+
+def validate_run_up(
+    files: tuple[Path, Path],
+    how: OverSpeed,
+    match: dict[str, str],
+    settings: dict[str, Any],
+    output: Path | None,
+    *,
+    json: bool,
+) -> None:
+    """Compare a run-up, and print or save what came out."""
+    repeats = [Path(path) for path in how.repeat]
+    more = {} if how.turns is None else {"turns": how.turns}
+
+    def work(watch: Watch) -> RunUp:
+        records = [gearrattle.read(path) for path in (files[1], *repeats)]
+        return gearrattle.validate_run_up(
+            files[0],
+            records,
+            how.order or None,
+            match=match,
+            speed=how.shaft,
+            settings=settings,
+            progress=watch,
+            **more,
+        )
+
+    emit("validation of a run-up", work, output, json=json, inputs=[*files, *repeats])

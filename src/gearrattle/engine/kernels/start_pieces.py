@@ -1,0 +1,76 @@
+"""The start of a motion: the states that angles and velocities make, and the pieces they lie in."""
+
+from __future__ import annotations
+
+from gearrattle.engine.kernels._jit import strict, strict_entry
+from gearrattle.engine.kernels.memory_addresses import common_at, laws_at, region_at
+from gearrattle.engine.kernels.packed import ON_CORNER, PENDING, UNANCHORED
+
+
+@strict_entry
+def deflect(basis, angle, deflection):
+    """(r,) deflections of angles (n,)."""
+    for i in range(deflection.size):
+        deflection[i] = 0.0
+        for j in range(angle.size):
+            deflection[i] += basis[i, j] * angle[j]
+
+
+@strict
+def stand(frame, scales, angle, velocity, deflection, march):
+    """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
+    r = deflection.size
+    n = angle.size
+    count = frame.cycles.size
+    deflect(frame.basis, angle, deflection)
+    march.y[:] = 0.0
+    march.carried[:] = 0.0
+    march.clock[:] = 0.0
+    march.bound[:] = 0.0
+    march.counts[:] = 0
+    march.side[:] = 0
+    march.tried[0] = 0.0
+    for i in range(r):
+        march.y[i] = deflection[i] * scales.deflection[i]
+    for i in range(n):
+        march.y[r + i] = velocity[i] * scales.velocity[i]
+    for i in range(frame.references.size):
+        march.carried[i] = angle[frame.references[i]]
+    march.u[0] = scales.inputs[0]
+    for h in range(count):
+        march.u[1 + h] = scales.inputs[1 + h]
+        march.u[1 + count + h] = 0.0
+    march.counts[PENDING] = -1
+    march.counts[UNANCHORED] = 1 << 20
+
+
+@strict
+def choose(workspace, frame, angle, march):
+    """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
+    common = common_at(workspace)
+    laws = laws_at(workspace)
+    region = region_at(workspace)
+    r = frame.elements.size
+    n = angle.size
+    states = r + n
+    for k in range(common.rows.shape[0]):
+        region.pieces[k] = 0
+    for i in range(frame.clearances.size):
+        # the deflection, and the size of its terms, by which it is rounded
+        k = common.clearances[i]
+        delta = 0.0
+        size = 0.0
+        for j in range(n):
+            size += abs(frame.rows[k, j]) * abs(angle[j])
+        for j in range(states + march.u.size):
+            term = common.deflection[k, j] * (march.y[j] if j < states else march.u[j - states])
+            delta += term
+            size += abs(term)
+        for p in range(laws.first[k] + 1, laws.first[k + 1]):
+            # the piece it lies in
+            corner = laws.lower[p]
+            if abs(delta - corner) <= 2.0 * ON_CORNER * max(abs(corner), size):
+                return False
+            if corner <= delta:
+                region.pieces[k] += 1
+    return True

@@ -1,0 +1,414 @@
+"""A run of steps: choose, take and judge each, log the corners passed, store the samples inside.
+
+Where the method needs a state inside a step - a sample, the instant of a crossing - it takes a shorter step from the
+same begin: no less accurate than the step itself, and no interpolant of lower order. A method that steps blindly looks
+the pieces up in every stage, as the 1995 paper's did, and learns of a crossing from the two ends of a step. One that
+*holds* the pieces integrates a smooth system up to the first corner it meets, ends the step there, and goes on beyond.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, kernel, separate
+from gearrattle.engine.kernels.arrays import IntMatrix, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.one_step_kernels import (
+    COLUMNS,
+    EXTRAPOLATION,
+    FIRST_COLUMN,
+    StepBuffers,
+    error_of,
+    extrapolate,
+    look,
+    next_of_extrapolation,
+    runge_kutta,
+)
+
+DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
+STEP, SAMPLE, EVENTS, CALLS, REJECTED, COLUMN, STALLED, BEGUN = range(8)
+"""Indices into ``Stepper.counts``: steps taken, samples, crossings and calls so far, steps rejected, the target column
+of the extrapolation, crossings in a row without time between them, whether the run has begun."""
+NOW, NEXT, TRIED, SMALLEST = range(4)
+"""Indices into ``Stepper.clock``: the time, the next step to try, the sum of all tried, the shortest taken [s]."""
+ROOT = 12
+"""Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), the side
+it was narrowed from last, values at both ends of the step (2). A value is the deflection beyond the corner."""
+_SAFETY, _LEAST, _MOST = 0.9, 0.2, 5.0
+_MOST_STALLED = 100
+_EIGHTHS = 8
+_SETTLED = 1e-10
+_BARELY = 1e-300
+_LOCATING = 40
+
+
+class Stepper(NamedTuple):
+    """Arrays of a run that change."""
+
+    y: Vector  # (S,) state
+    clock: Vector  # (4,)
+    counts: IntVector  # (8,)
+    piece: Vector  # (m,) pieces held
+    states: Matrix  # (samples, S) output
+    event_time: Vector  # (capacity,)
+    event_element: IntVector  # (capacity,)
+    event_pieces: IntMatrix  # (capacity, 2) from, to
+    event_rate: Vector  # (capacity,)
+    event_integral: Vector  # (capacity,)
+
+
+@inlined
+def _four(elements):
+    """Buffers for deflections, rates, pieces and forces; separate, because taking rows of a matrix costs more."""
+    return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
+
+
+@inlined
+def _take(source, out):
+    """Copy a vector."""
+    for i in range(out.size):
+        out[i] = source[i]
+
+
+@inlined
+def _differ(one, other):
+    """Whether two vectors differ."""
+    count = 0
+    for i in range(one.size):
+        count += one[i] != other[i]
+    return count > 0
+
+
+@inlined
+def _is_finite(y):
+    """Whether every entry is finite."""
+    total = 0.0
+    for i in range(y.size):
+        total += 0.0 * y[i]
+    return total == 0.0
+
+
+@inlined
+def hermite(x, h, a, da, b, db):
+    """Cubic Hermite interpolant on a step of length h at fraction x."""
+    s = 1.0 - x
+    return s * s * (1.0 + 2.0 * x) * a + x * x * (3.0 - 2.0 * x) * b + h * x * s * (s * da - x * db)
+
+
+@inlined
+def _log(stepper, begin, time, k, piece, up, rate, integral):
+    """Log a crossing in order of time among those from ``begin`` on; none is earlier than those of the step before."""
+    i = stepper.counts[EVENTS]
+    if begin > 0:
+        time = max(time, stepper.event_time[begin - 1])
+    while i > begin and stepper.event_time[i - 1] > time:
+        stepper.event_time[i], stepper.event_element[i] = stepper.event_time[i - 1], stepper.event_element[i - 1]
+        stepper.event_pieces[i, 0] = stepper.event_pieces[i - 1, 0]
+        stepper.event_pieces[i, 1] = stepper.event_pieces[i - 1, 1]
+        stepper.event_rate[i], stepper.event_integral[i] = stepper.event_rate[i - 1], stepper.event_integral[i - 1]
+        i -= 1
+    stepper.event_time[i], stepper.event_element[i] = time, k
+    stepper.event_pieces[i, 0], stepper.event_pieces[i, 1] = piece, piece + up
+    stepper.event_rate[i], stepper.event_integral[i] = rate, integral
+    stepper.counts[EVENTS] += 1
+
+
+@inlined
+def _exit(h, gap, closing, end, end_rate, bracket):
+    """Bracket the first exit of a gap over a step by its cubic, from gap and rate at both ends.
+
+    A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
+
+    Returns whether there is one; the bracket of fractions.
+    """
+    inside, last = gap > 0.0, 0.0
+    for i in range(1, _EIGHTHS + 1):
+        x = i / _EIGHTHS
+        value = end if i == _EIGHTHS else hermite(x, h, gap, closing, end, end_rate)
+        if inside and value < 0.0:
+            bracket[0], bracket[1] = last, x
+            return True
+        if value > 0.0:
+            inside, last = True, x
+    if not inside and end < 0.0:
+        bracket[0], bracket[1] = 0.0, 0.0
+        return True
+    return False
+
+
+@kernel
+def _passed(field, old, new, roots):
+    """The corners passed between the two ends of a step taken blindly, into ``roots``. Returns how many."""
+    count = 0
+    for k in range(field.laws.first.size - 1):
+        piece, target = int(old[2][k]), int(new[2][k])
+        while piece != target:
+            up = 1 if target > piece else -1
+            p = field.laws.first[k] + piece
+            corner = field.laws.upper[p] if up > 0 else field.laws.lower[p]
+            roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece, up, corner
+            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = 0.0, 1.0, 0.0, 0.0
+            roots[count, 7], roots[count, 8] = old[0][k] - corner, new[0][k] - corner
+            count += 1
+            piece += up
+    return count
+
+
+@separate
+def _met(field, h, piece, old, new, roots):
+    """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
+    count, bracket = 0, np.empty(2)
+    for k in range(field.laws.first.size - 1):
+        index = field.laws.first[k] + int(piece[k])
+        for up in range(-1, 2, 2):
+            corner = field.laws.upper[index] if up > 0 else field.laws.lower[index]
+            if abs(corner) > 1e300:
+                continue
+            gap, end = up * (corner - old[0][k]), up * (corner - new[0][k])
+            if not _exit(h, gap, -up * old[1][k], end, -up * new[1][k], bracket):
+                continue
+            roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece[k], up, corner
+            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = bracket[0], bracket[1], 0.0, 0.0
+            roots[count, 10], roots[count, 11] = old[0][k] - corner, new[0][k] - corner
+            count += 1
+    return count
+
+
+@inlined
+def _next_guess(root, tries):
+    """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
+    if tries == 0:
+        return root[4]
+    if tries == 1:
+        return root[5]
+    x = (root[4] * root[8] - root[5] * root[7]) / (root[8] - root[7])
+    return x if root[4] < x < root[5] else 0.5 * (root[4] + root[5])
+
+
+@inlined
+def _widen(root, tries, x, value):
+    """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
+
+    Returns how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    """
+    inside = value * root[2] < 0.0
+    if tries == 0:
+        root[7] = value if inside else -root[2] * _BARELY
+        if inside or x <= 0.0:
+            return 1 if root[5] > x else -2
+        before = root[10] if root[10] * root[2] < 0.0 else -root[2] * _BARELY
+        root[4], root[7], root[5], root[8] = 0.0, before, x, value
+        return 2
+    root[8] = value
+    if not inside:
+        return 2
+    if root[11] * root[2] < 0.0:
+        return -1
+    root[4], root[7], root[5], root[8] = x, value, 1.0, root[11]
+    return 2
+
+
+@inlined
+def _narrow(root, x, value):
+    """Take note of a value inside the bracket. Returns whether the root is settled."""
+    last, root[6] = root[6], x
+    if (value > 0.0) == (root[8] > 0.0):
+        root[5], root[8], root[7] = x, value, (0.5 * root[7] if root[9] == 1.0 else root[7])
+        root[9] = 1.0
+    else:
+        root[4], root[7], root[8] = x, value, (0.5 * root[8] if root[9] == -1.0 else root[8])
+        root[9] = -1.0
+    return value == 0.0 or abs(x - last) <= _SETTLED
+
+
+@separate
+def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
+    """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
+
+    Returns (x, k, up): where the step must end, element and way; x = 2: at its end.
+    """
+    buffers, probe, here = scratch
+    counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
+    # what is known of the roots, and where the step ends so far
+    begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
+    known = 0 if control.held else 2  # values at the ends of a blind step are known
+    first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
+    while True:
+        # what comes next: a guess of a root, the move to the first root, or a sample
+        locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
+        if locating:
+            x = _next_guess(roots[done], tries)
+        elif moving:
+            x, reach, last = first, first * h, False
+        else:
+            i = counts[SAMPLE]
+            if i >= rows:
+                break
+            ahead = i * field.period / samples_per_period - t
+            if ahead > reach and not (last and i == rows - 1):
+                break
+            counts[SAMPLE] += 1
+            if ahead >= reach or (last and i == rows - 1):
+                _take(after, stepper.states[i])
+                continue
+            x = max(ahead, 0.0) / h
+        # the state there, by a step of its own length from the beginning
+        if method.kind == EXTRAPOLATION:
+            calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, buffers, probe)[2]
+        else:
+            runge_kutta(field, method, control.held, t, x * h, y, buffers, probe)
+            calls = method.b.size - 1
+        # the end at the first root, or a sample, is stored
+        if moving:
+            _take(probe, after)
+            done += 1
+        elif not locating:
+            _take(probe, stepper.states[counts[SAMPLE] - 1])
+            continue
+        if control.held:
+            counts[CALLS] += calls
+        if moving:
+            continue
+        # the element's distance from its corner there narrows the bracket
+        k = int(roots[done, 0])
+        _take(stepper.piece, here[2])
+        look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
+        root, value = roots[done], here[0][k] - roots[done, 3]
+        if tries < 2:
+            tries = _widen(root, tries, x, value)
+            if tries >= 0:
+                continue
+            root[6] = 2.0 if tries == -1 else x
+        else:
+            tries += 1
+            if not _narrow(root, x, value) and tries < _LOCATING:
+                continue
+        # the root is settled: log the crossing, or end the step at the first of them
+        x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
+        if not control.held:
+            _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
+        elif x < first:
+            first, element, way = x, k, up
+        done, tries = done + 1, known
+    return first, element, way
+
+
+@kernel
+def _try(field, method, control, stepper, h, buffers, after):
+    """Try a step of length h. Returns its error relative to what is allowed, and sets the next step to try."""
+    counts, clock = stepper.counts, stepper.clock
+    clock[TRIED] += h
+    if method.kind == EXTRAPOLATION:
+        error, column, calls = extrapolate(
+            field, control, clock[NOW], h, stepper.y, counts[COLUMN], False, buffers, after
+        )
+        counts[CALLS] += calls
+        step, target = next_of_extrapolation(buffers, column, counts[COLUMN], error <= 1.0)
+        clock[NEXT], counts[COLUMN] = step, target
+        return error
+    runge_kutta(field, method, control.held, clock[NOW], h, stepper.y, buffers, after)
+    counts[CALLS] += method.b.size - 1
+    if control.fixed:
+        return 0.0
+    error = error_of(control, stepper.y, after, buffers.error)
+    factor = _SAFETY * max(error, 1e-10) ** (-1.0 / method.order)
+    clock[NEXT] = h * min(max(factor, _LEAST), _MOST if error <= 1.0 else 1.0)
+    return error
+
+
+@kernel
+def step_on(field, method, control, stepper, samples_per_period, most_events, budget):
+    """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
+    # room for the work
+    size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
+    counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
+    buffers = StepBuffers(
+        np.empty(2 * field.cycles.size),
+        _four(elements),
+        np.empty((max(method.b.size, 2), size)),
+        np.empty(size),
+        np.empty(size),
+        np.zeros((COLUMNS, size)),
+        np.empty(size),
+        np.zeros(COLUMNS),
+    )
+    old, new, here = _four(elements), _four(elements), _four(elements)
+    after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
+    # the first step, and the elements' states at its beginning
+    if not counts[BEGUN]:
+        counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
+    _take(stepper.piece, old[2])
+    look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
+    end = (rows - 1) * field.period / samples_per_period
+    for _ in range(budget):
+        # stop where the caller must act
+        if counts[SAMPLE] >= rows:
+            return DONE
+        if counts[EVENTS] + most_events > stepper.event_time.size:
+            return LOG_FULL
+        # try a step: up to the last sample at most
+        t, left = clock[NOW], end - clock[NOW]
+        last = left <= clock[NEXT] * (1.0 + 1e-9)
+        h, wanted = left if last else clock[NEXT], clock[NEXT]
+        _take(slope, buffers.stages[0])
+        _take(stepper.piece, buffers.at[2])
+        error = _try(field, method, control, stepper, h, buffers, after)
+        # rejected: a shorter one is tried next
+        if error > 1.0:
+            counts[REJECTED] += 1
+            if clock[NEXT] < control.shortest or t + clock[NEXT] == t:
+                return NO_CONVERGENCE
+            continue
+        # accepted: the elements' states at its end
+        if control.fixed and not _is_finite(after):
+            return NON_FINITE
+        counts[CALLS] += 1
+        if last and not control.fixed:
+            clock[NEXT] = max(clock[NEXT], wanted)
+        _take(stepper.piece, new[2])
+        then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
+        look(field, then, after, control.held, new, buffers.wave, slope)
+        # crossings and samples within the step
+        x, k, up, count = 2.0, -1, 0, 0
+        if control.held:
+            count = _met(field, h, stepper.piece, old, new, roots)
+        elif _differ(old[2], new[2]):
+            count = _passed(field, old, new, roots)
+        if count > 0 or last or counts[SAMPLE] * field.period / samples_per_period - t <= h:
+            x, k, up = _explore(
+                field,
+                method,
+                control,
+                stepper,
+                h,
+                count,
+                samples_per_period,
+                last,
+                (buffers, probe, here),
+                roots,
+                after,
+            )
+        # take it: up to the first crossing where pieces are held
+        met = x <= 1.0
+        taken = x * h if met else h
+        _take(after, y)
+        counts[STEP] += 1
+        clock[NOW] = t + taken if met else then
+        clock[SMALLEST] = min(clock[SMALLEST], taken) if taken > 0.0 else clock[SMALLEST]
+        # over the crossing into the next piece
+        if met:
+            counts[STALLED] = counts[STALLED] + 1 if taken == 0.0 else 0
+            if counts[STALLED] > _MOST_STALLED:
+                return CHATTER
+            piece, base = int(stepper.piece[k]), size - elements
+            stepper.piece[k] += up
+            _take(stepper.piece, new[2])
+            look(field, clock[NOW], y, True, new, buffers.wave, slope)
+            _log(stepper, counts[EVENTS], clock[NOW], k, piece, up, new[1][k], y[base + k])
+        elif not control.held:
+            _take(new[2], stepper.piece)
+        _take(new[0], old[0])
+        _take(new[1], old[1])
+        _take(new[2], old[2])
+    return SLICE_SPENT

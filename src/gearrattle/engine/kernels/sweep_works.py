@@ -1,0 +1,165 @@
+"""Works and losses of a large driveline along a known motion (``quadrature`` does the same with dense regions).
+
+The motion is made afresh from every sampled state, all polynomials at every crossing, without the shortcuts of the
+sweep; the powers are integrated by Gauss-Legendre quadrature.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
+from gearrattle.engine.kernels.network_series import error_series, expand, move, tie_up, wave_series
+from gearrattle.engine.kernels.oscillators import inputs_at
+
+
+class Intervals(NamedTuple):
+    """The intervals between neighbouring samples and crossings, I in all."""
+
+    duration: Vector  # (I,) in windows
+    sample: IntVector  # (I,) the sample an interval's first state is taken from; -1: goes on
+    clearance: IntVector  # (I,) what crosses at its end, or -1
+    piece: IntVector  # (I,) the piece entered
+
+
+class Works(NamedTuple):
+    """Sums of works [J]."""
+
+    torque: Vector  # (n,) work of the torques
+    drag: Vector  # (n,) loss
+    element: Vector  # (m,) loss
+    error: Vector  # (m,) work of the transmission errors
+
+
+class WorkBuffers(NamedTuple):
+    """Present pieces, series and scratch; see ``sweep``."""
+
+    now: Vector  # (2,) whole periods and the rest, in periods
+    table: Matrix
+    waves: Matrix
+    errors: Matrix
+    stiffness: Vector
+    damping: Vector
+    offset: Vector
+    u: Vector
+    y: Vector
+    wave: Vector  # (2 H,)
+    slip: Matrix  # (2, E) errors and their rates
+    torque: Vector  # (m + n,) of velocities, by their columns
+    load: Vector  # (T,)
+    force: Vector
+    pull: Vector
+    reach: Vector
+    turn: Vector  # (H,)
+
+
+@kernel
+def _add_powers(network, buffers, works, length, s, weight):
+    """Add weight times every power at s of the window in the table."""
+    # the motion and the inputs at s
+    y = buffers.y
+    wave = buffers.wave
+    slip = buffers.slip
+    load = buffers.torque
+    m = buffers.force.size
+    n = network.mean.size - m
+    stiffness = buffers.stiffness
+    damping = buffers.damping
+    offset = buffers.offset
+    move(buffers.table, s, y)
+    move(buffers.waves, s, wave)
+    # transmission errors and their rates
+    for i in range(slip.shape[1]):
+        value = 0.0
+        rate = 0.0
+        for j in range(buffers.errors.shape[0] - 1, -1, -1):
+            rate = rate * s + value
+            value = value * s + buffers.errors[j, i]
+        slip[0, i] = value
+        slip[1, i] = rate / length
+    # torques, and the powers of torques and drags
+    for i in range(load.size):
+        load[i] = network.mean[i]
+    for i in range(network.driven.size):
+        for h in range(wave.size):
+            load[network.driven[i]] += network.torque[h, i] * wave[h]
+    for i in range(n):
+        works.torque[i] += weight * load[m + i] * y[m + i]
+        works.drag[i] += weight * network.drag[m + i] * y[m + i] * y[m + i]
+    for k in range(m):
+        # forces: the powers of transmission errors and of losses
+        rate = network.first_arm[k] * y[network.first[k]] + network.second_arm[k] * y[network.second[k]]
+        row = network.error_of[k]
+        if row >= 0:
+            rate -= slip[1, row]
+            force = stiffness[k] * (y[k] - slip[0, row]) + damping[k] * rate + offset[k]
+            works.error[k] -= weight * force * slip[1, row]
+        works.element[k] += weight * damping[k] * rate * rate
+
+
+@kernel
+def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
+    """Add the powers over a share of a window from the state in the table, and move that to the end."""
+    # the inputs and the Taylor series over that share of the window
+    length = share * network.length
+    for j in range(buffers.turn.size):
+        buffers.turn[j] = share * network.turn[j]
+    inputs_at(inputs, buffers.now[0], buffers.now[1], buffers.u)
+    tie_up(network, buffers.table)
+    wave_series(buffers.turn, buffers.u, buffers.waves)
+    error_series(network.error_at, network.error, buffers.waves, buffers.errors)
+    expand(
+        network,
+        length,
+        buffers.stiffness,
+        buffers.damping,
+        buffers.offset,
+        buffers.waves,
+        buffers.errors,
+        buffers.table,
+        buffers.force,
+        buffers.pull,
+        buffers.load,
+        buffers.reach,
+    )
+    # powers at the Gauss-Legendre nodes
+    for q in range(weights.size):
+        _add_powers(network, buffers, works, length, abscissas[q], length * weights[q])
+    # the state at the end, and the clock
+    move(buffers.table, 1.0, buffers.y)
+    buffers.table[0] = buffers.y
+    buffers.now[1] += share / windows
+    if buffers.now[1] >= 1.0:
+        buffers.now[0] += 1.0
+        buffers.now[1] -= 1.0
+
+
+@kernel
+def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
+    """Integrate every power over the intervals first ... last - 1.
+
+    network, laws: see ``network``.
+    inputs: see ``packed``; all amplitudes one.
+    path, buffers, works: see ``Intervals``, ``WorkBuffers``, ``Works``; buffers and works change.
+    samples: (t, columns) of the table.
+    per_cycle, windows: how many a period.
+    nodes: (2, Q) abscissas in 0 ... 1 and weights.
+    """
+    for i in range(first, last):
+        if path.sample[i] >= 0:
+            buffers.table[0] = samples[path.sample[i]]
+            buffers.now[0] = path.sample[i] // per_cycle
+            buffers.now[1] = (path.sample[i] % per_cycle) / per_cycle
+        left = path.duration[i]
+        while left > 0.0:
+            share = min(left, 1.0)
+            _over(network, inputs, buffers, works, windows, share, nodes[0], nodes[1])
+            left -= share
+        c = path.clearance[i]
+        if c >= 0:
+            k = network.clearances[c]
+            p = laws.first[k] + path.piece[i]
+            buffers.stiffness[k] = laws.stiffness[p]
+            buffers.damping[k] = laws.damping[p]
+            buffers.offset[k] = laws.offset[p]

@@ -1,0 +1,405 @@
+"""The march of a large driveline: window by window, all motions as polynomials, no regions and no tables.
+
+Windows have one length, so short that a Taylor series represents every motion in them to rounding whatever pieces the
+elements are in. In a window every clearance's gap is a polynomial: either its coefficients alone prove that it stays
+open, or its first root is isolated (``polynomial.exit_from``). The earliest over all clearances is the next crossing.
+There only that element's piece changes, and only the polynomials near it (``correct``); after a number of crossings,
+and at the window's end, all are made afresh from the states. Nothing can be skipped: every instant lies in a window
+searched from its beginning.
+
+The kernel works in slices, as ``march`` does; where a slice ends changes no bit of the motion.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
+from gearrattle.engine.kernels.corner_log import (
+    CHATTER,
+    DONE,
+    LOG_FULL,
+    MOST_STALLED,
+    NO_PROGRESS,
+    NON_FINITE,
+    SLICE_SPENT,
+    band_of,
+    has_left,
+    lifted,
+    log_crossing,
+)
+from gearrattle.engine.kernels.correct import correct, jump_series
+from gearrattle.engine.kernels.network_series import error_series, expand, move, tie_up, wave_series
+from gearrattle.engine.kernels.oscillators import inputs_at
+from gearrattle.engine.kernels.packed import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
+from gearrattle.engine.kernels.polynomial import NEVER, evaluate, exit_from, slope
+from gearrattle.engine.kernels.products import copy
+
+WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
+"""More indices into ``counts``: the window in its period, crossings since all was made afresh, whether it ever was."""
+
+
+class Sweep(NamedTuple):
+    """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
+
+    windows: int  # a period
+    most: int  # crossings in a window before all is made afresh
+    counts: IntVector  # (SIZE,) integers, see the names above and in ``packed``
+    clock: Vector  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
+    table: Matrix  # (ORDER + 1, columns)
+    errors: Matrix  # (ORDER + 2, E) coefficients of transmission errors
+    reach: Vector  # (m,) sum of |c_j| of each deflection's orders from 1 on
+    piece: IntVector  # (K,)
+    stiffness: Vector  # (m,) of the present pieces
+    damping: Vector  # (m,)
+    offset: Vector  # (m,)
+    side: IntVector  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    exit: Vector  # (K,) next crossing of each clearance in this window, from the origin; NEVER: none
+    upward: IntVector  # (K,) its direction
+    rate: Vector  # (K,) and d delta / ds a window
+
+
+class SweepBuffers(NamedTuple):
+    """Scratch."""
+
+    y: Vector  # (columns,)
+    u: Vector  # (1 + 2 H,)
+    waves: Matrix  # (ORDER + 2, 2 H)
+    force: Vector  # (m,)
+    pull: Vector  # (m + n,)
+    load: Vector  # (T,)
+    jump: Vector  # (ORDER,)
+    matrix: Matrix  # (ORDER + 1, ORDER + 1), zero below the diagonal
+    laws: Matrix  # (2, most elements near a clearance)
+    moved: Matrix  # (ORDER + 1, twice the most elements near a clearance)
+    turned: Matrix  # (ORDER + 1, the most inertias, and one)
+    row: Vector  # as long as the longer of their rows
+    whole: Vector  # (ORDER + 1,) a deflection
+    gap: Vector  # (ORDER + 1,)
+
+
+@kernel
+def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, end, whole, gap):
+    """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
+
+    table, errors: coefficients.
+    row: of the element's transmission error, or -1.
+    reach: sum of |c_j| of its deflection's orders from 1 on.
+    lower, upper: corners around its piece.
+    fixed: its rounding band, 0 if relative to its motion.
+    side: (K,) changed where the clearance has left the corner it sat on.
+    """
+    # the coefficients alone prove that the gap stays open: |g(0)| > sum of |c_j|
+    start = table[0, k]
+    if row >= 0:
+        start -= errors[0, row]
+        for j in range(1, gap.size):
+            reach += abs(errors[j, row])
+    if start - lower > reach and upper - start > reach:
+        return NEVER, 0, 0.0
+    # the deflection as a polynomial over the window, and its value where the search begins
+    for j in range(gap.size):
+        whole[j] = table[j, k]
+    if row >= 0:
+        for j in range(gap.size):
+            whole[j] -= errors[j, row]
+    here, rate, curvature = evaluate(whole, low)
+    # an element that sits on a corner leaves it once it is farther away than the band
+    band = band_of(fixed, abs(rate) + 0.5 * abs(curvature))
+    if has_left(side[c], here - lower, upper - here, band):
+        side[c] = 0
+    # the first root of either gap from there on; the earlier one is the crossing
+    best = NEVER
+    upward = 0
+    speed = 0.0
+    for up in range(2):
+        sign = 2 * up - 1
+        corner = upper if up else lower
+        if abs(corner) > 1e300:
+            continue
+        distance = sign * (corner - here)
+        for j in range(gap.size):
+            gap[j] = -sign * whole[j]
+        # on the corner that it sits on the gap counts as at least the band
+        gap[0] += sign * corner
+        if side[c] == sign:
+            if low == 0.0:
+                gap[0] = lifted(gap[0], band)
+            else:
+                gap[0] += lifted(distance, band) - distance
+            distance = lifted(distance, band)
+        s = exit_from(gap, low, distance, -sign * rate, -sign * curvature)
+        if s < best and s <= end:
+            best = s
+            upward = up
+            speed = -sign * slope(gap, s)
+    return best, upward, speed
+
+
+@kernel
+def _search_all(network, laws, band, sweep, buffers, low):
+    """Find every clearance's next crossing."""
+    table = sweep.table
+    errors = sweep.errors
+    side = sweep.side
+    reach = sweep.reach
+    piece = sweep.piece
+    clearances = network.clearances
+    first = laws.first
+    error_of = network.error_of
+    whole = buffers.whole
+    gap = buffers.gap
+    end = 1.0 - sweep.clock[0]
+    for c in range(side.size):
+        k = clearances[c]
+        p = first[k] + piece[c]
+        sweep.exit[c], sweep.upward[c], sweep.rate[c] = next_exit(
+            table,
+            errors,
+            error_of[k],
+            k,
+            c,
+            reach[k],
+            laws.lower[p],
+            laws.upper[p],
+            band[c],
+            side,
+            low,
+            end,
+            whole,
+            gap,
+        )
+
+
+@kernel
+def _search_near(network, laws, near, band, sweep, buffers, c, low):
+    """Find the next crossing of the clearances near one that has crossed."""
+    table = sweep.table
+    errors = sweep.errors
+    side = sweep.side
+    reach = sweep.reach
+    piece = sweep.piece
+    first = laws.first
+    error_of = network.error_of
+    clearance = network.clearance
+    elements = near.element
+    whole = buffers.whole
+    gap = buffers.gap
+    end = 1.0 - sweep.clock[0]
+    for i in range(near.element_start[c], near.element_start[c + 1]):
+        k = np.int64(elements[i])
+        other = clearance[k]
+        if other < 0:
+            continue
+        # the sum of |c_j|, which the correction has changed
+        total = 0.0
+        for j in range(1, gap.size):
+            total += abs(table[j, k])
+        reach[k] = total
+        # its next crossing, searched from the crossing on
+        p = first[k] + piece[other]
+        sweep.exit[other], sweep.upward[other], sweep.rate[other] = next_exit(
+            table,
+            errors,
+            error_of[k],
+            k,
+            other,
+            total,
+            laws.lower[p],
+            laws.upper[p],
+            band[other],
+            side,
+            low,
+            end,
+            whole,
+            gap,
+        )
+
+
+@kernel
+def _refresh(network, laws, band, inputs, sweep, buffers):
+    """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
+    counts = sweep.counts
+    clock = sweep.clock
+    # the states and the inputs where the window begins
+    for i in range(buffers.y.size):
+        sweep.table[0, i] = buffers.y[i]
+    tie_up(network, sweep.table)
+    inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, buffers.u)
+    wave_series(network.turn, buffers.u, buffers.waves)
+    # Taylor series of all motions from the equation of motion, order by order
+    error_series(network.error_at, network.error, buffers.waves, sweep.errors)
+    expand(
+        network,
+        network.length,
+        sweep.stiffness,
+        sweep.damping,
+        sweep.offset,
+        buffers.waves,
+        sweep.errors,
+        sweep.table,
+        buffers.force,
+        buffers.pull,
+        buffers.load,
+        sweep.reach,
+    )
+    # every gap is searched from the beginning of the window
+    counts[CORRECTED] = 0
+    counts[EXPANSIONS] += 1
+    clock[1] = 0.0
+    _search_all(network, laws, band, sweep, buffers, 0.0)
+
+
+@kernel
+def _emit(sweep, samples, until, buffers):
+    """Store every sample before ``until``, counted from the origin."""
+    counts = sweep.counts
+    clock = sweep.clock
+    per_cycle = samples.per_cycle
+    begun = (counts[CYCLE] * sweep.windows + counts[WINDOW]) * per_cycle
+    while counts[SAMPLE] < samples.pieces.shape[0]:
+        i = counts[SAMPLE]
+        s = (i * sweep.windows - begun) / per_cycle - clock[0]
+        if s >= until and s > clock[1]:
+            break
+        move(sweep.table, max(s, clock[1]), buffers.y)
+        for j in range(buffers.y.size):
+            samples.states[i, j] = buffers.y[j]
+        for c in range(sweep.piece.size):
+            samples.pieces[i, c] = sweep.piece[c]
+        counts[SAMPLE] += 1
+
+
+@kernel
+def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
+    """Take clearance c over its corner, and the motion on from there."""
+    counts = sweep.counts
+    clock = sweep.clock
+    k = network.clearances[c]
+    s = sweep.exit[c]
+    upward = sweep.upward[c]
+    before = clock[0] + clock[1]
+    # the force integral at the crossing, and its line in the log
+    column = network.mean.size + c
+    integral = 0.0
+    for j in range(sweep.table.shape[0] - 1, -1, -1):
+        integral = integral * s + sweep.table[j, column]
+    clock[1] = s
+    # log it
+    time = (counts[WINDOW] + (clock[0] + s)) / sweep.windows
+    rate = sweep.rate[c] * sweep.windows
+    log_crossing(log, counts[EVENTS], counts[CYCLE], time, c, upward, sweep.piece[c], rate, integral)
+    counts[EVENTS] += 1
+    counts[STALLED] = counts[STALLED] + 1 if clock[0] + s == before else 0
+    # one element changes its piece, and sits on the corner
+    p = laws.first[k] + sweep.piece[c]
+    corner = laws.upper[p] if upward else laws.lower[p]
+    q = p + 2 * upward - 1
+    sweep.piece[c] += 2 * upward - 1
+    sweep.side[c] = -1 if upward else 1
+    sweep.stiffness[k] = laws.stiffness[q]
+    sweep.damping[k] = laws.damping[q]
+    sweep.offset[k] = laws.offset[q]
+    # the force changes by a known polynomial: add what that makes of the motion near the element
+    if counts[CORRECTED] < sweep.most:
+        change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
+        jump_series(
+            sweep.table,
+            sweep.errors,
+            k,
+            network.error_of[k],
+            s,
+            corner,
+            change,
+            network.length,
+            buffers.jump,
+            buffers.matrix,
+        )
+        correct(
+            network,
+            near,
+            c,
+            sweep.stiffness,
+            sweep.damping,
+            s,
+            buffers.jump,
+            sweep.table,
+            buffers.laws,
+            buffers.moved,
+            buffers.turned,
+            buffers.pull,
+            buffers.matrix,
+            buffers.row,
+        )
+        counts[CORRECTED] += 1
+        # only the gaps near it are searched again, from the crossing on
+        _search_near(network, laws, near, band, sweep, buffers, c, s)
+    # too many crossings in the window: all motions are made afresh from the states here
+    else:
+        move(sweep.table, s, buffers.y)
+        clock[0] += s
+        _refresh(network, laws, band, inputs, sweep, buffers)
+
+
+@kernel
+def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
+    """March until all samples are stored or the caller must act.
+
+    network, laws, near: see ``network``.
+    band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
+    inputs: see ``packed``; all amplitudes one.
+    sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
+        table.
+    budget: most windows and crossings in this slice.
+    Returns an ``Outcome`` code.
+    """
+    counts = sweep.counts
+    clock = sweep.clock
+    exits = sweep.exit
+    # the first window
+    if not counts[EXPANDED]:
+        copy(sweep.table[0], buffers.y.size, buffers.y)
+        _refresh(network, laws, band, inputs, sweep, buffers)
+        counts[EXPANDED] = 1
+    for _ in range(budget):
+        # stop where the caller must act
+        if counts[SAMPLE] >= samples.pieces.shape[0]:
+            return DONE
+        if counts[EVENTS] >= log.cycle.size:
+            return LOG_FULL
+        # the earliest crossing of all clearances in the window
+        k = -1
+        end = NEVER
+        for c in range(exits.size):
+            if exits[c] < end:
+                k = c
+                end = exits[c]
+        if end < 0.0:  # undecided
+            return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
+        # up to that crossing, and over it
+        if k >= 0:
+            _emit(sweep, samples, end, buffers)
+            if counts[SAMPLE] >= samples.pieces.shape[0]:
+                return DONE
+            _cross(network, laws, near, band, inputs, sweep, log, buffers, k)
+            if counts[STALLED] > MOST_STALLED:
+                return CHATTER
+            continue
+        # no crossing is left: the states at the end of the window begin the next one
+        end = 1.0 - clock[0]
+        _emit(sweep, samples, end, buffers)
+        move(sweep.table, end, buffers.y)
+        clock[0] = 0.0
+        counts[STEPS] += 1
+        counts[WINDOW] += 1
+        if counts[WINDOW] == sweep.windows:
+            counts[WINDOW] = 0
+            counts[CYCLE] += 1
+        # all motions as Taylor series over the next window
+        if not np.isfinite(buffers.y.sum()):
+            return NON_FINITE
+        _refresh(network, laws, band, inputs, sweep, buffers)
+    return SLICE_SPENT

@@ -1,0 +1,83 @@
+"""Contents of a measured file as a result: a row a channel; saved as .toml, a mapping file to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.measured.look import Contents
+from gearrattle.report.page import Section, figure_sections, notes_section
+from gearrattle.report.plots.channels_figure import channels_chart
+from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
+from gearrattle.report.record_dataset import stacked, texts
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_HEADS = ("channel", "unit", "quantity", "samples", "rate [Hz]", "from [s]", "to [s]", "smallest", "largest", "first")
+_UNITS = {"rate": "Hz", "begin": "s", "end": "s", "samples": "1", "not_numbers": "1"}
+
+
+class ContentsPage(Presentation[Contents]):
+    """The channels of a measured file."""
+
+    kind = "contents"
+    endings = (*NUMBER_ENDINGS, ".toml")
+
+    @property
+    def title(self) -> str:
+        return Path(self.result.source).name
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.result.source}: {self.result.format}, {counted(len(self.result.table), 'channel')}."
+
+    def sections(self) -> tuple[Section, ...]:
+        text = ("A mapping file to begin with", self.result.mapping(self.folder))
+        summary = Section("summary", "Summary", self.sentence, tables=self.answer(), text=text)
+        chart = channels_chart(self.result)
+        channels = figure_sections([] if chart is None else [chart])
+        return summary, *channels, *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        rows = []
+        for row in self.result.table.to_dict("records"):
+            quantity = f"{row['quantity'] or '?'}{' of ' + row['subject'] if row['subject'] else ''}"
+            rate = f"{row['rate']:.6g}{'' if row['uniform'] else ' (mean)'}"
+            numbers = (f"{row[key]:.6g}" for key in ("begin", "end", "smallest", "largest"))
+            first = " ".join(f"{value:.4g}" for value in row["first"])
+            rows.append((row["channel"], row["unit"], quantity, str(row["samples"]), rate, *numbers, first))
+        return (Table(_HEADS, tuple(rows)),)
+
+    def content(self) -> dict[str, Any]:
+        content = self.result.to_dict()
+        return {"file_format": content.pop("format"), **content}  # "format" names that of the summary
+
+    def numbers(self) -> xr.Dataset:
+        import xarray as xr
+
+        table = self.result.table
+        columns: dict[str, Any] = {}
+        for name, column in table.items():
+            key = str(name)
+            attributes = {"units": _UNITS[str(name)]} if name in _UNITS else {}
+            if key == "first":
+                columns[key] = (("channel_number", "first_sample"), stacked(column.tolist()))
+            elif column.dtype.kind in "iufb":
+                values = column.to_numpy()
+                whole = values.astype(np.int64) if column.dtype.kind == "b" else values
+                columns[key] = ("channel_number", whole, attributes)
+            else:
+                columns[key] = ("channel_number", texts(column))
+        return xr.Dataset(columns, attrs={"source": self.result.source, "file_format": self.result.format})
+
+    def write(self, path: Path) -> None:
+        """Write the mapping file as .toml; or another of the ``endings``."""
+        if path.suffix == ".toml":
+            path.write_text(self.result.mapping(self.folder), encoding="utf-8")
+        else:
+            super().write(path)

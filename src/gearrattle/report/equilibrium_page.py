@@ -1,0 +1,107 @@
+"""The static equilibrium as a result: deflections and regions of all elements under the mean loads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearrattle.analysis.statics import Equilibrium
+from gearrattle.assembly import free_names
+from gearrattle.report.linear_tables import region_in_words
+from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import engineering, quantity
+from gearrattle.report.plots.rest import rest_chart
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.record_dataset import texts
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted
+
+
+class EquilibriumPage(Presentation[Equilibrium]):
+    """Presentation of the static equilibrium under the mean loads."""
+
+    kind = "equilibrium"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        rest = self.result
+        centre = [name for name, label in rest.region.items() if label == 0]
+        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
+        if not rest.region:
+            return f"Under the mean loads, transmission errors at zero, every element is linear{moves}."
+        of = counted(len(rest.region), "element with corners", "elements with corners")
+        where = f"{len(centre)} of {of} {'rests' if len(centre) == 1 else 'rest'} in the centre"
+        return f"Under the mean loads, transmission errors at zero, {where}{moves}."
+
+    def answer(self) -> tuple[Table, ...]:
+        rest = self.result
+        si = self.result.model.units == "SI"
+        meshes = {element.name for element in rest.model.elements if element.along_line}
+        elements = tuple(
+            (
+                name,
+                engineering(deflection, ("m" if name in meshes else "rad") if si else "", 4),
+                region_in_words(rest.region[name]) if name in rest.region else "linear",
+            )
+            for name, deflection in rest.deflection.items()
+        )
+        bodies = tuple(
+            (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
+            for name, angle, acceleration in zip(
+                free_names(rest.model), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
+            )
+        )
+        tables = (
+            Table(("element", "deflection", "rests in"), elements, frozenset({0, 2}), "Elements"),
+            Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
+        )
+        if not rest.balance:
+            return tables
+        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in rest.balance.items())
+        return (*tables, Table(("torque on", "mean that balances its train"), balance, title="Balance"))
+
+    def figures(self) -> list[Chart]:
+        chart = rest_chart(self.result)
+        return [] if chart is None else [chart]
+
+    def content(self) -> dict[str, Any]:
+        rest = self.result
+        names = free_names(self.result.model)
+        return {
+            "model": {"name": rest.model.name, "units": rest.model.units},
+            "angle": dict(zip(names, rest.angle.tolist(), strict=True)),
+            "deflection": rest.deflection,
+            "region": rest.region,
+            "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
+            "balance": rest.balance,
+        }
+
+    def numbers(self) -> Arrays:
+        rest = self.result
+        si = self.result.model.units == "SI"
+        meshes = {element.name for element in rest.model.elements if element.along_line}
+        units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
+        balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}
+        return Arrays(
+            {
+                "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
+                "acceleration": ("inertia", rest.acceleration, {"units": "rad/s^2" if si else "1"}),
+                "deflection": ("element", list(rest.deflection.values())),
+                "deflection_unit": ("element", texts(units)),
+                "region": ("clearance", list(rest.region.values())),
+                **(balance if rest.balance else {}),
+            },
+            {
+                "inertia": texts(free_names(rest.model)),
+                "element": texts(rest.deflection),
+                "clearance": texts(rest.region),
+                **({"balanced": texts(rest.balance)} if rest.balance else {}),
+            },
+            {"model": rest.model.name},
+        )

@@ -1,0 +1,245 @@
+"""Modes and the Campbell diagram as results: energies and excitation of every mode, shapes on the driveline."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gearrattle.analysis.campbell import Campbell, Crossing, campbell
+from gearrattle.analysis.statics import Modes
+from gearrattle.assembly import assemble
+from gearrattle.report.modes_tables import (
+    crossings_table,
+    energies_in_words,
+    energy_tables,
+    frequencies_table,
+    modes_in_words,
+    percent,
+    rate,
+    turning,
+)
+from gearrattle.report.numbers import Arrays
+from gearrattle.report.page import Picture, Section, notes_section
+from gearrattle.report.plots.campbell_figure import campbell_chart
+from gearrattle.report.plots.mode_shapes import mode_sketch
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.summary import modes_dict
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted
+
+MOST_SHAPES = 24
+_KEY = (
+    "Stems: how far each inertia turns, the largest angle 1. Elements: the thicker and redder, the larger their share "
+    "of the strain energy; shares from 5 % on are written."
+)
+
+
+class ModesPage(Presentation[Modes]):
+    """Modes of one contact state, with the Campbell diagram."""
+
+    kind = "modes"
+
+    def __init__(
+        self, result: Modes, diagram: Campbell | None = None, setting: str = "", *, lists_crossings: bool = False
+    ) -> None:
+        """Present modes in one contact state, which ``setting`` says in words.
+
+        Without a diagram the one with every clearance closed is drawn, from 0 to twice the model's speed.
+        """
+        super().__init__(result)
+        self.diagram = campbell(result.model) if diagram is None else diagram
+        self.setting = setting
+        self.lists_crossings = lists_crossings
+        self.si = result.model.units == "SI"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        sentence = _modes_sentence(self.result, self.si)
+        return f"{sentence} {_crossings_sentence(self.diagram)}" if _elastic(self.result).size else sentence
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        groups = [" and ".join(str(mode + 1) for mode in group) for group in self.result.repeated()]
+        repeated = (f"modes {g} have one frequency; only sums of their shares mean something" for g in groups)
+        return (*repeated, *self.result.notes)
+
+    def sections(self) -> tuple[Section, ...]:
+        words = (self.setting,) if self.setting else ()
+        table = modes_in_words(self.result, self.diagram.model_speed, si=self.si)
+        shapes = self._shapes()
+        omitted = len(self.result.frequencies) - len(shapes)
+        left_out = (f"{counted(omitted, 'higher mode')} not drawn; summary.json has all shapes.",) if omitted else ()
+        return (
+            Section("modes", "Modes", self.sentence, words, tables=(table,)),
+            diagram_section(self.diagram),
+            Section("shapes", "Shapes", words=(_KEY, *left_out), pictures=shapes),
+            Section("energies", "Energies", tables=tuple(energy_tables(self.result, si=self.si))),
+            *notes_section(self.notes),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        tables = frequencies_table(self.result, si=self.si), energies_in_words(self.result)
+        return (*tables, crossings_table(self.diagram, si=self.si)) if self.lists_crossings else tables
+
+    def content(self) -> dict[str, Any]:
+        model = self.result.model
+        return {
+            "model": {"name": model.name, "units": model.units},
+            **modes_dict(self.result),
+            "campbell": self.diagram.to_dict(),
+        }
+
+    def numbers(self) -> Arrays:
+        modes = self.result
+        unit = "rad/s" if self.si else "1"
+        inertia, participation = ("kg m^2", "1/(kg m^2)") if self.si else ("1", "1")
+        by_inertia = ("inertia", "mode")
+        by_element = ("element", "mode")
+        return Arrays(
+            {
+                "frequency": ("mode", modes.frequencies, {"units": unit}),
+                "damping_ratio": ("mode", modes.damping_ratios, {"units": "1"}),
+                "modal_inertia": ("mode", modes.modal_inertia, {"units": inertia}),
+                "shape": (by_inertia, modes.shapes, {"units": "1"}),
+                "kinetic_energy": (by_inertia, modes.kinetic_energy, {"units": "1", "long_name": "share"}),
+                "participation": (by_inertia, modes.participation, {"units": participation}),
+                "strain_energy": (by_element, modes.strain_energy, {"units": "1", "long_name": "share"}),
+                "excitation": (("source", "mode"), modes.excitation, {"units": "1", "long_name": "share"}),
+            },
+            {
+                "mode": np.arange(1, len(modes.frequencies) + 1),
+                "inertia": list(modes.inertia_names),
+                "element": np.array(modes.element_names, dtype=np.str_),
+                "source": np.array(modes.sources, dtype=np.str_),
+            },
+            {"model": modes.model.name, "setting": self.setting},
+        )
+
+    def _shapes(self) -> tuple[Picture, ...]:
+        """Draw the lowest modes on the driveline."""
+        model = self.result.model
+        modes = self.result
+        layout = assemble(model).layout
+        drawings = []
+        for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
+            speed = "rigid motion" if frequency == 0.0 else rate(frequency, si=self.si)
+            words = f"mode {mode + 1}, {speed}"
+            sketch = mode_sketch(layout, modes, mode, words)
+            drawings.append(Picture(f"mode-{mode + 1}", words, sketch, is_wide=len(modes.inertia_names) > 12))
+        return tuple(drawings)
+
+
+class CampbellPage(Presentation[Campbell]):
+    """The Campbell diagram alone, of one contact state or several."""
+
+    kind = "Campbell diagram"
+
+    @property
+    def title(self) -> str:
+        return self.result.modes[0].model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        return _crossings_sentence(self.result)
+
+    def sections(self) -> tuple[Section, ...]:
+        summary = Section("summary", "Summary", self.sentence)
+        return summary, diagram_section(self.result), *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        return (crossings_table(self.result, si=self.result.units == "SI"),)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def numbers(self) -> Arrays:
+        # crossings of orders and natural frequencies, a variable a field
+        diagram = self.result
+        unit = "rad/s" if self.result.units == "SI" else "1"
+        columns = {
+            "speed": unit,
+            "order": "1",
+            "mode": "",
+            "frequency": unit,
+            "state": "",
+            "source": "",
+            "share": "1",
+        }
+        crossings = {
+            f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in diagram.crossings], {"units": of})
+            for name, of in columns.items()
+        }
+        # contact ratios that define the states
+        names = sorted({name for state in diagram.states for name in state})
+        ratios = np.array([[state.get(name, math.nan) for name in names] for state in diagram.states])
+        # natural frequencies by state, with the crossings
+        return Arrays(
+            {
+                "frequency": (("state", "mode"), diagram.frequencies, {"units": unit}),
+                "contact_ratio": (
+                    ("state", "element"),
+                    ratios.reshape(len(diagram.states), len(names)),
+                    {"units": "1"},
+                ),
+                **crossings,
+            },
+            {
+                "element": np.array(names, dtype=np.str_),
+                "order": ("order", [line.order for line in diagram.orders], {"units": "1"}),
+            },
+            {"lowest_speed": diagram.speeds[0], "highest_speed": diagram.speeds[1], "model_speed": diagram.model_speed},
+        )
+
+
+def diagram_section(diagram: Campbell) -> Section:
+    """Return the Campbell diagram with the table of its crossings."""
+    si = diagram.units == "SI"
+    chart = campbell_chart(diagram, si=si)
+    crossings = crossings_table(diagram, si=si)
+    none = () if crossings.rows else ("No order line meets a natural frequency in this range.",)
+    return Section("campbell", chart.title, words=none, charts=(chart,), tables=(crossings,))
+
+
+def _elastic(modes: Modes) -> Any:
+    return modes.frequencies[modes.frequencies > 0.0]
+
+
+def _modes_sentence(modes: Modes, si: bool) -> str:
+    """Say how many modes there are, and where."""
+    elastic = _elastic(modes)
+    rigid = len(modes.frequencies) - len(elastic)
+    if not elastic.size:
+        return "Every motion is rigid: there are no natural frequencies above zero."
+    ends = rate(float(elastic[0]), si=si), rate(float(elastic[-1]), si=si)
+    between = f"from {ends[0]} to {ends[1]}" if elastic.size > 1 else f"at {ends[0]}"
+    also = f", and {counted(rigid, 'rigid motion')}" if rigid else ""
+    return f"{counted(elastic.size, 'mode')} {between}{also}."
+
+
+def _crossings_sentence(diagram: Campbell) -> str:
+    """Say how many crossings there are, and which is nearest to the model's speed."""
+    si = diagram.units == "SI"
+    near = diagram.nearest()
+    low, high = (turning(speed, si=si) for speed in diagram.speeds)
+    if near is None:
+        return f"No order meets a natural frequency between {low} and {high}."
+    return (
+        f"{counted(len(diagram.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
+        f"speed of {turning(diagram.model_speed, si=si)}: {_nearest(diagram, near, si)}."
+    )
+
+
+def _nearest(diagram: Campbell, near: Crossing, si: bool) -> str:
+    ratio = near.speed / diagram.model_speed
+    side = "above" if ratio > 1.0 else "below"
+    away = "at it" if np.isclose(ratio, 1.0, rtol=5e-4) else f"{percent(abs(ratio - 1.0))} {side}"
+    return (
+        f"order {near.order:g} meets mode {near.mode + 1} at {turning(near.speed, si=si)}, {away} "
+        f"({near.source}, {percent(near.share)} of its energy)"
+    )

@@ -1,0 +1,80 @@
+"""Initial state of a run, as ``simulation.initial`` names it.
+
+``steady``: the equilibrium under the means, and every free train turns as in its periodic rigid response
+(``engine.system.rigid_motion``), along a sweep that of the first speed. A train whose means do not balance, or that a
+record drives, has no such response and begins as ``static``: in the equilibrium, with velocities zero.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.analysis.statics import named_equilibrium
+from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, prescribed_angles, steady
+from gearrattle.engine.system.free_trains import trains
+from gearrattle.engine.system.rigid_motion import is_accelerated, rigid_response
+from gearrattle.model import Initial
+from gearrattle.remember import kept
+
+Array = NDArray[np.float64]
+_MOST_NAMED = 3
+
+
+def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return angles and velocities (n,) of the free inertias at t = 0, with notes; ModelError without a static
+    equilibrium.
+    """
+    system = driveline.system
+    model = driveline.model
+    if isinstance(initial, Initial):
+        free = free_of(model)
+        return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
+    if initial == "zero":
+        return np.zeros(system.size), np.zeros(system.size), ()
+    angle, velocity, notes = _static(driveline) if initial == "static" else _steady(driveline)
+    return angle.copy(), velocity.copy(), notes
+
+
+@kept
+def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """The start with velocities zero, but for what prescribed motions carry along."""
+    model = driveline.model
+    named, rest = named_equilibrium(driveline)
+    if not model.motions:
+        return rest.angle, np.zeros(driveline.system.size), named.notes
+    angle, velocity = (carried_along(model, prescribed_angles(model, np.zeros(1), d)[0]) for d in (0, 1))
+    return rest.angle + angle, velocity, named.notes
+
+
+@kept
+def _steady(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """The start with which every train turns as in its rigid response, and which trains have none."""
+    model = driveline.model
+    at_rest, at_once, notes = _static(driveline)
+    _, rest = named_equilibrium(driveline)
+    angle, velocity = rigid_response(assemble(steady(model)).system, rest)
+    names = free_names(model)
+    recorded = [names.index(torque.on) for torque in model.torques if torque.signal is not None]
+    accelerated = is_accelerated(driveline.system)
+    without: dict[str, list[str]] = {}
+    for bodies, _ in trains(driveline.system):
+        has_record = bool(np.isin(bodies, recorded).any())
+        if has_record:
+            angle[bodies] = 0.0
+            velocity[bodies] = 0.0
+        if has_record or accelerated[bodies].any():
+            reason = "a record of a torque drives it" if has_record else "its mean torques do not balance"
+            without.setdefault(reason, []).append(names[bodies[0]])
+    more = tuple(_begins_at_rest(reason, first) for reason, first in without.items())
+    return at_rest + angle, at_once + velocity, (*notes, *more)
+
+
+def _begins_at_rest(reason: str, first: list[str]) -> str:
+    """Say which trains, by their first bodies, begin with velocities zero, and why."""
+    more = f" and of {len(first) - _MOST_NAMED} more" if len(first) > _MOST_NAMED else ""
+    train = "train" if len(first) == 1 else "trains"
+    begins = "begins" if len(first) == 1 else "begin"
+    return (
+        f'the {train} of {", ".join(first[:_MOST_NAMED])}{more} {begins} as "static", with velocities zero: {reason}.'
+    )
