@@ -45,7 +45,7 @@ from .results import Run as Run
 from .results import open_run as open_run
 from .signals.spectral.spectra import spectra as spectra
 from .simulation.simulate import simulate as simulate
-from .simulation.store import open_stream as open_stream
+from .simulation.chunk_store import open_stream as open_stream
 from .simulation.stream import stream as stream
 from .studies import basins as basins
 from .studies import bifurcation as bifurcation
@@ -54,6 +54,6 @@ from .studies import optimize as optimize
 from .studies import prove_quiet as prove_quiet
 from .studies import screen as screen
 from .studies import study as study
-from .workbench.notebook import view as view
+from .workbench.notebook_widget import view as view
 
 __version__: str
