@@ -140,6 +140,7 @@ def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
     moved = [row.transmissibility for row in ended]
     missing = np.full(len(first.inertias), np.nan)
     ratio = {"units": "1"}
+    # what does not exist of an algorithm is NaN
     coherences = [
         [np.nan if row.coherence is None else row.coherence[name].mean for name in first.inertias] for row in ended
     ]

@@ -240,6 +240,7 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
     """
     from scipy.linalg import expm
 
+    # the linear system in the pieces that the motion is in
     inverse = 1.0 / system.inertia[:, None]
     size = system.size
     pieces = [law.piece_at(float(d)) for law, d in zip(system.laws, deflection[:, 0], strict=True)]
@@ -252,6 +253,7 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
             kept[key] = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse * block for block in blocks]])
         return kept[key]
 
+    # the flow's gradient over one period: an exponential up to every crossing, a saltation over it
     matrix = np.eye(2 * size)
     before = 0.0
     for at, k, piece in (*_crossings(system, deflection), (1.0, -1, 0)):

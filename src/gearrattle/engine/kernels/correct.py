@@ -52,6 +52,7 @@ def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, p
         by = length / (j + 1)
         n = active[c, j + 1, 0]
         m = active[c, j + 1, 1]
+        # the moments on the bodies: drag, then the change of every element's force
         for i in range(n):
             pull[i] = -drag[i0 + i] * turned[j, i]
         for k in range(m):
@@ -65,6 +66,7 @@ def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, p
             moved[j + 1, 2 * k + 1] = by * f
             pull[a] -= first_arm[e0 + k] * f
             pull[b] -= second_arm[e0 + k] * f
+        # they accelerate the bodies: the next coefficient
         for i in range(n):
             turned[j + 1, i] = by * mobility[i0 + i] * pull[i]
 

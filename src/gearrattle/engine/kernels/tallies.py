@@ -62,6 +62,7 @@ def _broken(judged, crossings, pieces):
 @strict
 def _clear(judged, pieces, v, out):
     """Put all sums to zero; the flank of the last contact is that of the piece in which the motion begins."""
+    # sums over contacts and impacts
     for k in range(pieces.size):
         out.sides[v, k, 0] = 0.0
         out.sides[v, k, 1] = 0.0
@@ -81,6 +82,7 @@ def _clear(judged, pieces, v, out):
         out.held[v, k] = 0.0
         out.same[v, k] = 0.0
         out.other[v, k] = 0.0
+        # the time in every piece, and the flank of the piece in which the motion begins
         begin = judged.pieces[k]
         piece = pieces[k]
         below = 0
@@ -88,6 +90,7 @@ def _clear(judged, pieces, v, out):
             out.dwell[v, p] = 0.0
             below += 1 if judged.inner[p] and p < begin + piece else 0
         out.flank[v, k] = 0.0 if judged.inner[begin + piece] else (1.0 if below else -1.0)
+    # contacts that are open at a corner
     for corner in range(out.open.shape[1]):
         out.open[v, corner] = 0.0
         out.begun[v, corner] = 0.0

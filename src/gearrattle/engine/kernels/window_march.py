@@ -153,6 +153,7 @@ def _search_all(network, laws, band, sweep, buffers, low):
     whole = buffers.whole
     gap = buffers.gap
     end = 1.0 - sweep.clock[0]
+    # from the end of the last search to that of the window
     for c in range(side.size):
         k = clearances[c]
         p = first[k] + piece[c]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,6 +159,7 @@ def branch_charts(branch: Branch) -> list[Chart]:
         low = data["lowest"].values[:, k]
         high = data["highest"].values[:, k]
         in_unit = _extremes_scale(branch, k)
+        # the branches, their events, and the corners that lie near
         drawn: list[Line] = []
         for values, at_events in ((low, levels[:, 0, k]), (high, levels[:, 1, k])):
             drawn += drawing.lines(values * in_unit.factor, at_events * in_unit.factor)
@@ -171,13 +172,10 @@ def branch_charts(branch: Branch) -> list[Chart]:
         drawn += [drawing.moved(own * in_unit.factor) for own in near if np.ptp(own)]
         return drawing.frame(layout.clearance_names[k], in_unit.unit, drawn, rules)
 
-    def swings(k: int) -> Panel:
-        return swing_panel(branch, k)
-
     words = f"of every clearance over {measure(branch).words}"
     return [
         _over(branch, "extremes", "Highest and lowest deflection", f"{words}; dotted: corners", extremes),
-        _over(branch, "swings", "Peak-to-peak deflection", words, swings),
+        _over(branch, "swings", "Peak-to-peak deflection", words, partial(swing_panel, branch)),
     ]
 
 

@@ -84,6 +84,7 @@ def family_of(model: Model, edges: Sequence[Edge]) -> Family:
             changes |= edge.at(0.5 + 0.5 * share)
         return assemble(model.with_(changes))
 
+    # the driveline at the middle of the box: its structure, and where its coefficients stand in one vector
     central = driveline_at(middle)
     parts = dict(_parts(central.system))
     ends = list(accumulate(part.size for part in parts.values()))
@@ -98,6 +99,7 @@ def family_of(model: Model, edges: Sequence[Edge]) -> Family:
             raise ModelError(Problem(f"range {names}", "", rule, "let the range begin above zero"))
         return np.concatenate([part for _, part in _parts(system)])
 
+    # the coefficients as polynomials over the box
     numbers = _polynomial(numbers_at, count)
     _check(numbers, numbers_at, edges)
     return Family(central, numbers, blocks)
