@@ -93,7 +93,7 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
 class Slots:
     """The regions a run has visited; ``packed`` holds the arrays of the kernels."""
 
-    def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
+    def __init__(self, flow: Flow, shelf: Shelf, capacity: Capacity | None = None) -> None:
         self.flow, self._shelf = flow, shelf
         self._lock = Lock()
         self._index: dict[Pieces, int] = {}
@@ -157,14 +157,6 @@ class Shelf:
             return self.slots
 
 
-class Alone:
-    """A shelf for one run alone: its slots are dropped when it ends."""
-
-    def renewed(self, full: Slots) -> Slots:
-        """Empty slots."""
-        return Slots(full.flow, self, full.store.capacity())
-
-
 def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
     """Do some work on a driveline; for a large one beside the main thread, which listens to Ctrl-C meanwhile.
 
@@ -205,11 +197,6 @@ def slots_of(system: PiecewiseSystem) -> Slots:
 def _bytes_kept() -> int:
     """Memory that the kept regions of all systems take."""
     return sum(shelf.slots.store.bytes for shelf in _KEPT.values())
-
-
-def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
-    """Slots of a system for one run alone, kept by no one else; with capacity for what is likely to come."""
-    return Slots(flow_of(system), Alone(), capacity)
 
 
 @kept
