@@ -13,10 +13,10 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels._llvm import call_code
 from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, Matrix, Vector
+from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
 from gearrattle.engine.kernels.products import copy
 from gearrattle.engine.kernels.vector_field import Field, element_states
 
-DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
 ONE_STEP, ROOT_FOUND = 2, 2
 RHS_FAILED = (-8, -11)  # CV_RHSFUNC_FAIL ... CV_UNREC_RHSFUNC_ERR
 LARGEST = 1e150  # a state this many times an ordinary motion's is on its way out of the numbers

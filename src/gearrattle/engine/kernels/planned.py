@@ -79,7 +79,7 @@ def planned() -> dict[str, Planned]:
         (compact, scaling.scale, (Coefficients, Frame, Scales)),
         (compact, rigid.respond_rigidly, (Coefficients, Frame, Statics, *three)),
         (compact, laid_out.lay_out, (words, Coefficients, Frame, Scales)),
-        (compact, building.settle, (addresses, words)),
+        (compact, building.limit_states, (addresses, words)),
         (compact, building.work_out, (addresses, int, words)),
         (compact, building.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in building.Stages()),

@@ -17,7 +17,7 @@ def deflect(basis, angle, deflection):
 
 
 @strict
-def stand(frame, scales, angle, velocity, deflection, march):
+def put_at_start(frame, scales, angle, velocity, deflection, march):
     """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
     r, n, count = deflection.size, angle.size, frame.cycles.size
     deflect(frame.basis, angle, deflection)
@@ -41,7 +41,7 @@ def stand(frame, scales, angle, velocity, deflection, march):
 
 
 @strict
-def choose(workspace, frame, angle, march):
+def choose_pieces(workspace, frame, angle, march):
     """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
     common, laws, region = common_at(workspace), laws_at(workspace), region_at(workspace)
     r, n = frame.elements.size, angle.size

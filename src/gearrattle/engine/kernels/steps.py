@@ -25,13 +25,26 @@ from gearrattle.engine.kernels.one_step import (
     next_of_extrapolation,
     runge_kutta,
 )
+from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
 
-DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
 STEP, SAMPLE, EVENTS, CALLS, REJECTED, COLUMN, STALLED, BEGUN = range(8)
 """Indices into ``Stepper.counts``: steps taken, samples, crossings and calls so far, steps rejected, the target column
 of the extrapolation, crossings in a row without time between them, whether the run has begun."""
 NOW, NEXT, TRIED, SMALLEST = range(4)
 """Indices into ``Stepper.clock``: the time, the next step to try, the sum of all tried, the shortest taken [s]."""
+# How far a root sought is bracketed.
+NO_END = 0
+"""Neither end of its bracket has a value yet."""
+ONE_END = 1
+"""The beginning of its bracket has a value."""
+BOTH_ENDS = 2
+"""Both ends have values, of different signs: the bracket is narrowed from now on."""
+AT_BEGIN = -1
+"""The root is the beginning of its bracket, which has no length."""
+NO_CROSSING = -2
+"""There is no root: the cubic led beyond a corner, the motion does not."""
+_AT_END = 2.0  # in place of the fraction of a step at which it crosses: it goes to its end
+
 ROOT = 12
 """Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), the side
 it was narrowed from last, values at both ends of the step (2). A value is the deflection beyond the corner."""
@@ -40,7 +53,7 @@ _MOST_STALLED = 100
 _EIGHTHS = 8
 _SETTLED = 1e-10
 _BARELY = 1e-300
-_LOCATING = 40
+_MOST_NARROWED = 38
 
 
 class Stepper(NamedTuple):
@@ -176,37 +189,37 @@ def _met(field, h, piece, old, new, roots):
 
 
 @inlined
-def _next_guess(root, tries):
+def _next_guess(root, ends):
     """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
-    if tries == 0:
+    if ends == NO_END:
         return root[4]
-    if tries == 1:
+    if ends == ONE_END:
         return root[5]
     x = (root[4] * root[8] - root[5] * root[7]) / (root[8] - root[7])
     return x if root[4] < x < root[5] else 0.5 * (root[4] + root[5])
 
 
 @inlined
-def _widen(root, tries, x, value):
+def _widen(root, ends, x, value):
     """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
 
-    Returns how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    Returns ONE_END, BOTH_ENDS, AT_BEGIN or NO_CROSSING.
     """
     inside = value * root[2] < 0.0
-    if tries == 0:
+    if ends == NO_END:
         root[7] = value if inside else -root[2] * _BARELY
         if inside or x <= 0.0:
-            return 1 if root[5] > x else -2
+            return ONE_END if root[5] > x else AT_BEGIN
         before = root[10] if root[10] * root[2] < 0.0 else -root[2] * _BARELY
         root[4], root[7], root[5], root[8] = 0.0, before, x, value
-        return 2
+        return BOTH_ENDS
     root[8] = value
     if not inside:
-        return 2
+        return BOTH_ENDS
     if root[11] * root[2] < 0.0:
-        return -1
+        return NO_CROSSING
     root[4], root[7], root[5], root[8] = x, value, 1.0, root[11]
-    return 2
+    return BOTH_ENDS
 
 
 @inlined
@@ -226,19 +239,25 @@ def _narrow(root, x, value):
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
-    Returns (x, k, up): where the step must end, element and way; x = 2: at its end.
+    Returns (x, k, up): the fraction of the step where it must end, element and way; x = _AT_END: no crossing.
     """
     buffers, probe, here = scratch
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
     # what is known of the roots, and where the step ends so far
     begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
-    known = 0 if control.held else 2  # values at the ends of a blind step are known
-    first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
+    known = NO_END if control.held else BOTH_ENDS  # values at the ends of a blind step are known
+    first = _AT_END
+    element = -1
+    way = 0
+    done = 0
+    ends = known
+    narrowed = 0
+    reach = h
     while True:
         # what comes next: a guess of a root, the move to the first root, or a sample
         locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
         if locating:
-            x = _next_guess(roots[done], tries)
+            x = _next_guess(roots[done], ends)
         elif moving:
             x, reach, last = first, first * h, False
         else:
@@ -275,14 +294,14 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
         root, value = roots[done], here[0][k] - roots[done, 3]
-        if tries < 2:
-            tries = _widen(root, tries, x, value)
-            if tries >= 0:
+        if ends != BOTH_ENDS:
+            ends = _widen(root, ends, x, value)
+            if ends in (ONE_END, BOTH_ENDS):
                 continue
-            root[6] = 2.0 if tries == -1 else x
+            root[6] = _AT_END if ends == NO_CROSSING else x
         else:
-            tries += 1
-            if not _narrow(root, x, value) and tries < _LOCATING:
+            narrowed += 1
+            if not _narrow(root, x, value) and narrowed < _MOST_NARROWED:
                 continue
         # the root is settled: log the crossing, or end the step at the first of them
         x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
@@ -290,7 +309,9 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
         elif x < first:
             first, element, way = x, k, up
-        done, tries = done + 1, known
+        done = done + 1
+        ends = known
+        narrowed = 0
     return first, element, way
 
 
@@ -370,7 +391,10 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
         look(field, then, after, control.held, new, buffers.wave, slope)
         # crossings and samples within the step
-        x, k, up, count = 2.0, -1, 0, 0
+        x = _AT_END
+        k = -1
+        up = 0
+        count = 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
         elif _differ(old[2], new[2]):

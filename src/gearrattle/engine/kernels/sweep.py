@@ -18,22 +18,11 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
-from gearrattle.engine.kernels.corners import (
-    CHATTER,
-    DONE,
-    LOG_FULL,
-    MOST_STALLED,
-    NO_PROGRESS,
-    NON_FINITE,
-    SLICE_SPENT,
-    band_of,
-    has_left,
-    lifted,
-    log_crossing,
-)
+from gearrattle.engine.kernels.corners import MOST_STALLED, band_of, has_left, lifted, log_crossing
 from gearrattle.engine.kernels.correct import correct, jump_series
 from gearrattle.engine.kernels.network import error_series, expand, move, tie_up, wave_series
 from gearrattle.engine.kernels.oscillators import inputs_at
+from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_PROGRESS, NON_FINITE, SLICE_SPENT
 from gearrattle.engine.kernels.packed import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
 from gearrattle.engine.kernels.polynomial import NEVER, evaluate, exit_from, slope
 from gearrattle.engine.kernels.products import copy
