@@ -26,7 +26,6 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.kernels import variants_march
 from gearrattle.engine.solvers import Task
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.slots import fresh_slots
 from gearrattle.model.paths import value_at
 from gearrattle.outcome import Outcome
 from gearrattle.studies.case_runs import DONE, compute
@@ -80,11 +79,10 @@ def march_alone(model: gr.Model) -> tuple[float, int]:
     """Return the fastest march [s] with all regions built, and its crossings."""
     system = assemble(model).system
     task = Task(system, gr.equilibrium(model).angle, np.zeros(system.size), CYCLES, 1, None, None, audit=False)
-    slots = fresh_slots(system)
     fastest = np.inf
     crossings = 0
     for _ in range(ROUNDS + 1):  # the first builds the regions
-        run = ExactMarch(task, slots)
+        run = ExactMarch(task)
         begin = thread_time()
         while run.advance() is not Outcome.DONE:
             pass

@@ -19,8 +19,20 @@ and ``gearrattle --help`` stay quick. With the environment variable ``EAGER_IMPO
 from __future__ import annotations
 
 from importlib.metadata import version
+from types import ModuleType
 
 from lazy_loader import attach_stub
 
+from gearrattle.result import show_results_by
+
+
+def _view() -> ModuleType:
+    """What shows results, imported when one is shown."""
+    from gearrattle.report import shown
+
+    return shown
+
+
+show_results_by(_view)
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
 __version__ = version("gearrattle")

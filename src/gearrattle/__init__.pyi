@@ -44,8 +44,8 @@ from .report.sound.listen import listen as listen
 from .results import Run as Run
 from .results import open_run as open_run
 from .signals.spectral.spectra import spectra as spectra
-from .simulation.simulate import simulate as simulate
 from .simulation.chunk_store import open_stream as open_stream
+from .simulation.simulate import simulate as simulate
 from .simulation.stream import stream as stream
 from .studies import basins as basins
 from .studies import bifurcation as bifurcation

@@ -2,8 +2,8 @@
 
 A result has a title, one sentence that says what came out, notes, its numbers as an xarray Dataset, tables and figures;
 it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; words, tables
-and figures of a kind are defined once, in ``gearrattle.report.kinds``. That package is imported by its name when a
-result is shown, so that a simulation does not load it.
+and figures of a kind are defined once, far above. What shows results registers itself here (``show_results_by``), by a
+function that is called when a result is shown, so that a simulation does not load it.
 
 DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` names their kind, and ``gr.figures`` and
 ``gr.save`` take them as any other.
@@ -12,19 +12,54 @@ DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` n
 from __future__ import annotations
 
 import os
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     import xarray as xr
 
-    from gearrattle.report.plots.chart import Chart
-    from gearrattle.report.tables import Table
-
 KIND = "result"
 """Key in ``attrs`` of what is no ``Result``, with the kind."""
+
+
+class Table(Protocol):
+    """A table of a result's page: names of the columns, rows of text, title, note."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    title: str
+    note: str
+
+
+class Chart(Protocol):
+    """A figure of a result's page as plain data: its short name, its title, how to read it."""
+
+    key: str
+    title: str
+    caption: str
+
+
+class View(Protocol):
+    """What shows and saves results of every kind."""
+
+    def presentation_of(self, result: Any) -> Any:
+        """Return title, sentence, notes, data, tables and charts of a result."""
+
+    def plain_text(self, result: Any) -> str:
+        """Return sentence, tables and notes of a result as a terminal shows them."""
+
+    def save(self, result: Any, path: str | os.PathLike[str]) -> Path:
+        """Save a result as a file or a folder."""
+
+    def notebook_view(self, result: Any) -> str:
+        """Return a result as HTML for a notebook."""
+
+
+def show_results_by(view: Callable[[], View]) -> None:
+    """Register what shows results; ``view`` is called when one is shown."""
+    Result._view = staticmethod(view)
 
 
 class Result:
@@ -33,7 +68,7 @@ class Result:
     Attributes
     ----------
     kind
-        of result; how it is shown stands in ``gearrattle.report.kinds`` under this name.
+        of result, under which it is known how to show it.
     notes
         what the user must know about the numbers.
 
@@ -50,6 +85,7 @@ class Result:
     kind: ClassVar[str]
     shown_as: ClassVar[str] = ""
     """Name under which it is shown, where its kind says something else."""
+    _view: ClassVar[Callable[[], View]]
 
     @property
     def title(self) -> str:
@@ -70,9 +106,7 @@ class Result:
     @property
     def report(self) -> str:
         """The answer in words and tables, as a terminal shows it, and the notes."""
-        presentation = self._presentation()
-        text = str(import_module("gearrattle.report.text").plain_text(presentation))
-        return "\n".join([text, *(f"note: {note}" for note in presentation.notes)])
+        return Result._view().plain_text(self)
 
     def tables(self) -> list[Table]:
         """Return the tables of its page, in reading order."""
@@ -103,12 +137,11 @@ class Result:
         OSError
             it cannot be written; then nothing has changed.
         """
-        written: Path = import_module("gearrattle.report.saved").save(self, path)
-        return written
+        return Result._view().save(self, path)
 
     def _repr_html_(self) -> str:
         """Return a short static view for notebooks: sentence, first tables, first figure; no script."""
-        return str(import_module("gearrattle.report.notebook_view").notebook_view(self))
+        return Result._view().notebook_view(self)
 
     def _presentation(self) -> Any:
-        return import_module("gearrattle.report.kinds").presentation_of(self)
+        return Result._view().presentation_of(self)

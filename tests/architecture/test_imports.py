@@ -16,7 +16,18 @@ import pytest
 from tests.architecture.places import ROOT, SOURCE, nodes_of
 from tests.architecture.public import public_names
 
-HEAVY = ("numba", "scipy.signal", "scipy.integrate", "xarray", "pandas", "pint", "matplotlib", "plotly", "h5netcdf")
+HEAVY = (
+    "gearrattle.report",
+    "numba",
+    "scipy.signal",
+    "scipy.integrate",
+    "xarray",
+    "pandas",
+    "pint",
+    "matplotlib",
+    "plotly",
+    "h5netcdf",
+)
 
 
 def _python(code: str) -> str:

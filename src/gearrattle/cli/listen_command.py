@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -79,7 +79,8 @@ def listen(
             name: _simulated(motion, watch) if isinstance(motion, gearrattle.Model) else motion
             for name, motion in _opened(motions, hearing).items()
         }
-        return SoundPage(gearrattle.listen(runs, **hearing.arguments()), bits, with_quality=quality)
+        sound = gearrattle.listen(runs, **hearing.arguments())
+        return SoundPage(replace(sound, bits=bits), with_quality=quality)
 
     emit("sound", work, output, json=json, inputs=motions)
 

@@ -230,7 +230,19 @@ def _number(
     measure = "ratio to the mean of exact motions"
     floor = max(NEGLIGIBLE, bound / abs(scale))
     return Item(
-        quantity, *(subject[0], mine, mean, subject[1]), measure, mine / scale, low, high, floor, p, verdict, by_chance
+        quantity=quantity,
+        subject=subject[0],
+        candidate=mine,
+        reference=mean,
+        unit=subject[1],
+        measure=measure,
+        value=mine / scale,
+        low=low,
+        high=high,
+        floor=floor,
+        p_value=p,
+        verdict=verdict,
+        by_chance=by_chance,
     )
 
 
@@ -267,7 +279,21 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
             p, verdict, by_chance = _judged(distances, large=bool(large), scatter=scatter)
             value = float(distances[0])
             high = float(np.max(distances[1:]))
-            yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, smallest, p, verdict, by_chance)
+            yield Item(
+                quantity=quantity,
+                subject=name,
+                candidate=nan,
+                reference=nan,
+                unit="",
+                measure=measure,
+                value=value,
+                low=0.0,
+                high=high,
+                floor=smallest,
+                p_value=p,
+                verdict=verdict,
+                by_chance=by_chance,
+            )
 
 
 def _impulses(

@@ -35,7 +35,7 @@ PLAN = (
     "notes.work_out",
     "building.pack",
     "building.work_out",
-    "building.settle",
+    "building.limit_states",
     "laid_out.lay_out",
     "strips.fill_forced",
     "strips.fill_series",

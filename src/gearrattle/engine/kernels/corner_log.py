@@ -9,9 +9,6 @@ from __future__ import annotations
 from gearrattle.engine.kernels._jit import inlined
 from gearrattle.engine.kernels.packed import BAND
 
-DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE, NOTES_FULL = range(7)  # outcome.Outcome
-NO_PROGRESS = 8
-
 MOST_STALLED = 10_000
 """Crossings in a row that do not advance the clock."""
 

@@ -314,7 +314,7 @@ def is_loose(laws, statics, x):
 
 
 @strict_entry
-def turn(statics, x, angle):
+def angles_from_deflections(statics, x, angle):
     """(n,) angles of deflections; the last inertia of every free train at zero."""
     for i in range(angle.size):
         angle[i] = 0.0

@@ -16,24 +16,20 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
-from gearrattle.engine.kernels.corner_log import (
+from gearrattle.engine.kernels.corner_log import MOST_STALLED, band_of, has_left, lifted, log_crossing
+from gearrattle.engine.kernels.instants import stand_at_instant, until_instant, write_chains
+from gearrattle.engine.kernels.notes import note
+from gearrattle.engine.kernels.oscillators import inputs_at, turn_little, turn_step
+from gearrattle.engine.kernels.outcomes import (
     CHATTER,
     DONE,
     LOG_FULL,
-    MOST_STALLED,
     NEEDS_REGION,
     NO_PROGRESS,
     NON_FINITE,
     NOTES_FULL,
     SLICE_SPENT,
-    band_of,
-    has_left,
-    lifted,
-    log_crossing,
 )
-from gearrattle.engine.kernels.instants import stand_at_instant, until_instant, write_chains
-from gearrattle.engine.kernels.notes import note
-from gearrattle.engine.kernels.oscillators import inputs_at, turn_little, turn_step
 from gearrattle.engine.kernels.packed import (
     CYCLE,
     ENTERED,

@@ -14,15 +14,9 @@ from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels._llvm import call_code
 from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.equation_of_motion import Field, element_states
+from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
 from gearrattle.engine.kernels.products import copy
 
-# outcome.Outcome
-DONE = 0
-SLICE_SPENT = 1
-LOG_FULL = 3
-CHATTER = 4
-NON_FINITE = 5
-NO_CONVERGENCE = 7
 ONE_STEP = 2
 ROOT_FOUND = 2
 RHS_FAILED = (-8, -11)  # CV_RHSFUNC_FAIL ... CV_UNREC_RHSFUNC_ERR
@@ -140,7 +134,6 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
     side = 0
     last = end
     for i in range(100):
-        # the next instant, and the distance from the corner there
         at = b - high * (b - a) / (high - low) if i % 4 != 3 else 0.5 * (a + b)
         if not a < at < b:
             at = 0.5 * (a + b)
@@ -149,7 +142,6 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
         value = s.deflection[k] - corner
         if value == 0.0 or abs(at - last) <= 4e-16 * abs(at) or b - a <= 4e-16 * abs(b):
             return at
-        # the half in which the sign changes; an end that stays twice counts half
         last = at
         if (value > 0.0) == rises:
             low = 0.5 * low if side == 1 else low

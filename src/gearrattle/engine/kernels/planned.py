@@ -81,7 +81,7 @@ def planned() -> dict[str, Planned]:
         (compact, state_scaling.scale, (Coefficients, Frame, Scales)),
         (compact, rigid_response.respond_rigidly, (Coefficients, Frame, Statics, *three)),
         (compact, variant_common.lay_out, (words, Coefficients, Frame, Scales)),
-        (compact, region_stages.settle, (addresses, words)),
+        (compact, region_stages.limit_states, (addresses, words)),
         (compact, region_stages.work_out, (addresses, int, words)),
         (compact, region_stages.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in region_stages.Stages()),

@@ -78,7 +78,7 @@ def stages() -> Stages:
 
 
 @strict_entry
-def settle(stages, workspace):
+def limit_states(stages, workspace):
     """Write the largest size of a particular solution that is split off; returns the size of an ordinary motion."""
     call_silent(stages.stiffest, (workspace,))
     call_truth(stages.accelerate, (workspace,))

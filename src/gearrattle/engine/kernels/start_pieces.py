@@ -17,7 +17,7 @@ def deflect(basis, angle, deflection):
 
 
 @strict
-def stand(frame, scales, angle, velocity, deflection, march):
+def put_at_start(frame, scales, angle, velocity, deflection, march):
     """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
     r = deflection.size
     n = angle.size
@@ -45,7 +45,7 @@ def stand(frame, scales, angle, velocity, deflection, march):
 
 
 @strict
-def choose(workspace, frame, angle, march):
+def choose_pieces(workspace, frame, angle, march):
     """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
     common = common_at(workspace)
     laws = laws_at(workspace)

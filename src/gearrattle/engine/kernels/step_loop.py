@@ -25,22 +25,37 @@ from gearrattle.engine.kernels.one_step_kernels import (
     next_of_extrapolation,
     runge_kutta,
 )
+from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
 
-DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
 STEP, SAMPLE, EVENTS, CALLS, REJECTED, COLUMN, STALLED, BEGUN = range(8)
 """Indices into ``Stepper.counts``: steps taken, samples, crossings and calls so far, steps rejected, the target column
 of the extrapolation, crossings in a row without time between them, whether the run has begun."""
 NOW, NEXT, TRIED, SMALLEST = range(4)
 """Indices into ``Stepper.clock``: the time, the next step to try, the sum of all tried, the shortest taken [s]."""
+# How far a root sought is bracketed.
+NO_END = 0
+"""Neither end of its bracket has a value yet."""
+ONE_END = 1
+"""The beginning of its bracket has a value."""
+BOTH_ENDS = 2
+"""Both ends have values, of different signs: the bracket is narrowed from now on."""
+AT_BEGIN = -1
+"""The root is the beginning of its bracket, which has no length."""
+NO_CROSSING = -2
+"""There is no root: the cubic led beyond a corner, the motion does not."""
+_AT_END = 2.0  # in place of the fraction of a step at which it crosses: it goes to its end
+
 ROOT = 12
 """Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), the side
 it was narrowed from last, values at both ends of the step (2). A value is the deflection beyond the corner."""
-_SAFETY, _LEAST, _MOST = 0.9, 0.2, 5.0
+_SAFETY = 0.9
+_LEAST = 0.2
+_MOST = 5.0
 _MOST_STALLED = 100
 _EIGHTHS = 8
 _SETTLED = 1e-10
 _BARELY = 1e-300
-_LOCATING = 40
+_MOST_NARROWED = 38
 
 
 class Stepper(NamedTuple):
@@ -103,14 +118,19 @@ def _log(stepper, begin, time, k, piece, up, rate, integral):
     if begin > 0:
         time = max(time, stepper.event_time[begin - 1])
     while i > begin and stepper.event_time[i - 1] > time:
-        stepper.event_time[i], stepper.event_element[i] = stepper.event_time[i - 1], stepper.event_element[i - 1]
+        stepper.event_time[i] = stepper.event_time[i - 1]
+        stepper.event_element[i] = stepper.event_element[i - 1]
         stepper.event_pieces[i, 0] = stepper.event_pieces[i - 1, 0]
         stepper.event_pieces[i, 1] = stepper.event_pieces[i - 1, 1]
-        stepper.event_rate[i], stepper.event_integral[i] = stepper.event_rate[i - 1], stepper.event_integral[i - 1]
+        stepper.event_rate[i] = stepper.event_rate[i - 1]
+        stepper.event_integral[i] = stepper.event_integral[i - 1]
         i -= 1
-    stepper.event_time[i], stepper.event_element[i] = time, k
-    stepper.event_pieces[i, 0], stepper.event_pieces[i, 1] = piece, piece + up
-    stepper.event_rate[i], stepper.event_integral[i] = rate, integral
+    stepper.event_time[i] = time
+    stepper.event_element[i] = k
+    stepper.event_pieces[i, 0] = piece
+    stepper.event_pieces[i, 1] = piece + up
+    stepper.event_rate[i] = rate
+    stepper.event_integral[i] = integral
     stepper.counts[EVENTS] += 1
 
 
@@ -122,17 +142,21 @@ def _exit(h, gap, closing, end, end_rate, bracket):
 
     Returns whether there is one; the bracket of fractions.
     """
-    inside, last = gap > 0.0, 0.0
+    inside = gap > 0.0
+    last = 0.0
     for i in range(1, _EIGHTHS + 1):
         x = i / _EIGHTHS
         value = end if i == _EIGHTHS else hermite(x, h, gap, closing, end, end_rate)
         if inside and value < 0.0:
-            bracket[0], bracket[1] = last, x
+            bracket[0] = last
+            bracket[1] = x
             return True
         if value > 0.0:
-            inside, last = True, x
+            inside = True
+            last = x
     if not inside and end < 0.0:
-        bracket[0], bracket[1] = 0.0, 0.0
+        bracket[0] = 0.0
+        bracket[1] = 0.0
         return True
     return False
 
@@ -142,14 +166,22 @@ def _passed(field, old, new, roots):
     """The corners passed between the two ends of a step taken blindly, into ``roots``. Returns how many."""
     count = 0
     for k in range(field.laws.first.size - 1):
-        piece, target = int(old[2][k]), int(new[2][k])
+        piece = int(old[2][k])
+        target = int(new[2][k])
         while piece != target:
             up = 1 if target > piece else -1
             p = field.laws.first[k] + piece
             corner = field.laws.upper[p] if up > 0 else field.laws.lower[p]
-            roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece, up, corner
-            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = 0.0, 1.0, 0.0, 0.0
-            roots[count, 7], roots[count, 8] = old[0][k] - corner, new[0][k] - corner
+            roots[count, 0] = k
+            roots[count, 1] = piece
+            roots[count, 2] = up
+            roots[count, 3] = corner
+            roots[count, 4] = 0.0
+            roots[count, 5] = 1.0
+            roots[count, 6] = 0.0
+            roots[count, 9] = 0.0
+            roots[count, 7] = old[0][k] - corner
+            roots[count, 8] = new[0][k] - corner
             count += 1
             piece += up
     return count
@@ -158,66 +190,86 @@ def _passed(field, old, new, roots):
 @separate
 def _met(field, h, piece, old, new, roots):
     """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
-    count, bracket = 0, np.empty(2)
+    count = 0
+    bracket = np.empty(2)
     for k in range(field.laws.first.size - 1):
         index = field.laws.first[k] + int(piece[k])
         for up in range(-1, 2, 2):
             corner = field.laws.upper[index] if up > 0 else field.laws.lower[index]
             if abs(corner) > 1e300:
                 continue
-            gap, end = up * (corner - old[0][k]), up * (corner - new[0][k])
+            gap = up * (corner - old[0][k])
+            end = up * (corner - new[0][k])
             if not _exit(h, gap, -up * old[1][k], end, -up * new[1][k], bracket):
                 continue
-            roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece[k], up, corner
-            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = bracket[0], bracket[1], 0.0, 0.0
-            roots[count, 10], roots[count, 11] = old[0][k] - corner, new[0][k] - corner
+            roots[count, 0] = k
+            roots[count, 1] = piece[k]
+            roots[count, 2] = up
+            roots[count, 3] = corner
+            roots[count, 4] = bracket[0]
+            roots[count, 5] = bracket[1]
+            roots[count, 6] = 0.0
+            roots[count, 9] = 0.0
+            roots[count, 10] = old[0][k] - corner
+            roots[count, 11] = new[0][k] - corner
             count += 1
     return count
 
 
 @inlined
-def _next_guess(root, tries):
+def _next_guess(root, ends):
     """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
-    if tries == 0:
+    if ends == NO_END:
         return root[4]
-    if tries == 1:
+    if ends == ONE_END:
         return root[5]
     x = (root[4] * root[8] - root[5] * root[7]) / (root[8] - root[7])
     return x if root[4] < x < root[5] else 0.5 * (root[4] + root[5])
 
 
 @inlined
-def _widen(root, tries, x, value):
+def _widen(root, ends, x, value):
     """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
 
-    Returns how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    Returns ONE_END, BOTH_ENDS, AT_BEGIN or NO_CROSSING.
     """
     inside = value * root[2] < 0.0
-    if tries == 0:
+    if ends == NO_END:
         root[7] = value if inside else -root[2] * _BARELY
         if inside or x <= 0.0:
-            return 1 if root[5] > x else -2
+            return ONE_END if root[5] > x else AT_BEGIN
         before = root[10] if root[10] * root[2] < 0.0 else -root[2] * _BARELY
-        root[4], root[7], root[5], root[8] = 0.0, before, x, value
-        return 2
+        root[4] = 0.0
+        root[7] = before
+        root[5] = x
+        root[8] = value
+        return BOTH_ENDS
     root[8] = value
     if not inside:
-        return 2
+        return BOTH_ENDS
     if root[11] * root[2] < 0.0:
-        return -1
-    root[4], root[7], root[5], root[8] = x, value, 1.0, root[11]
-    return 2
+        return NO_CROSSING
+    root[4] = x
+    root[7] = value
+    root[5] = 1.0
+    root[8] = root[11]
+    return BOTH_ENDS
 
 
 @inlined
 def _narrow(root, x, value):
     """Take note of a value inside the bracket. Returns whether the root is settled."""
-    last, root[6] = root[6], x
+    last = root[6]
+    root[6] = x
     if (value > 0.0) == (root[8] > 0.0):
-        root[5], root[8], root[7] = x, value, (0.5 * root[7] if root[9] == 1.0 else root[7])
+        root[5] = x
+        root[8] = value
+        root[7] = 0.5 * root[7] if root[9] == 1.0 else root[7]
         root[9] = 1.0
     else:
-        root[4], root[7], root[8] = x, value, (0.5 * root[8] if root[9] == -1.0 else root[8])
+        root[4] = x
+        root[7] = value
+        root[8] = 0.5 * root[8] if root[9] == -1.0 else root[8]
         root[9] = -1.0
     return value == 0.0 or abs(x - last) <= _SETTLED
 
@@ -226,21 +278,35 @@ def _narrow(root, x, value):
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
-    Returns (x, k, up): where the step must end, element and way; x = 2: at its end.
+    Returns (x, k, up): the fraction of the step where it must end, element and way; x = _AT_END: no crossing.
     """
     buffers, probe, here = scratch
-    counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
+    counts = stepper.counts
+    t = stepper.clock[NOW]
+    y = stepper.y
     # what is known of the roots, and where the step ends so far
-    begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
-    known = 0 if control.held else 2  # values at the ends of a blind step are known
-    first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
+    begin = counts[EVENTS]
+    rows = stepper.states.shape[0]
+    base = stepper.y.size - field.rows.shape[0]
+    known = NO_END if control.held else BOTH_ENDS  # values at the ends of a blind step are known
+    first = _AT_END
+    element = -1
+    way = 0
+    done = 0
+    ends = known
+    narrowed = 0
+    reach = h
     while True:
         # what comes next: a guess of a root, the move to the first root, or a sample
-        locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
+        locating = done < count
+        moving = done == count and first <= 1.0
+        ahead = 0.0
         if locating:
-            x = _next_guess(roots[done], tries)
+            x = _next_guess(roots[done], ends)
         elif moving:
-            x, reach, last = first, first * h, False
+            x = first
+            reach = first * h
+            last = False
         else:
             i = counts[SAMPLE]
             if i >= rows:
@@ -274,30 +340,38 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
-        root, value = roots[done], here[0][k] - roots[done, 3]
-        if tries < 2:
-            tries = _widen(root, tries, x, value)
-            if tries >= 0:
+        root = roots[done]
+        value = here[0][k] - roots[done, 3]
+        if ends != BOTH_ENDS:
+            ends = _widen(root, ends, x, value)
+            if ends in (ONE_END, BOTH_ENDS):
                 continue
-            root[6] = 2.0 if tries == -1 else x
+            root[6] = _AT_END if ends == NO_CROSSING else x
         else:
-            tries += 1
-            if not _narrow(root, x, value) and tries < _LOCATING:
+            narrowed += 1
+            if not _narrow(root, x, value) and narrowed < _MOST_NARROWED:
                 continue
         # the root is settled: log the crossing, or end the step at the first of them
-        x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
+        x = roots[done, 6]
+        piece = int(roots[done, 1])
+        up = int(roots[done, 2])
         if not control.held:
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
         elif x < first:
-            first, element, way = x, k, up
-        done, tries = done + 1, known
+            first = x
+            element = k
+            way = up
+        done = done + 1
+        ends = known
+        narrowed = 0
     return first, element, way
 
 
 @kernel
 def _try(field, method, control, stepper, h, buffers, after):
     """Try a step of length h. Returns its error relative to what is allowed, and sets the next step to try."""
-    counts, clock = stepper.counts, stepper.clock
+    counts = stepper.counts
+    clock = stepper.clock
     clock[TRIED] += h
     if method.kind == EXTRAPOLATION:
         error, column, calls = extrapolate(
@@ -305,7 +379,8 @@ def _try(field, method, control, stepper, h, buffers, after):
         )
         counts[CALLS] += calls
         step, target = next_of_extrapolation(buffers, column, counts[COLUMN], error <= 1.0)
-        clock[NEXT], counts[COLUMN] = step, target
+        clock[NEXT] = step
+        counts[COLUMN] = target
         return error
     runge_kutta(field, method, control.held, clock[NOW], h, stepper.y, buffers, after)
     counts[CALLS] += method.b.size - 1
@@ -321,8 +396,12 @@ def _try(field, method, control, stepper, h, buffers, after):
 def step_on(field, method, control, stepper, samples_per_period, most_events, budget):
     """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
     # room for the work
-    size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
-    counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
+    size = stepper.y.size
+    elements = field.rows.shape[0]
+    y = stepper.y
+    counts = stepper.counts
+    clock = stepper.clock
+    rows = stepper.states.shape[0]
     buffers = StepBuffers(
         np.empty(2 * field.cycles.size),
         _four(elements),
@@ -333,11 +412,18 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         np.empty(size),
         np.zeros(COLUMNS),
     )
-    old, new, here = _four(elements), _four(elements), _four(elements)
-    after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
+    old = _four(elements)
+    new = _four(elements)
+    here = _four(elements)
+    after = np.empty(size)
+    slope = np.empty(size)
+    probe = np.empty(size)
+    roots = np.empty((most_events, ROOT))
     # the first step, and the elements' states at its beginning
     if not counts[BEGUN]:
-        counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
+        counts[BEGUN] = 1
+        counts[COLUMN] = FIRST_COLUMN
+        clock[NEXT] = control.step
     _take(stepper.piece, old[2])
     look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
     end = (rows - 1) * field.period / samples_per_period
@@ -348,9 +434,11 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         if counts[EVENTS] + most_events > stepper.event_time.size:
             return LOG_FULL
         # try a step: up to the last sample at most
-        t, left = clock[NOW], end - clock[NOW]
+        t = clock[NOW]
+        left = end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
-        h, wanted = left if last else clock[NEXT], clock[NEXT]
+        h = left if last else clock[NEXT]
+        wanted = clock[NEXT]
         _take(slope, buffers.stages[0])
         _take(stepper.piece, buffers.at[2])
         error = _try(field, method, control, stepper, h, buffers, after)
@@ -370,7 +458,10 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
         look(field, then, after, control.held, new, buffers.wave, slope)
         # crossings and samples within the step
-        x, k, up, count = 2.0, -1, 0, 0
+        x = _AT_END
+        k = -1
+        up = 0
+        count = 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
         elif _differ(old[2], new[2]):
@@ -401,7 +492,8 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             counts[STALLED] = counts[STALLED] + 1 if taken == 0.0 else 0
             if counts[STALLED] > _MOST_STALLED:
                 return CHATTER
-            piece, base = int(stepper.piece[k]), size - elements
+            piece = int(stepper.piece[k])
+            base = size - elements
             stepper.piece[k] += up
             _take(stepper.piece, new[2])
             look(field, clock[NOW], y, True, new, buffers.wave, slope)

@@ -1,10 +1,8 @@
-"""Many variants of a driveline, one after the other, without the interpreter: laid out, started, marched, finished.
+"""Variants of a driveline in one compiled loop: one after the other is laid out, started, marched and evaluated.
 
 Large kernels are called by their addresses (``_jit.address_of``), with the machine code that a single run uses: the
-same bits, and nothing is compiled twice. Logs and room for regions are enlarged by the caller: the loop returns a code,
-and goes on where it stood when it is called again.
-
-Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, notes, log), ``variants``.
+same bits, and nothing is compiled twice. Where the log is full, or another region has no room, the loop returns a code;
+its caller enlarges the arrays and calls again, and the loop goes on with the variant and the step at which it stopped.
 """
 
 from __future__ import annotations
@@ -14,23 +12,52 @@ from typing import NamedTuple
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels._llvm import call_count, call_real, call_silent, call_truth
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
-from gearrattle.engine.kernels.corner_log import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
+from gearrattle.engine.kernels.equilibrium_kernel import FOUND
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.memory_addresses import bounds_at, common_at, free_at, region_at
-from gearrattle.engine.kernels.packed import EVENTS, EXPANSIONS, LEVEL, NOTED, PENDING, SAMPLE, SLOT, STEPS
+from gearrattle.engine.kernels.outcomes import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
+from gearrattle.engine.kernels.packed import (
+    EVENTS,
+    EXPANSIONS,
+    LEVEL,
+    NOTED,
+    PENDING,
+    SAMPLE,
+    SLOT,
+    STEPS,
+    Inputs,
+    Instants,
+    Log,
+    March,
+    Notes,
+    Regions,
+    Samples,
+)
 from gearrattle.engine.kernels.region_stages import Stages
-from gearrattle.engine.kernels.start_pieces import choose, stand
+from gearrattle.engine.kernels.start_pieces import choose_pieces, put_at_start
 from gearrattle.engine.kernels.tallies import tally
 from gearrattle.engine.kernels.variant_arrays import Coefficients, Frame, Judged, Scales, Statics
 from gearrattle.engine.kernels.workspace import BUILT
 
-FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
-"""Answers: all are done; a slice is spent; the log is full; another region needs room."""
-FOLLOWED, LEFT = 1, 2
-"""Outcomes of a variant: followed to its end and finished; left to the general way (on a corner, no equilibrium, not
-finite, chatter)."""
+# Codes that the loop and its parts return. Where a slot may be returned as well, the codes are negative.
+READY = 2
+"""The region of the present state is built: the march can go on."""
+FINISHED = 1
+"""The variant is at its end; from ``march_many``: all variants are done."""
+SPENT = 0
+"""The slice is spent, from ``march_many`` all slices: call again."""
+MORE_ROOM = -1
+"""The next region does not fit into ``regions``: enlarge them and call again."""
+IMPOSSIBLE = -2
+"""This variant cannot be done here (a start on a corner, no equilibrium, a state that is not finite, chatter)."""
+MORE_LOG = -3
+"""The log of crossings is full: enlarge it and call again."""
+
+FOLLOWED = 1
+LEFT = 2
+"""Outcomes of a variant: marched to its end and evaluated; not done here, so that it must be run alone."""
 AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
-"""Entries of the cursor: variant; whether it is under way; slots and tables used."""
+"""Entries of the cursor: the present variant; whether it is under way; slots and tables that its regions take."""
 AS_GIVEN, STATIC, STEADY = range(3)
 """Starts of variants: with the angles and velocities given; in their equilibrium with the velocities given; there, with
 the rigid response of their free trains added."""
@@ -41,15 +68,15 @@ class Entries(NamedTuple):
 
     scale: int
     lay_out: int
-    settle: int
+    limit_states: int
     work_out: int
     pack: int
     accelerate_rigidly: int
     rest: int
     is_loose: int
-    turn: int
+    angles_from_deflections: int
     respond_rigidly: int
-    finish: int
+    evaluate: int  # at the end of a motion: ``sum_crossings``, or ``periods.differentiate``
     march_on: int
     work_out_samples: int
     zgees: int
@@ -74,7 +101,7 @@ class Cases(NamedTuple):
 
 
 class Buffers(NamedTuple):
-    """Room of one thread that does not depend on the number of regions."""
+    """Start and end of the present variant."""
 
     scales: Scales
     deflection: Vector  # (r,)
@@ -86,6 +113,21 @@ class Buffers(NamedTuple):
     travel: Vector  # (E,)
     initial: IntVector  # (K,) pieces at the start
     final: Vector  # (K,) force integrals at the end
+
+
+class Thread(NamedTuple):
+    """The arrays that one thread works on: those of the present variant, and where the loop stands."""
+
+    workspace: IntVector  # words of ``located``: one region while it is built
+    buffers: Buffers
+    inputs: Inputs  # of the structure, scaled for the present variant
+    instants: Instants | None
+    regions: Regions  # met so far
+    march: March
+    samples: Samples  # from the first one that is kept
+    notes: Notes
+    log: Log
+    cursor: IntVector  # (4,) see ``CURSOR``
 
 
 @strict
@@ -107,9 +149,14 @@ def numbers_of(numbers, v):
 
 
 @strict
-def _slot_of(at, workspace, regions, cursor):
-    """The slot of the region of ``region.pieces``, built if it is new; -1: needs room; -2: cannot be built."""
-    clearances, pieces, free = common_at(workspace).clearances, region_at(workspace).pieces, free_at(workspace)
+def _slot_of(entries, thread):
+    """The slot of the region of ``region.pieces``, built if it is new; else MORE_ROOM or IMPOSSIBLE."""
+    workspace = thread.workspace
+    regions = thread.regions
+    cursor = thread.cursor
+    clearances = common_at(workspace).clearances
+    pieces = region_at(workspace).pieces
+    free = free_at(workspace)
     # a region that was met before
     for slot in range(cursor[SLOTS]):
         is_same = True
@@ -118,44 +165,50 @@ def _slot_of(at, workspace, regions, cursor):
         if is_same:
             return slot
     # a new one: build it up to its tables
-    if call_count(at.work_out, (at.stages, at.zgees, workspace)) != BUILT:
-        return -2
+    if call_count(entries.work_out, (entries.stages, entries.zgees, workspace)) != BUILT:
+        return IMPOSSIBLE
     # whether there is room for it
-    slot, tables = cursor[SLOTS], free.fine[0] + 1
+    slot = cursor[SLOTS]
+    tables = free.fine[0] + 1
     has_room = slot < regions.fine.size and cursor[TABLES] + tables <= regions.tables.shape[0]
     has_room = has_room and bounds_at(workspace).used[0] <= regions.weights.shape[2]
     if not has_room or free.width[0] > regions.probe.shape[2]:
-        return -1
+        return MORE_ROOM
     # write it into the next slot
-    call_silent(at.pack, (at.stages, workspace, regions, slot, cursor[TABLES]))
+    call_silent(entries.pack, (entries.stages, workspace, regions, slot, cursor[TABLES]))
     cursor[SLOTS] += 1
     cursor[TABLES] += tables
     return slot
 
 
 @strict
-def _rest(at, system, cases, buffers):
-    """Write the angles of the static equilibrium; False where the general way must find them."""
-    acceleration, x, travel = buffers.acceleration, buffers.sought, buffers.travel
-    call_silent(at.accelerate_rigidly, (system, cases.statics.motion, acceleration))
-    if call_count(at.rest, (system, cases.frame.label, cases.statics, acceleration, x, travel)) != 0:
+def _find_equilibrium(entries, system, cases, buffers):
+    """Write the angles of the static equilibrium; False where there is none, or a gap without load leaves it open."""
+    acceleration = buffers.acceleration
+    x = buffers.sought
+    travel = buffers.travel
+    call_silent(entries.accelerate_rigidly, (system, cases.statics.motion, acceleration))
+    if call_count(entries.rest, (system, cases.frame.label, cases.statics, acceleration, x, travel)) != FOUND:
         return False
-    if call_truth(at.is_loose, (system.laws, cases.statics, x)):
+    if call_truth(entries.is_loose, (system.laws, cases.statics, x)):
         return False
-    call_silent(at.turn, (cases.statics, x, buffers.rest))
+    call_silent(entries.angles_from_deflections, (cases.statics, x, buffers.rest))
     return True
 
 
 @strict
-def _find_start(at, system, cases, buffers, v):
-    """Write angles and velocities of the start; False where the general way must find them."""
-    angle, velocity, rest, start = buffers.angle, buffers.velocity, buffers.rest, cases.start[0]
+def _find_start(entries, system, cases, buffers, v):
+    """Write angles and velocities of the start; False where they follow from no equilibrium."""
+    angle = buffers.angle
+    velocity = buffers.velocity
+    rest = buffers.rest
+    start = cases.start[0]
     # angles of the static equilibrium
-    if start != AS_GIVEN and not _rest(at, system, cases, buffers):
+    if start != AS_GIVEN and not _find_equilibrium(entries, system, cases, buffers):
         return False
     # the rigid response of free trains, added to the equilibrium
     if start == STEADY:
-        call_silent(at.respond_rigidly, (system, cases.frame, cases.statics, rest, angle, velocity))
+        call_silent(entries.respond_rigidly, (system, cases.frame, cases.statics, rest, angle, velocity))
     # angles and velocities as asked for
     for i in range(angle.size):
         if start == AS_GIVEN:
@@ -171,122 +224,153 @@ def _find_start(at, system, cases, buffers, v):
 
 
 @strict
-def _begin(at, workspace, cases, buffers, inputs, regions, march, cursor):
-    """Lay a variant out and put it at its start: 0; -1: needs room; -2: cannot be done here."""
+def _begin(entries, cases, thread):
+    """Lay a variant out and put it at its start: READY, MORE_ROOM or IMPOSSIBLE."""
     # angles and velocities at the start
-    v, clearances, pieces = cursor[AT], common_at(workspace).clearances, region_at(workspace).pieces
-    system, scales = numbers_of(cases.numbers, v), buffers.scales
-    if not _find_start(at, system, cases, buffers, v):
-        return -2
-    # scales, the arrays that all regions share, and the size of an ordinary motion
-    call_silent(at.scale, (system, cases.frame, scales))
-    call_silent(at.lay_out, (workspace, system, cases.frame, scales))
-    call_real(at.settle, (at.stages, workspace))
-    for h in range(inputs.scale.size):
-        inputs.scale[h] = scales.inputs[h]
+    workspace = thread.workspace
+    buffers = thread.buffers
+    march = thread.march
+    cursor = thread.cursor
+    v = cursor[AT]
+    clearances = common_at(workspace).clearances
+    pieces = region_at(workspace).pieces
+    system = numbers_of(cases.numbers, v)
+    scales = buffers.scales
+    if not _find_start(entries, system, cases, buffers, v):
+        return IMPOSSIBLE
+    # scales, the arrays that all regions share, and the largest states that are split off
+    call_silent(entries.scale, (system, cases.frame, scales))
+    call_silent(entries.lay_out, (workspace, system, cases.frame, scales))
+    call_real(entries.limit_states, (entries.stages, workspace))
+    for h in range(thread.inputs.scale.size):
+        thread.inputs.scale[h] = scales.inputs[h]
     # the state in these scales, and the pieces it lies in
-    stand(cases.frame, scales, buffers.angle, buffers.velocity, buffers.deflection, march)
-    if not choose(workspace, cases.frame, buffers.angle, march):
-        return -2
+    put_at_start(cases.frame, scales, buffers.angle, buffers.velocity, buffers.deflection, march)
+    if not choose_pieces(workspace, cases.frame, buffers.angle, march):
+        return IMPOSSIBLE
     # the region of the start
-    cursor[SLOTS] = cursor[TABLES] = 0
+    cursor[SLOTS] = 0
+    cursor[TABLES] = 0
     for i in range(buffers.initial.size):
         buffers.initial[i] = pieces[clearances[i]]
-    slot = _slot_of(at, workspace, regions, cursor)
-    if slot >= 0:
-        march.counts[SLOT], march.counts[LEVEL] = slot, regions.fine[slot]
-    return min(slot, 0)
+    slot = _slot_of(entries, thread)
+    if slot < 0:
+        return slot
+    march.counts[SLOT] = slot
+    march.counts[LEVEL] = thread.regions.fine[slot]
+    return READY
 
 
 @strict
-def _cross(at, workspace, buffers, regions, march, cursor):
-    """Go on into the region beyond a corner: 0; -1: needs room; -2: cannot be done here."""
-    clearances, pieces, counts = common_at(workspace).clearances, region_at(workspace).pieces, march.counts
+def _cross(entries, thread):
+    """Go on into the region beyond a corner: READY, MORE_ROOM or IMPOSSIBLE."""
+    workspace = thread.workspace
+    regions = thread.regions
+    counts = thread.march.counts
+    clearances = common_at(workspace).clearances
+    pieces = region_at(workspace).pieces
     # the pieces beyond the corner
-    here, k, upward = counts[SLOT], counts[PENDING] // 2, counts[PENDING] % 2
-    for i in range(buffers.initial.size):
+    here = counts[SLOT]
+    k = counts[PENDING] // 2
+    upward = counts[PENDING] % 2
+    for i in range(clearances.size):
         pieces[clearances[i]] = regions.piece[here, i]
     pieces[clearances[k]] += 1 if upward else -1
     # their region, and both regions as neighbours of each other
-    slot = _slot_of(at, workspace, regions, cursor)
-    if slot >= 0:
-        regions.neighbour[here, k, upward], regions.neighbour[slot, k, 1 - upward] = slot, here
-        counts[SLOT], counts[PENDING] = slot, -1
-    return min(slot, 0)
+    slot = _slot_of(entries, thread)
+    if slot < 0:
+        return slot
+    regions.neighbour[here, k, upward] = slot
+    regions.neighbour[slot, k, 1 - upward] = here
+    counts[SLOT] = slot
+    counts[PENDING] = -1
+    return READY
 
 
 @strict
-def advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor):
-    """March a slice of one variant: 1: at its end; 0: slice spent; -1: needs room; -2: cannot be done; -3: log full."""
-    counts, code = march.counts, 0
-    inputs, instants = driven
+def _march_slice(entries, cases, thread):
+    """March a slice of one variant: FINISHED, SPENT, MORE_ROOM, MORE_LOG or IMPOSSIBLE."""
+    regions = thread.regions
+    inputs = thread.inputs
+    march = thread.march
+    samples = thread.samples
+    counts = march.counts
+    notes = thread.notes
+    code = READY
     # a variant that has not begun: lay it out and find its first region
-    if not cursor[UNDER_WAY]:
-        code = _begin(at, workspace, cases, buffers, inputs, regions, march, cursor)
-        if code != 0:
+    if not thread.cursor[UNDER_WAY]:
+        code = _begin(entries, cases, thread)
+        if code != READY:
             return code
-        counts[SAMPLE], cursor[UNDER_WAY] = samples.first, 1
-    while code == 0:
+        counts[SAMPLE] = samples.first
+        thread.cursor[UNDER_WAY] = 1
+    while code == READY:
         # march until something is needed, and store the samples noted
-        answer = call_count(at.march_on, (regions, inputs, instants, march, samples, notes, log, _BUDGET))
+        marched = regions, inputs, thread.instants, march, samples, notes, thread.log, _BUDGET
+        answer = call_count(entries.march_on, marched)
         if counts[NOTED]:
-            call_silent(at.work_out_samples, (regions, inputs, notes, samples, counts))
+            call_silent(entries.work_out_samples, (regions, inputs, notes, samples, counts))
         # what the march asks for: a larger log, the region beyond a corner, the next slice
         if answer == LOG_FULL:
-            return -3
+            return MORE_LOG
         if answer == NEEDS_REGION:
-            code = _cross(at, workspace, buffers, regions, march, cursor)
+            code = _cross(entries, thread)
         elif answer == DONE:
-            return 1
+            return FINISHED
         elif answer == SLICE_SPENT:
-            return 0
+            return SPENT
         elif answer != NOTES_FULL:
-            return -2
+            return IMPOSSIBLE
     return code
 
 
 @strict_entry
-def judge(_workspace, cases, buffers, _regions, march, samples, log, cursor, out):
+def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cursor, out):
     """Write the sums over the crossings of a motion that was marched to its end; see ``march_many``."""
-    v, counts, integrals = cursor[AT], march.counts, samples.states.shape[1] - buffers.final.size
+    v = cursor[AT]
+    counts = march.counts
+    integrals = samples.states.shape[1] - buffers.final.size
     # force integrals at the end: contacts that are still open end there
     for k in range(buffers.final.size):
         buffers.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
     # sums over the crossings in the window
-    window, initial, final = cases.window[v], buffers.initial, buffers.final
+    window = cases.window[v]
+    initial = buffers.initial
+    final = buffers.final
     tally(cases.judged, log, counts[EVENTS], window, initial, final, buffers.scales, v, out)
     out.calls[v, 0] = counts[STEPS] + counts[EXPANSIONS]
 
 
 @strict_entry
-def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
-    """March variants from where the cursor stands, for so many slices, and finish each at its end.
+def march_many(entries, cases, thread, out, slices):
+    """March variants from where the cursor stands, for so many slices, and evaluate each at its end.
 
-    workspace: see ``located``.
-    driven: inputs and instants, see ``packed``.
-    regions, march, samples, notes, log: see ``packed``; samples begin with the first one that is kept.
-    out: where ``at.finish`` writes: ``judge`` to ``variants.Tallies``, ``periods.differentiate`` to a ``Map``.
-    cursor: see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
+    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variants.Tallies``, ``periods.differentiate`` to a
+        ``Map``.
     slices: how many of ``_BUDGET`` steps each.
     Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
+    cursor = thread.cursor
+    buffers = thread.buffers
+    march = thread.march
+    samples = thread.samples
     while cursor[AT] < cases.outcome.size:
         v = cursor[AT]
         # a slice of the present variant
         if slices <= 0:
             return SPENT
         slices -= 1
-        code = advance_one(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, cursor)
+        code = _march_slice(entries, cases, thread)
         # what must grow before it goes on
-        if code == -1:
-            return MORE_ROOM
-        if code == -3:
-            return MORE_LOG
-        if code == 0:
+        if code in (MORE_ROOM, MORE_LOG):
+            return code
+        if code == SPENT:
             continue
-        # the variant is through, or left to the general way: finish it and take the next one
-        if code == 1:
-            call_silent(at.finish, (workspace, cases, buffers, regions, march, samples, log, cursor, out))
-        cases.outcome[v] = FOLLOWED if code == 1 else LEFT
-        cursor[AT], cursor[UNDER_WAY] = v + 1, 0
+        # the variant is through, or cannot be done here: evaluate it and take the next one
+        if code == FINISHED:
+            finished = thread.workspace, cases, buffers, thread.regions, march, samples, thread.log, cursor, out
+            call_silent(entries.evaluate, finished)
+        cases.outcome[v] = FOLLOWED if code == FINISHED else LEFT
+        cursor[AT] = v + 1
+        cursor[UNDER_WAY] = 0
     return FINISHED

@@ -47,25 +47,25 @@ def packed_inputs(flow: Flow) -> Inputs:
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
     # knots of the signals, and their chains padded for vectors
     whole = np.floor(flow.knots[:-1])
-    knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals
     pace, links = (0.0, 1) if signals is None else (signals.pace(flow.system.inputs.period), signals.degree + 1)
     intervals, entries = flow.chains.shape
     chains = np.zeros((intervals, entries // links, links + 4 * strips_for(links)))
     chains[..., :links] = flow.chains.reshape(intervals, -1, links) if entries else 0.0
     return Inputs(
-        high,
-        low,
-        flow.frequency,
-        flow.scaling.inputs,
-        steps,
-        *knots,
-        chains,
-        flow.fourth_of_chains,
-        pace,
-        links,
-        np.cos(angle),
-        np.sin(angle),
+        cycles_high=high,
+        cycles_low=low,
+        frequency=flow.frequency,
+        scale=flow.scaling.inputs,
+        steps=steps,
+        knot_cycle=whole,
+        knot_fraction=flow.knots[:-1] - whole,
+        chains=chains,
+        fourth=flow.fourth_of_chains,
+        pace=pace,
+        links=links,
+        turn_cosine=np.cos(angle),
+        turn_sine=np.sin(angle),
     )
 
 
@@ -94,7 +94,7 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
 class Slots:
     """The regions a run has visited; ``packed`` holds the arrays of the kernels."""
 
-    def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
+    def __init__(self, flow: Flow, shelf: Shelf, capacity: Capacity | None = None) -> None:
         self.flow = flow
         self._shelf = shelf
         self._lock = Lock()
@@ -159,14 +159,6 @@ class Shelf:
             return self.slots
 
 
-class Alone:
-    """A shelf for one run alone: its slots are dropped when it ends."""
-
-    def renewed(self, full: Slots) -> Slots:
-        """Empty slots."""
-        return Slots(full.flow, self, full.store.capacity())
-
-
 def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
     """Do some work on a driveline; for a large one beside the main thread, which listens to Ctrl-C meanwhile.
 
@@ -207,11 +199,6 @@ def slots_of(system: PiecewiseSystem) -> Slots:
 def _bytes_kept() -> int:
     """Memory that the kept regions of all systems take."""
     return sum(shelf.slots.store.bytes for shelf in _KEPT.values())
-
-
-def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
-    """Slots of a system for one run alone, kept by no one else; with capacity for what is likely to come."""
-    return Slots(flow_of(system), Alone(), capacity)
 
 
 @kept

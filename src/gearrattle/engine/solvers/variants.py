@@ -1,4 +1,4 @@
-"""Variants of a driveline that differ in numbers alone, marched by ``exact`` and finished in one compiled loop.
+"""Variants of a driveline that differ in numbers alone, marched by ``exact`` and evaluated in one compiled loop.
 
 The loop (``kernels.variants_march``) runs the machine code of a single run, so every variant comes out to the same bits
 as one alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop
@@ -158,8 +158,9 @@ class Batch:
     """All arrays that the loop of one thread works on.
 
     pattern, numbers, start, window: as of ``march_variants``.
-    finish: entry kernel for a motion at its end, and what it writes; None: ``kernels.variants_march.judge`` and
-    ``Tallies``. kept: samples of every variant; they are there until the next one begins.
+    evaluation: entry kernel for a motion at its end, and what it writes; None: ``sum_crossings`` of the loop and
+        ``Tallies``.
+    kept: samples of every variant; they are there until the next one begins.
     """
 
     def __init__(
@@ -168,7 +169,7 @@ class Batch:
         numbers: Coefficients,
         start: tuple[Array, Array],
         window: Array,
-        finish: tuple[Callable[..., Any], Any] | None = None,
+        evaluation: tuple[Callable[..., Any], Any] | None = None,
         *,
         kept: Kept = END,
     ) -> None:
@@ -196,8 +197,8 @@ class Batch:
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         # what is written of a finished motion, and the addresses of the kernels called
         self.out: Any
-        entry, self.out = finish or (compact(variants_march.judge), room_for(count, self.cases.judged))
-        self.at = self._entries(entry)
+        entry, self.out = evaluation or (compact(variants_march.sum_crossings), room_for(count, self.cases.judged))
+        self.entries = self._entries(entry)
         self.limit = StepLimit(pattern.system)
 
     @property
@@ -214,21 +215,19 @@ class Batch:
         """Do some slices of work, enlarge arrays where they are full; returns whether there is more to do."""
         # some slices of the compiled loop
         counts = self.march.counts
-        answer = variants_march.march_many(
-            self.at,
-            self.store.builder.words,
-            self.cases,
-            self.buffers,
-            (self.inputs, self.instants),
-            self.store.packed,
-            self.march,
-            self.samples,
-            self.notes,
-            self.log,
-            self.out,
-            self.cursor,
-            slices,
+        thread = variants_march.Thread(
+            workspace=self.store.builder.words,
+            buffers=self.buffers,
+            inputs=self.inputs,
+            instants=self.instants,
+            regions=self.store.packed,
+            march=self.march,
+            samples=self.samples,
+            notes=self.notes,
+            log=self.log,
+            cursor=self.cursor,
         )
+        answer = variants_march.march_many(self.entries, self.cases, thread, self.out, slices)
         # room for regions or crossings
         if answer == variants_march.MORE_ROOM:
             self.store.grow()
@@ -276,7 +275,7 @@ class Batch:
             average_trial_step=float(self.march.tried[0]) / max(int(counts[packed.TRIALS]), 1) * period,
         )
 
-    def _entries(self, finish: Callable[..., Any]) -> Any:
+    def _entries(self, evaluate: Callable[..., Any]) -> Any:
         """Addresses of the kernels that the loop calls, compiled for arguments of these types, as for a single run."""
 
         # arguments of the types that the kernels are called with
@@ -290,6 +289,7 @@ class Batch:
         system = picked(cases.numbers, 0)
         frame = cases.frame
         acceleration = buffers.acceleration
+        solution = cases.statics, buffers.sought, buffers.rest
         response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
@@ -297,7 +297,7 @@ class Batch:
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (state_scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (variant_common.lay_out, (workspace, system, frame, buffers.scales)),
-            "settle": (region_stages.settle, (stages, workspace)),
+            "limit_states": (region_stages.limit_states, (stages, workspace)),
             "work_out": (region_stages.work_out, (stages, zgees, workspace)),
             "pack": (region_stages.pack, (stages, workspace, regions, 0, 0)),
             "accelerate_rigidly": (equilibrium_kernel.accelerate_rigidly, (system, cases.statics.motion, acceleration)),
@@ -306,7 +306,7 @@ class Batch:
                 (system, frame.label, cases.statics, acceleration, buffers.sought, buffers.travel),
             ),
             "is_loose": (equilibrium_kernel.is_loose, (system.laws, cases.statics, buffers.sought)),
-            "turn": (equilibrium_kernel.turn, (cases.statics, buffers.sought, buffers.rest)),
+            "angles_from_deflections": (equilibrium_kernel.angles_from_deflections, solution),
             "respond_rigidly": (rigid_response.respond_rigidly, response),
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
@@ -316,7 +316,7 @@ class Batch:
             name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
             for name, (entry, arguments) in calls.items()
         }
-        return variants_march.Entries(**addresses, finish=address_of(finish, *finished), zgees=zgees, stages=stages)
+        return variants_march.Entries(**addresses, evaluate=address_of(evaluate, *finished), zgees=zgees, stages=stages)
 
 
 def _buffers(flow: Flow, cases: Any) -> Any:
@@ -327,16 +327,16 @@ def _buffers(flow: Flow, cases: Any) -> Any:
     scales = Scales(*map(np.empty, (deflections, inertias, 1 + flow.frequency.size, clearances)))
     statics = cases.statics
     return Buffers(
-        scales,
-        np.empty(deflections),
-        np.empty(inertias),
-        np.empty(inertias),
-        np.empty(inertias),
-        np.empty(inertias),
-        np.empty(statics.at.size),
-        np.empty(statics.elastic.size),
-        np.zeros(clearances, np.int64),
-        np.empty(clearances),
+        scales=scales,
+        deflection=np.empty(deflections),
+        angle=np.empty(inertias),
+        velocity=np.empty(inertias),
+        rest=np.empty(inertias),
+        acceleration=np.empty(inertias),
+        sought=np.empty(statics.at.size),
+        travel=np.empty(statics.elastic.size),
+        initial=np.zeros(clearances, np.int64),
+        final=np.empty(clearances),
     )
 
 

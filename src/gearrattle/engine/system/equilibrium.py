@@ -87,7 +87,7 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     # free gaps without load at their middle
     x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
     with plainly() if len(elastic) <= _SMALL else nullcontext():
-        compact(equilibrium_kernel.turn)(sought, x, angle)
+        compact(equilibrium_kernel.angles_from_deflections)(sought, x, angle)
     # all deflections and pieces
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x

@@ -62,7 +62,7 @@ class RegionBuilder:
             compact(lay_out)(self.words, coefficients_of(system), frame, scales)
         else:
             _lay_out(flow, self.workspace)
-        self.typical = float(compact(region_stages.settle)(self._stages, self.words))
+        self.typical = float(compact(region_stages.limit_states)(self._stages, self.words))
         if flow.chain.size:
             self._settle_chains(flow)
 

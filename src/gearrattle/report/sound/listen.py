@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib import import_module
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -60,6 +59,8 @@ class Sound(Result):
         the way from impulse to pressure.
     notes
         what the user must know.
+    bits
+        of the WAV files that are saved: 24 (integers), 32 or 64 (floating point).
 
     Examples
     --------
@@ -74,6 +75,7 @@ class Sound(Result):
     gain: float
     path: SoundPath
     notes: tuple[str, ...]
+    bits: int = 32
 
     @property
     def levels(self) -> dict[str, float]:
@@ -113,9 +115,7 @@ class Sound(Result):
         OSError
             it cannot be written; then nothing has changed.
         """
-        page = import_module("gearrattle.report.sound.sound_page").SoundPage(self, bits)
-        written: Path = import_module("gearrattle.report.saved").save(page, path)
-        return written
+        return Result.save(replace(self, bits=bits), path)
 
 
 def listen(

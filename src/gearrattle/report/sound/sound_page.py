@@ -22,14 +22,9 @@ class SoundPage(Presentation[Sound]):
 
     kind = "sound"
 
-    def __init__(self, result: Sound, bits: int = 32, *, with_quality: bool = False) -> None:
-        """Present sounds.
-
-        WAV files have 24 bits (integers), or 32 or 64 (floating point). With quality loudness, sharpness and roughness
-        are computed too; this needs the extra ``sound``.
-        """
+    def __init__(self, result: Sound, *, with_quality: bool = False) -> None:
+        """Present sounds; with quality loudness, sharpness and roughness are computed too (extra ``sound``)."""
         super().__init__(result)
-        self.bits = bits
         qualities = result.quality() if with_quality else {}
         self.designs = {
             name: {"level": level, **(qualities[name]._asdict() if with_quality else {})}
@@ -72,4 +67,4 @@ class SoundPage(Presentation[Sound]):
     def accompany(self, folder: Path) -> None:
         """Write the WAV file of every design."""
         for name in self.result.names:
-            (folder / f"{name}.wav").write_bytes(self.result.wav(name, self.bits))
+            (folder / f"{name}.wav").write_bytes(self.result.wav(name, self.result.bits))
