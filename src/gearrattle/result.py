@@ -87,6 +87,14 @@ class Result:
     """Name under which it is shown, where its kind says something else."""
     _view: ClassVar[Callable[[], View]]
 
+    def __init_subclass__(cls) -> None:
+        """Keep the short ``repr``: that of a dataclass is every number of it."""
+        super().__init_subclass__()
+        cls.__repr__ = cls.__repr__  # type: ignore[method-assign]
+
+    def __repr__(self) -> str:
+        return f"<{self.kind}: {self.sentence}>"
+
     @property
     def title(self) -> str:
         """Heading of its page."""
