@@ -165,17 +165,17 @@ def side_by_side(
     share.next()
     t = truth.trajectory
     comparison = Comparison(
-        model.name,
-        reference,
-        tuple(rows),
-        tolerance,
-        window,
-        horizon,
-        t.layout.period,
-        t.cycles,
-        t.discard,
-        t.samples_per_cycle,
-        budget,
+        model=model.name,
+        reference=reference,
+        rows=tuple(rows),
+        tolerance=tolerance,
+        window=window,
+        horizon=horizon,
+        period=t.layout.period,
+        cycles=t.cycles,
+        discard=t.discard,
+        samples_per_cycle=t.samples_per_cycle,
+        budget=budget,
     )
     comparison = replace(comparison, rows=with_verdicts(comparison))
     return replace(comparison, recommendation=recommendation(comparison))

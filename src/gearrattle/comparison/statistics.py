@@ -211,6 +211,7 @@ def _number(
     explained
         value of the reference, and how far the motion's own error may move it; None where not known.
     """
+    # distances from exact motions, and whether they are large enough to count
     mine, others = float(values[0]), values[1:]
     mean, distances = float(np.mean(others)), number_distances(values)
     reference, bound = (float("nan"), 0.0) if explained is None else map(float, explained)
@@ -219,13 +220,26 @@ def _number(
         and distances[0] * (abs(mine) + abs(mean)) > least**2
         and not abs(mine - reference) <= bound * (1.0 + _ROUNDING)
     )
+    # the verdict by rank, and the measure: a ratio to the mean of exact motions
     spread = float(np.ptp(others)) if np.isfinite(others).all() else 0.0
     p, verdict, by_chance = _judged(distances, large=bool(large), scatter=spread > max(NEGLIGIBLE * abs(mean), bound))
     scale = mean if mean != 0.0 else float("nan")
     low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
     measure, floor = "ratio to the mean of exact motions", max(NEGLIGIBLE, bound / abs(scale))
     return Item(
-        quantity, *(subject[0], mine, mean, subject[1]), measure, mine / scale, low, high, floor, p, verdict, by_chance
+        quantity=quantity,
+        subject=subject[0],
+        candidate=mine,
+        reference=mean,
+        unit=subject[1],
+        measure=measure,
+        value=mine / scale,
+        low=low,
+        high=high,
+        floor=floor,
+        p_value=p,
+        verdict=verdict,
+        by_chance=by_chance,
     )
 
 
@@ -259,7 +273,21 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
         ):
             p, verdict, by_chance = _judged(distances, large=bool(large), scatter=scatter)
             value, high = float(distances[0]), float(np.max(distances[1:]))
-            yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, smallest, p, verdict, by_chance)
+            yield Item(
+                quantity=quantity,
+                subject=name,
+                candidate=nan,
+                reference=nan,
+                unit="",
+                measure=measure,
+                value=value,
+                low=0.0,
+                high=high,
+                floor=smallest,
+                p_value=p,
+                verdict=verdict,
+                by_chance=by_chance,
+            )
 
 
 def _impulses(

@@ -220,7 +220,17 @@ def layout_of(path: Path) -> Layout:
         *_notes_of_lines([number for index, number in left_out if index > kept[names]], "below"),
         *_notes_of_stamps(heads, stamps),
     )
-    return Layout(encoding, separator, comma, heads, lines[kept[names]][0], first_row, quoted, stamps, notes)
+    return Layout(
+        encoding=encoding,
+        separator=separator,
+        decimal_comma=comma,
+        heads=heads,
+        names_line=lines[kept[names]][0],
+        first_row=first_row,
+        quoted=quoted,
+        stamps=stamps,
+        notes=notes,
+    )
 
 
 def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:

@@ -49,10 +49,18 @@ class Moments:
         away = values - mean
         square = away**2
         second, third, fourth = (np.asarray(np.trapezoid(p, axis=0)) for p in (square, square * away, square**2))
-        low = values.min(axis=0)
-        high = values.max(axis=0)
-        miss = np.maximum(*extremes_missed(values))
-        return cls(weight, mean, second, third, fourth, low, high, miss, values[0], values[-1])
+        return cls(
+            weight=weight,
+            mean=mean,
+            second=second,
+            third=third,
+            fourth=fourth,
+            low=values.min(axis=0),
+            high=values.max(axis=0),
+            miss=np.maximum(*extremes_missed(values)),
+            first=values[0],
+            last=values[-1],
+        )
 
     def corrected(self, columns: Sequence[int], exact: Statistics) -> Moments:
         """Return these with what is known exactly of some columns; moments that are NaN stay those of samples."""
@@ -82,16 +90,16 @@ class Moments:
         fourth = fourth + 6.0 * d**2 * (a**2 * other.second + b**2 * self.second) / n**2
         fourth = fourth + 4.0 * d * (a * other.third - b * self.third) / n
         return Moments(
-            n,
-            self.mean + d * b / n,
-            second,
-            third,
-            fourth,
-            np.minimum(self.low, other.low),
-            np.maximum(self.high, other.high),
-            np.maximum(self.miss, other.miss),
-            self.first,
-            other.last,
+            weight=n,
+            mean=self.mean + d * b / n,
+            second=second,
+            third=third,
+            fourth=fourth,
+            low=np.minimum(self.low, other.low),
+            high=np.maximum(self.high, other.high),
+            miss=np.maximum(self.miss, other.miss),
+            first=self.first,
+            last=other.last,
         )
 
     def summary(self, column: int) -> Summary:

@@ -100,16 +100,16 @@ class Impacts:
     def where(self, chosen: NDArray[np.bool_]) -> Impacts:
         """Return the impacts of a mask (I,)."""
         return Impacts(
-            self.time[chosen],
-            self.clearance[chosen],
-            self.region[chosen],
-            self.velocity[chosen],
-            self.departure[chosen],
-            self.duration[chosen],
-            self.impulse[chosen],
-            self.censored[chosen],
-            self.row[chosen],
-            self.mass[chosen],
+            time=self.time[chosen],
+            clearance=self.clearance[chosen],
+            region=self.region[chosen],
+            velocity=self.velocity[chosen],
+            departure=self.departure[chosen],
+            duration=self.duration[chosen],
+            impulse=self.impulse[chosen],
+            censored=self.censored[chosen],
+            row=self.row[chosen],
+            mass=self.mass[chosen],
         )
 
 

@@ -163,7 +163,15 @@ def prepare(
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(kept_outputs.chosen, run, ends)
     sections = Sections(
-        chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends, own_units(base)
+        chosen_outputs,
+        section=chosen,
+        units=units,
+        points=points,
+        tolerance=float(tolerance),
+        most=MOST_PERIOD,
+        states=states,
+        inertias=ends,
+        own_units=own_units(base),
     )
     return Diagram(plan, sections, seconds_alone(plan, sections.of, run, seconds), sweep)
 

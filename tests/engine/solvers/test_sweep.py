@@ -51,7 +51,7 @@ def test_correcting_near_a_crossing_is_making_everything_afresh(monkeypatch, sha
 
 
 def test_a_neighbourhood_does_not_grow_with_the_train():
-    sizes = [np.diff(plan_of(train("chain", n)).near.inertia_start).max() for n in (64, 128)]
+    sizes = [np.diff(plan_of(train("chain", n)).driveline.near.inertia_start).max() for n in (64, 128)]
     assert sizes[0] == sizes[1] < 32
 
 

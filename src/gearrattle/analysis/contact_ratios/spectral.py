@@ -111,9 +111,29 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
     a, b = ((x * f).reshape(segments, length) @ square for x, f in ((d, f), (d, d)))
     value = float(a.sum() / b.sum())
     if segments == 1:
-        return Gain(frequency, h1, h2, hv, coherence, np.full_like(error, np.nan), value, float("nan"), 1)
+        return Gain(
+            frequency=frequency,
+            h1=h1,
+            h2=h2,
+            hv=hv,
+            coherence=coherence,
+            random_error=np.full_like(error, np.nan),
+            value=value,
+            deviation=float("nan"),
+            segments=1,
+        )
     variance = segments / (segments - 1.0) * float(np.sum((a - value * b) ** 2)) / float(b.sum()) ** 2
-    return Gain(frequency, h1, h2, hv, coherence, error, value, float(np.sqrt(variance)), segments)
+    return Gain(
+        frequency=frequency,
+        h1=h1,
+        h2=h2,
+        hv=hv,
+        coherence=coherence,
+        random_error=error,
+        value=value,
+        deviation=float(np.sqrt(variance)),
+        segments=segments,
+    )
 
 
 def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:

@@ -21,7 +21,8 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import IntArray3, IntMatrix, IntVector, Matrix, UInt64Vector, Vector
-from gearrattle.engine.kernels.packed import ORDER
+from gearrattle.engine.kernels.laws import Laws
+from gearrattle.engine.kernels.packed import ORDER, Inputs
 
 
 class Network(NamedTuple):
@@ -73,6 +74,17 @@ class Near(NamedTuple):
     second_arm: Vector
     reference: IntMatrix  # (K, R) place of each reference in the neighbourhood, or -1
     active: IntArray3  # (K, ORDER + 1, 2) inertias and elements
+
+
+class Driveline(NamedTuple):
+    """What the march window by window knows of a driveline; nothing of it changes."""
+
+    network: Network
+    laws: Laws
+    near: Near
+    band: Vector  # (K,) rounding band of each clearance [SI]; 0: relative to its motion
+    inputs: Inputs  # all amplitudes one
+    windows: int  # a period
 
 
 @kernel

@@ -34,7 +34,6 @@ WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
 class Sweep(NamedTuple):
     """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
 
-    windows: int  # a period
     most: int  # crossings in a window before all is made afresh
     counts: IntVector  # (SIZE,) integers, see the names above and in ``packed``
     clock: Vector  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
@@ -125,8 +124,11 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
 
 
 @kernel
-def _search_all(network, laws, band, sweep, buffers, low):
+def _search_all(driveline, sweep, buffers, low):
     """Find every clearance's next crossing."""
+    network = driveline.network
+    laws = driveline.laws
+    band = driveline.band
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     clearances, first, error_of = network.clearances, laws.first, network.error_of
     whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
@@ -152,8 +154,12 @@ def _search_all(network, laws, band, sweep, buffers, low):
 
 
 @kernel
-def _search_near(network, laws, near, band, sweep, buffers, c, low):
+def _search_near(driveline, sweep, buffers, c, low):
     """Find the next crossing of the clearances near one that has crossed."""
+    network = driveline.network
+    laws = driveline.laws
+    near = driveline.near
+    band = driveline.band
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
     whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
@@ -188,14 +194,16 @@ def _search_near(network, laws, near, band, sweep, buffers, c, low):
 
 
 @kernel
-def _refresh(network, laws, band, inputs, sweep, buffers):
+def _refresh(driveline, sweep, buffers):
     """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
-    counts, clock = sweep.counts, sweep.clock
+    counts = sweep.counts
+    clock = sweep.clock
+    network = driveline.network
     # the states and the inputs where the window begins
     for i in range(buffers.y.size):
         sweep.table[0, i] = buffers.y[i]
     tie_up(network, sweep.table)
-    inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, buffers.u)
+    inputs_at(driveline.inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / driveline.windows, buffers.u)
     wave_series(network.turn, buffers.u, buffers.waves)
     # Taylor series of all motions from the equation of motion, order by order
     error_series(network.error_at, network.error, buffers.waves, sweep.errors)
@@ -217,17 +225,17 @@ def _refresh(network, laws, band, inputs, sweep, buffers):
     counts[CORRECTED] = 0
     counts[EXPANSIONS] += 1
     clock[1] = 0.0
-    _search_all(network, laws, band, sweep, buffers, 0.0)
+    _search_all(driveline, sweep, buffers, 0.0)
 
 
 @kernel
-def _emit(sweep, samples, until, buffers):
-    """Store every sample before ``until``, counted from the origin."""
+def _emit(windows, sweep, samples, until, buffers):
+    """Store every sample before ``until``, counted from the origin; so many windows are a period."""
     counts, clock, per_cycle = sweep.counts, sweep.clock, samples.per_cycle
-    begun = (counts[CYCLE] * sweep.windows + counts[WINDOW]) * per_cycle
+    begun = (counts[CYCLE] * windows + counts[WINDOW]) * per_cycle
     while counts[SAMPLE] < samples.pieces.shape[0]:
         i = counts[SAMPLE]
-        s = (i * sweep.windows - begun) / per_cycle - clock[0]
+        s = (i * windows - begun) / per_cycle - clock[0]
         if s >= until and s > clock[1]:
             break
         move(sweep.table, max(s, clock[1]), buffers.y)
@@ -239,8 +247,11 @@ def _emit(sweep, samples, until, buffers):
 
 
 @kernel
-def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
+def _cross(driveline, sweep, log, buffers, c):
     """Take clearance c over its corner, and the motion on from there."""
+    network = driveline.network
+    laws = driveline.laws
+    windows = driveline.windows
     counts, clock, k = sweep.counts, sweep.clock, network.clearances[c]
     s, upward, before = sweep.exit[c], sweep.upward[c], clock[0] + clock[1]
     # the force integral at the crossing, and its line in the log
@@ -249,8 +260,8 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
         integral = integral * s + sweep.table[j, column]
     clock[1] = s
     # log it
-    time = (counts[WINDOW] + (clock[0] + s)) / sweep.windows
-    rate = sweep.rate[c] * sweep.windows
+    time = (counts[WINDOW] + (clock[0] + s)) / windows
+    rate = sweep.rate[c] * windows
     log_crossing(log, counts[EVENTS], counts[CYCLE], time, c, upward, sweep.piece[c], rate, integral)
     counts[EVENTS] += 1
     counts[STALLED] = counts[STALLED] + 1 if clock[0] + s == before else 0
@@ -277,7 +288,7 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
         )
         correct(
             network,
-            near,
+            driveline.near,
             c,
             sweep.stiffness,
             sweep.damping,
@@ -293,31 +304,31 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
         )
         counts[CORRECTED] += 1
         # only the gaps near it are searched again, from the crossing on
-        _search_near(network, laws, near, band, sweep, buffers, c, s)
+        _search_near(driveline, sweep, buffers, c, s)
     # too many crossings in the window: all motions are made afresh from the states here
     else:
         move(sweep.table, s, buffers.y)
         clock[0] += s
-        _refresh(network, laws, band, inputs, sweep, buffers)
+        _refresh(driveline, sweep, buffers)
 
 
 @kernel
-def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
+def sweep_on(driveline, sweep, samples, log, buffers, budget):
     """March until all samples are stored or the caller must act.
 
-    network, laws, near: see ``network``.
-    band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
-    inputs: see ``packed``; all amplitudes one.
     sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
         table.
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.
     """
-    counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
+    counts = sweep.counts
+    clock = sweep.clock
+    exits = sweep.exit
+    windows = driveline.windows
     # the first window
     if not counts[EXPANDED]:
         copy(sweep.table[0], buffers.y.size, buffers.y)
-        _refresh(network, laws, band, inputs, sweep, buffers)
+        _refresh(driveline, sweep, buffers)
         counts[EXPANDED] = 1
     for _ in range(budget):
         # stop where the caller must act
@@ -334,25 +345,25 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
             return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
         # up to that crossing, and over it
         if k >= 0:
-            _emit(sweep, samples, end, buffers)
+            _emit(windows, sweep, samples, end, buffers)
             if counts[SAMPLE] >= samples.pieces.shape[0]:
                 return DONE
-            _cross(network, laws, near, band, inputs, sweep, log, buffers, k)
+            _cross(driveline, sweep, log, buffers, k)
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
         # no crossing is left: the states at the end of the window begin the next one
         end = 1.0 - clock[0]
-        _emit(sweep, samples, end, buffers)
+        _emit(windows, sweep, samples, end, buffers)
         move(sweep.table, end, buffers.y)
         clock[0] = 0.0
         counts[STEPS] += 1
         counts[WINDOW] += 1
-        if counts[WINDOW] == sweep.windows:
+        if counts[WINDOW] == windows:
             counts[WINDOW] = 0
             counts[CYCLE] += 1
         # all motions as Taylor series over the next window
         if not np.isfinite(buffers.y.sum()):
             return NON_FINITE
-        _refresh(network, laws, band, inputs, sweep, buffers)
+        _refresh(driveline, sweep, buffers)
     return SLICE_SPENT

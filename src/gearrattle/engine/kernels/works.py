@@ -91,13 +91,14 @@ def _add_powers(network, buffers, works, length, s, weight):
 
 
 @kernel
-def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
+def _over(driveline, buffers, works, share, abscissas, weights):
     """Add the powers over a share of a window from the state in the table, and move that to the end."""
+    network = driveline.network
     # the inputs and the Taylor series over that share of the window
     length = share * network.length
     for j in range(buffers.turn.size):
         buffers.turn[j] = share * network.turn[j]
-    inputs_at(inputs, buffers.now[0], buffers.now[1], buffers.u)
+    inputs_at(driveline.inputs, buffers.now[0], buffers.now[1], buffers.u)
     tie_up(network, buffers.table)
     wave_series(buffers.turn, buffers.u, buffers.waves)
     error_series(network.error_at, network.error, buffers.waves, buffers.errors)
@@ -121,32 +122,32 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
     # the state at the end, and the clock
     move(buffers.table, 1.0, buffers.y)
     buffers.table[0] = buffers.y
-    buffers.now[1] += share / windows
+    buffers.now[1] += share / driveline.windows
     if buffers.now[1] >= 1.0:
         buffers.now[0] += 1.0
         buffers.now[1] -= 1.0
 
 
 @kernel
-def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
+def integrate_works(driveline, path, first, last, samples, buffers, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
-    network, laws: see ``network``.
-    inputs: see ``packed``; all amplitudes one.
-    path, buffers, works: see ``Intervals``, ``WorkBuffers``, ``Works``; buffers and works change.
-    samples: (t, columns) of the table.
-    per_cycle, windows: how many a period.
+    driveline, path, buffers, works: see their types; buffers and works change.
+    samples: see ``packed``; columns of the sweep's table.
     nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
+    network = driveline.network
+    laws = driveline.laws
+    per_cycle = samples.per_cycle
     for i in range(first, last):
         if path.sample[i] >= 0:
-            buffers.table[0] = samples[path.sample[i]]
+            buffers.table[0] = samples.states[path.sample[i]]
             buffers.now[0] = path.sample[i] // per_cycle
             buffers.now[1] = (path.sample[i] % per_cycle) / per_cycle
         left = path.duration[i]
         while left > 0.0:
             share = min(left, 1.0)
-            _over(network, inputs, buffers, works, windows, share, nodes[0], nodes[1])
+            _over(driveline, buffers, works, share, nodes[0], nodes[1])
             left -= share
         c = path.clearance[i]
         if c >= 0:

@@ -81,21 +81,21 @@ class MultistepMarch:
         states = np.zeros((samples, self.block.states))
         states[0] = problem.initial
         self.march = kernel.March(
-            memory.z,
-            memory.point,
-            counts,
-            numbers,
-            np.zeros(8, np.int64),
-            np.zeros(2 * len(self.block.clearances), np.int32),
-            np.array(problem.start, dtype=np.int64),
-            np.zeros(elements),
-            problem.sample_times,
-            states,
-            np.zeros(_FIRST_LOG),
-            np.zeros(_FIRST_LOG, np.int64),
-            np.zeros((_FIRST_LOG, 2), np.int64),
-            np.zeros(_FIRST_LOG),
-            np.zeros(_FIRST_LOG),
+            z=memory.z,
+            point=memory.point,
+            counts=counts,
+            numbers=numbers,
+            current=np.zeros(8, np.int64),
+            roots=np.zeros(2 * len(self.block.clearances), np.int32),
+            piece=np.array(problem.start, dtype=np.int64),
+            deflection=np.zeros(elements),
+            times=problem.sample_times,
+            states=states,
+            event_time=np.zeros(_FIRST_LOG),
+            event_element=np.zeros(_FIRST_LOG, np.int64),
+            event_pieces=np.zeros((_FIRST_LOG, 2), np.int64),
+            event_rate=np.zeros(_FIRST_LOG),
+            event_integral=np.zeros(_FIRST_LOG),
         )
         # scratch, and the elements' states at the beginning
         waves = 2 * self.block.field.cycles.size

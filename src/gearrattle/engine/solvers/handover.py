@@ -155,17 +155,17 @@ def _lines(flow: Flow) -> Lines:
             watch[element] = column
     sizes = [law.stiffness.size for law in system.laws]
     return Lines(
-        strips(rows)[None],
-        np.ascontiguousarray(coordinates.angle_from_reference, dtype=float),
-        np.array([value for law in system.laws for value in law.stiffness], dtype=float),
-        np.array([value for law in system.laws for value in law.damping], dtype=float),
-        np.array([value for law in system.laws for value in law.offset], dtype=float),
-        np.cumsum([0, *sizes], dtype=np.int64)[:-1],
-        watch,
-        np.ascontiguousarray(system.rows, dtype=float),
-        np.ascontiguousarray(system.drag, dtype=float),
-        np.ascontiguousarray(system.inertia, dtype=float),
-        np.array(system.clearances, dtype=np.int64),
+        rows=strips(rows)[None],
+        turned=np.ascontiguousarray(coordinates.angle_from_reference, dtype=float),
+        stiffness=np.array([value for law in system.laws for value in law.stiffness], dtype=float),
+        damping=np.array([value for law in system.laws for value in law.damping], dtype=float),
+        offset=np.array([value for law in system.laws for value in law.offset], dtype=float),
+        first=np.cumsum([0, *sizes], dtype=np.int64)[:-1],
+        watch=watch,
+        elements=np.ascontiguousarray(system.rows, dtype=float),
+        drag=np.ascontiguousarray(system.drag, dtype=float),
+        inertia=np.ascontiguousarray(system.inertia, dtype=float),
+        clearances=np.array(system.clearances, dtype=np.int64),
     )
 
 

@@ -75,16 +75,16 @@ class StepMarch:
         # the stepper at the start, with room for samples and crossings
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
-            y.copy(),
-            np.array([0.0, self.step, 0.0, np.inf]),
-            np.zeros(8, np.int64),
-            start,
-            np.zeros((len(self.problem.sample_times), y.size)),
-            np.zeros(_FIRST_LOG),
-            np.zeros(_FIRST_LOG, np.int64),
-            np.zeros((_FIRST_LOG, 2), np.int64),
-            np.zeros(_FIRST_LOG),
-            np.zeros(_FIRST_LOG),
+            y=y.copy(),
+            clock=np.array([0.0, self.step, 0.0, np.inf]),
+            counts=np.zeros(8, np.int64),
+            piece=start,
+            states=np.zeros((len(self.problem.sample_times), y.size)),
+            event_time=np.zeros(_FIRST_LOG),
+            event_element=np.zeros(_FIRST_LOG, np.int64),
+            event_pieces=np.zeros((_FIRST_LOG, 2), np.int64),
+            event_rate=np.zeros(_FIRST_LOG),
+            event_integral=np.zeros(_FIRST_LOG),
         )
 
     def _control(self, held: bool) -> object:

@@ -47,25 +47,25 @@ def packed_inputs(flow: Flow) -> Inputs:
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
     # knots of the signals, and their chains padded for vectors
     whole = np.floor(flow.knots[:-1])
-    knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals
     pace, links = (0.0, 1) if signals is None else (signals.pace(flow.system.inputs.period), signals.degree + 1)
     intervals, entries = flow.chains.shape
     chains = np.zeros((intervals, entries // links, links + 4 * strips_for(links)))
     chains[..., :links] = flow.chains.reshape(intervals, -1, links) if entries else 0.0
     return Inputs(
-        high,
-        low,
-        flow.frequency,
-        flow.scaling.inputs,
-        steps,
-        *knots,
-        chains,
-        flow.fourth_of_chains,
-        pace,
-        links,
-        np.cos(angle),
-        np.sin(angle),
+        cycles_high=high,
+        cycles_low=low,
+        frequency=flow.frequency,
+        scale=flow.scaling.inputs,
+        steps=steps,
+        knot_cycle=whole,
+        knot_fraction=flow.knots[:-1] - whole,
+        chains=chains,
+        fourth=flow.fourth_of_chains,
+        pace=pace,
+        links=links,
+        turn_cosine=np.cos(angle),
+        turn_sine=np.sin(angle),
     )
 
 

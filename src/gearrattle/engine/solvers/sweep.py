@@ -7,13 +7,14 @@ and a memory that does not grow with the number of regions met.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.network import Driveline
 from gearrattle.engine.kernels.sweep import SIZE, WINDOW, Sweep, SweepBuffers, sweep_on
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers.base import Motion, Position, Task
@@ -37,10 +38,6 @@ from gearrattle.outcome import Outcome
 from gearrattle.remember import kept
 from gearrattle.slices import slices
 
-if TYPE_CHECKING:
-    from gearrattle.engine.kernels.laws import Laws
-    from gearrattle.engine.kernels.network import Near, Network
-
 Array = NDArray[np.float64]
 
 _BUDGET = 5_000  # windows and crossings a slice
@@ -53,11 +50,7 @@ class Plan:
     """Data of a driveline that do not depend on a run."""
 
     flow: Flow
-    windows: int
-    network: Network
-    laws: Laws
-    near: Near
-    band: Array
+    driveline: Driveline
 
 
 @kept
@@ -67,13 +60,36 @@ def plan_of(system: PiecewiseSystem) -> Plan:
     windows = windows_of(system, bound)
     laws = [system.laws[k] for k in system.clearances]
     scaled = np.array([packed.BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
-    return Plan(
-        flow,
-        windows,
-        network_of(flow, windows),
-        laws_of(system.laws),
-        near_of(flow, bound, system.inputs.period / windows),
-        scaled * flow.corner_scale,
+    driveline = Driveline(
+        network=network_of(flow, windows),
+        laws=laws_of(system.laws),
+        near=near_of(flow, bound, system.inputs.period / windows),
+        band=scaled * flow.corner_scale,
+        inputs=_inputs(flow),
+        windows=windows,
+    )
+    return Plan(flow, driveline)
+
+
+def _inputs(flow: Flow) -> packed.Inputs:
+    """Inputs without knots and without tables."""
+    inputs = flow.system.inputs
+    high, low = split_cycles(inputs.cycles)
+    none, rows = np.zeros(0), np.zeros((0, 0))
+    return packed.Inputs(
+        cycles_high=high,
+        cycles_low=low,
+        frequency=flow.frequency,
+        scale=np.ones(1 + inputs.count),
+        steps=none,
+        knot_cycle=none,
+        knot_fraction=none,
+        chains=rows[None],
+        fourth=rows,
+        pace=0.0,
+        links=1,
+        turn_cosine=rows,
+        turn_sine=rows,
     )
 
 
@@ -87,7 +103,6 @@ class SweepMarch:
         self.flow = self.plan.flow
         flow = self.flow
         system = task.system
-        inputs = task.system.inputs
         # the state in the scales of the flow, and the pieces it starts in
         scaling, clearances = flow.scaling, list(system.clearances)
         basis = flow.coordinates.basis @ task.angle
@@ -115,12 +130,6 @@ class SweepMarch:
         )
         self.samples.states[0], self.samples.pieces[0] = columns, self.initial
         self.sweep.counts[packed.SAMPLE] = 1
-        # inputs without knots and without tables
-        high, low = split_cycles(inputs.cycles)
-        none, rows = np.zeros(0), np.zeros((0, 0))
-        self.inputs = packed.Inputs(
-            high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, rows[None], rows, 0.0, 1, rows, rows
-        )
         self.log = empty_log()
         self._limit = StepLimit(system)
         self.auditor: SweepAuditor | None = None
@@ -131,31 +140,15 @@ class SweepMarch:
             return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
         outcome = self._march()
         if outcome is Outcome.DONE and self.task.audit:
-            plan, arrays = self.plan, (self.plan.network, self.plan.laws, self.inputs)
-            self.auditor = SweepAuditor(
-                self.flow, arrays, windows=plan.windows, samples=self.samples, crossings=self._crossings()
-            )
+            self.auditor = SweepAuditor(self.flow, self.plan.driveline, self.samples, self._crossings())
             return Outcome.SLICE_SPENT
         return outcome
 
     def _march(self) -> Outcome:
         """March one slice; grow the log where the kernel asks for it."""
         # one slice of the compiled loop
-        plan = self.plan
-        outcome = Outcome(
-            self._sweep_on(
-                plan.network,
-                plan.laws,
-                plan.near,
-                plan.band,
-                self.inputs,
-                self.sweep,
-                self.samples,
-                self.log,
-                self.buffers,
-                min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
-            )
-        )
+        budget = min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1]))
+        outcome = Outcome(self._sweep_on(self.plan.driveline, self.sweep, self.samples, self.log, self.buffers, budget))
         # a larger log, or a run that goes on without end
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
@@ -170,7 +163,7 @@ class SweepMarch:
     def _now(self) -> float:
         """Time in periods."""
         counts = self.sweep.counts
-        return float(counts[packed.CYCLE] + (counts[WINDOW] + self.sweep.clock.sum()) / self.plan.windows)
+        return float(counts[packed.CYCLE] + (counts[WINDOW] + self.sweep.clock.sum()) / self.plan.driveline.windows)
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
@@ -250,36 +243,35 @@ def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns
     stiffness, damping, offset = np.array(laws, dtype=float).reshape(-1, 3).T.copy()
     count = len(clearances)
     return Sweep(
-        plan.windows,
-        MOST_CORRECTED,
-        np.zeros(SIZE, np.int64),
-        np.zeros(2),
-        table,
-        np.zeros((packed.ORDER + 2, plan.network.erring.size)),
-        np.zeros(len(system.laws)),
-        np.array([pieces[k] for k in clearances], dtype=np.int64),
-        stiffness,
-        damping,
-        offset,
-        side,
-        np.full(count, 2.0),
-        np.zeros(count, np.int64),
-        np.zeros(count),
+        most=MOST_CORRECTED,
+        counts=np.zeros(SIZE, np.int64),
+        clock=np.zeros(2),
+        table=table,
+        errors=np.zeros((packed.ORDER + 2, plan.driveline.network.erring.size)),
+        reach=np.zeros(len(system.laws)),
+        piece=np.array([pieces[k] for k in clearances], dtype=np.int64),
+        stiffness=stiffness,
+        damping=damping,
+        offset=offset,
+        side=side,
+        exit=np.full(count, 2.0),
+        upward=np.zeros(count, np.int64),
+        rate=np.zeros(count),
     )
 
 
 def _buffers(plan: Plan, columns: int) -> Any:
     """Scratch."""
     system, orders = plan.flow.system, packed.ORDER + 1
-    elements = int(np.diff(plan.near.element_start).max(initial=0))
-    inertias = int(np.diff(plan.near.inertia_start).max(initial=0))
+    elements = int(np.diff(plan.driveline.near.element_start).max(initial=0))
+    inertias = int(np.diff(plan.driveline.near.inertia_start).max(initial=0))
     lengths = {
         "y": columns,
         "u": 1 + 2 * system.inputs.count,
         "waves": (orders + 1, 2 * system.inputs.count),
         "force": len(system.laws),
         "pull": len(system.laws) + system.size,
-        "load": plan.network.driven.size,
+        "load": plan.driveline.network.driven.size,
         "jump": orders - 1,
         "matrix": (orders, orders),
         "laws": (2, elements),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.network import Driveline
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.kernels.works import Intervals, WorkBuffers, Works, integrate_works
 from gearrattle.engine.system.energy import EnergyAudit, stored_energy
@@ -27,17 +28,13 @@ _COLUMNS = 200_000  # of the table, over all windows of a slice: some tenths of 
 class SweepAuditor:
     """An audit under way."""
 
-    def __init__(
-        self, flow: Flow, arrays: tuple[Any, Any, Any], *, windows: int, samples: packed.Samples, crossings: Crossings
-    ) -> None:
+    def __init__(self, flow: Flow, driveline: Driveline, samples: packed.Samples, crossings: Crossings) -> None:
         """Prepare the audit of a motion.
 
-        windows: a period.
         samples: columns of the sweep's table, and the pieces.
         """
         self.flow = flow
-        self.arrays = arrays
-        self.windows = windows
+        self.driveline = driveline
         self.samples = samples
         grid = np.arange(1, len(samples.states)) / samples.per_cycle
         at = np.concatenate([grid, crossings.time / flow.system.inputs.period])
@@ -46,12 +43,12 @@ class SweepAuditor:
         crossed = event >= 0
         begins = np.concatenate([[0], np.where(crossed, -1, order + 1)[:-1]])  # a sample's own interval follows it
         self.path = Intervals(
-            np.diff(at[order], prepend=0.0) * windows,
+            np.diff(at[order], prepend=0.0) * driveline.windows,
             begins.astype(np.int64),
             np.where(crossed, np.append(crossings.clearance, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
             np.where(crossed, np.append(crossings.to_piece, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
         )
-        self.buffers, self.works = _buffers(flow, arrays, samples)
+        self.buffers, self.works = _buffers(flow, driveline, samples)
         x, w = np.polynomial.legendre.leggauss(NODES)
         self.nodes = np.array([0.5 * (x + 1.0), 0.5 * w])
         self.done = 0
@@ -59,23 +56,11 @@ class SweepAuditor:
 
     def advance(self, columns: float = _COLUMNS) -> bool:
         """Integrate over the next intervals, of about so many columns of windows; whether they were the last."""
-        network, laws, inputs = self.arrays
         spent = self._work[self.done - 1] if self.done else 0.0
         last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
         last = min(last, len(self.path.duration))
         vectorised(integrate_works)(
-            network,
-            laws,
-            inputs,
-            self.path,
-            self.done,
-            last,
-            self.samples.states,
-            self.samples.per_cycle,
-            self.windows,
-            self.buffers,
-            self.works,
-            self.nodes,
+            self.driveline, self.path, self.done, last, self.samples, self.buffers, self.works, self.nodes
         )
         self.done = last
         return self.done == len(self.path.duration)
@@ -99,10 +84,10 @@ class SweepAuditor:
         return EnergyAudit(works.torque, works.error, works.drag, works.element, (ends[0], ends[1]))
 
 
-def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
+def _buffers(flow: Flow, driveline: Driveline, samples: packed.Samples) -> tuple[Any, Any]:
     """Buffers of the quadrature in the region the motion starts in; and the sums."""
     # pieces at the start, and the laws there
-    network = arrays[0]
+    network: Any = driveline.network
     system = flow.system
     orders = packed.ORDER + 1
     columns = samples.states.shape[1]
@@ -117,22 +102,22 @@ def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) 
     errors = network.erring.size
     # room for the Taylor series and for the powers
     buffers = WorkBuffers(
-        np.zeros(2),
-        np.zeros((orders, columns)),
-        np.zeros((orders + 1, 2 * count)),
-        np.zeros((orders + 1, errors)),
-        present[0].copy(),
-        present[1].copy(),
-        present[2].copy(),
-        np.zeros(1 + 2 * count),
-        np.zeros(columns),
-        np.zeros(2 * count),
-        np.zeros((2, errors)),
-        np.zeros(m + n),
-        np.zeros(network.driven.size),
-        np.zeros(m),
-        np.zeros(m + n),
-        np.zeros(m),
-        np.zeros(count),
+        now=np.zeros(2),
+        table=np.zeros((orders, columns)),
+        waves=np.zeros((orders + 1, 2 * count)),
+        errors=np.zeros((orders + 1, errors)),
+        stiffness=present[0].copy(),
+        damping=present[1].copy(),
+        offset=present[2].copy(),
+        u=np.zeros(1 + 2 * count),
+        y=np.zeros(columns),
+        wave=np.zeros(2 * count),
+        slip=np.zeros((2, errors)),
+        torque=np.zeros(m + n),
+        load=np.zeros(network.driven.size),
+        force=np.zeros(m),
+        pull=np.zeros(m + n),
+        reach=np.zeros(m),
+        turn=np.zeros(count),
     )
     return buffers, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))

@@ -342,16 +342,16 @@ def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array, Array], st
     """Pack every region; ``of``: their generators and shifts, and the deflections in z."""
     generators, shift, by_deflections = of
     return Moves(
-        steps.length,
-        strips(steps.increments).reshape(-1, -(-flow.width // 4), flow.width, 4),
-        strips(generators),
-        shift,
-        np.array([flow.known(pieces) for pieces in regions]),
-        flow.states - flow.memory.size,
-        np.ascontiguousarray(flow.chains),
-        np.ascontiguousarray(by_deflections[: len(flow.coordinates.elements), flow.width - flow.chain.size :]),
-        np.append(steps.abscissas, 1.0)[:, None] ** np.arange(ALL_TERMS if flow.chain.size else FEW_TERMS),
-        steps.weights,
+        step=steps.length,
+        advance=strips(steps.increments).reshape(-1, -(-flow.width // 4), flow.width, 4),
+        generator=strips(generators),
+        shift=shift,
+        known=np.array([flow.known(pieces) for pieces in regions]),
+        first_memory=flow.states - flow.memory.size,
+        chains=np.ascontiguousarray(flow.chains),
+        followed=np.ascontiguousarray(by_deflections[: len(flow.coordinates.elements), flow.width - flow.chain.size :]),
+        powers=np.append(steps.abscissas, 1.0)[:, None] ** np.arange(ALL_TERMS if flow.chain.size else FEW_TERMS),
+        weights=steps.weights,
     )
 
 

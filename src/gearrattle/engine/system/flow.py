@@ -307,19 +307,19 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
     scale = power_of_two(np.array([*sizes, *(auxiliary.scale for auxiliary in system.auxiliaries)]))
     return Flow(
-        system,
-        coordinates,
-        scaling,
-        states,
-        deflection,
-        rate,
-        curvature,
-        velocity,
-        torque,
-        2 * np.pi * inputs.cycles,
-        scale,
-        power_of_two(np.array([np.sqrt(system.auxiliaries[c].memory.max()) for c in system.memories])),
-        chain,
+        system=system,
+        coordinates=coordinates,
+        scaling=scaling,
+        states=states,
+        deflection=deflection,
+        rate=rate,
+        curvature_of_error=curvature,
+        velocity=velocity,
+        torque=torque,
+        frequency=2 * np.pi * inputs.cycles,
+        corner_scale=scale,
+        memory=power_of_two(np.array([np.sqrt(system.auxiliaries[c].memory.max()) for c in system.memories])),
+        chain=chain,
     )
 
 

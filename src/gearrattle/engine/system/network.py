@@ -195,18 +195,18 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
     inertia, element = _joined(inertias, np.int64).astype(int), _joined(elements, np.int64).astype(int)
     end = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     return Near(
-        _starts(inertias),
-        unsigned(len(system.laws) + inertia),
-        system.drag[inertia],
-        1.0 / system.inertia[inertia],
-        _starts(elements),
-        unsigned(element),
-        unsigned(end[:, 0]),
-        unsigned(end[:, 1]),
-        arms[element, 0].copy(),
-        arms[element, 1].copy(),
-        np.array(positions, dtype=np.int64).reshape(len(positions), len(references)),
-        np.array(active, dtype=np.int64).reshape(-1, ORDER + 1, 2),
+        inertia_start=_starts(inertias),
+        inertia=unsigned(len(system.laws) + inertia),
+        drag=system.drag[inertia],
+        mobility=1.0 / system.inertia[inertia],
+        element_start=_starts(elements),
+        element=unsigned(element),
+        first=unsigned(end[:, 0]),
+        second=unsigned(end[:, 1]),
+        first_arm=arms[element, 0].copy(),
+        second_arm=arms[element, 1].copy(),
+        reference=np.array(positions, dtype=np.int64).reshape(len(positions), len(references)),
+        active=np.array(active, dtype=np.int64).reshape(-1, ORDER + 1, 2),
     )
 
 

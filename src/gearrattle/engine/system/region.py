@@ -142,19 +142,19 @@ def region_in(store: Store, slot: int) -> Region:
     constant = a.constant[slot, : 3 * k].reshape(3, k).copy()
     bound = Majorant(rows, weights, pushes, constant, watched[0] - calm[0])
     return Region(
-        store.pieces[slot],
-        Split(particular, kept),
-        np.vstack([rates[1] / per_step, chains]),
-        rates[0] / per_step,
-        integral,
-        a.drift[slot, :c].copy(),
-        np.array(tables),
-        watched,
-        calm,
-        a.forced[slot][:, :, 0].copy(),
-        bound,
-        a.lower[slot].copy(),
-        a.upper[slot].copy(),
+        pieces=store.pieces[slot],
+        split=Split(particular, kept),
+        generator=np.vstack([rates[1] / per_step, chains]),
+        carried=rates[0] / per_step,
+        carried_particular=integral,
+        drift=a.drift[slot, :c].copy(),
+        tables=np.array(tables),
+        watched=watched,
+        calm=calm,
+        forced=a.forced[slot][:, :, 0].copy(),
+        bound=bound,
+        lower=a.lower[slot].copy(),
+        upper=a.upper[slot].copy(),
     )
 
 

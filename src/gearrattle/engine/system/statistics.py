@@ -142,7 +142,17 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
     # whole parts, whose moments are made beforehand
     full = together[parts.region] * length
     whole = forward & (np.abs(parts.duration - full) < _UNCUT * length)
-    return Walk(path, regions, parts, series, float(blocks[parts.region].sum()), start, backward, whole, states)
+    return Walk(
+        path=path,
+        regions=regions,
+        parts=parts,
+        series=series,
+        blocks=float(blocks[parts.region].sum()),
+        start=start,
+        backward=backward,
+        whole=whole,
+        carried=states,
+    )
 
 
 @dataclass(frozen=True)

@@ -187,16 +187,16 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
     stiffness, damping = base[2].copy(), base[3].copy()
     stiffness[held] = damping[held] = 0.0
     return Coefficients(
-        base[0],
-        base[1],
-        stiffness,
-        damping,
-        base[4],
-        by_inertia,
-        by_drag,
-        by_stiffness,
-        by_damping,
-        _left_free(base[4][held], state),
+        inertia=base[0],
+        drag=base[1],
+        stiffness=stiffness,
+        damping=damping,
+        rows=base[4],
+        of_inertia=by_inertia,
+        of_drag=by_drag,
+        of_stiffness=by_stiffness,
+        of_damping=by_damping,
+        basis=_left_free(base[4][held], state),
     )
 
 

@@ -212,7 +212,18 @@ def _history(block: Block, location: str) -> _History:
     said = block.lines[1].strip()
     quantity, _, subject = said.removeprefix(_MARK).partition(",") if said.startswith(_MARK) else ("", "", "")
     column = Column(name, _unit(block), np.empty(0), None, quantity, subject.strip())
-    return _History(block, location, column, kind, count, even, first, step, factor, tuple(notes))
+    return _History(
+        block=block,
+        location=location,
+        column=column,
+        kind=kind,
+        samples=count,
+        even=even,
+        first=first,
+        step=step,
+        factor=factor,
+        notes=tuple(notes),
+    )
 
 
 def _seconds(block: Block) -> tuple[float, list[str]]:

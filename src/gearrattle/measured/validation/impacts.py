@@ -106,7 +106,20 @@ def compare_impacts(
             measurable = any(subject == name for _, subject in _countable(channels).values())
             why = "no threshold was stated" if measurable else "neither its force nor its deflection was measured"
             words = f"not counted in the measurement: {why}"
-            compared.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))
+            compared.append(
+                Impacts(
+                    clearance=name,
+                    exact=float(exact.mean()),
+                    exact_error=error,
+                    channel="",
+                    threshold=nan,
+                    measured=nan,
+                    simulated=nan,
+                    low=nan,
+                    high=nan,
+                    words=words,
+                )
+            )
             continue
         # passings of the threshold in both records, counted alike
         i, threshold = counted[name]

@@ -160,19 +160,19 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
             )
             rows.append(
                 Order(
-                    base * (k + 1),
-                    frequency * (k + 1),
-                    a,
-                    float(errors[0][k, c]),
-                    b,
-                    float(errors[1][k, c]),
-                    ratio * (a - b),
-                    ratio * (a - b - far),
-                    ratio * (a - b + far),
-                    phase,
-                    error,
-                    phase - wide,
-                    phase + wide,
+                    order=base * (k + 1),
+                    frequency=frequency * (k + 1),
+                    measured=a,
+                    measured_error=float(errors[0][k, c]),
+                    simulated=b,
+                    simulated_error=float(errors[1][k, c]),
+                    sigma=ratio * (a - b),
+                    low=ratio * (a - b - far),
+                    high=ratio * (a - b + far),
+                    phase=phase,
+                    phase_error=error,
+                    phase_low=phase - wide,
+                    phase_high=phase + wide,
                 )
             )
         compared.append(tuple(rows))

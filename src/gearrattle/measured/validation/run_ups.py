@@ -193,15 +193,15 @@ def _tracks(
     error, reach = _scatter(measured)
     tracks = [
         Track(
-            one.name,
-            other.name,
-            one.unit,
-            float(order),
-            grid,
-            measured[:, k].mean(axis=0),
-            simulated[k],
-            error[k],
-            reach * error[k],
+            channel=one.name,
+            partner=other.name,
+            unit=one.unit,
+            order=float(order),
+            speed=grid,
+            measured=measured[:, k].mean(axis=0),
+            simulated=simulated[k],
+            error=error[k],
+            reach=reach * error[k],
         )
         for k, order in enumerate(cuts[-1]["order"].values)
     ]

@@ -100,19 +100,19 @@ def validate(
     # check the arguments
     check_arguments(progress=(CALLBACK, progress))
     wanted = Wanted(
-        match or {},
-        start,
-        end,
-        band,
-        trend,
-        clock,
-        clock_by,
-        thresholds or {},
-        noise or {},
-        calibration,
-        parameters or {},
-        draws,
-        seed,
+        match=match or {},
+        start=start,
+        end=end,
+        band=band,
+        trend=trend,
+        clock=clock,
+        clock_by=clock_by,
+        thresholds=thresholds or {},
+        noise=noise or {},
+        calibration=calibration,
+        parameters=parameters or {},
+        draws=draws,
+        seed=seed,
     )
     problems = list(problems_of(wanted))
     if problems:

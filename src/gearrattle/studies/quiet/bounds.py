@@ -172,17 +172,17 @@ def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
         most_slopes = mean.slopes[:, :, None]
         between = np.zeros(kind.size)
     return Bounds(
-        kind,
-        element,
-        most,
-        most_slopes,
-        rest + between + allowed,
-        seen,
-        seen_slopes,
-        rest + allowed,
-        resting.value,
-        resting.slopes,
-        resting.rest + _ALLOWED * (np.abs(resting.value) + resting.span),
+        kind=kind,
+        element=element,
+        excess=most,
+        slopes=most_slopes,
+        above=rest + between + allowed,
+        seen=seen,
+        seen_slopes=seen_slopes,
+        below=rest + allowed,
+        rest=resting.value,
+        rest_slopes=resting.slopes,
+        rest_above=resting.rest + _ALLOWED * (np.abs(resting.value) + resting.span),
     )
 
 
