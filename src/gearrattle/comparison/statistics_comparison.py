@@ -212,6 +212,7 @@ def _number(
     explained
         value of the reference, and how far the motion's own error may move it; None where not known.
     """
+    # distances from exact motions, and whether they are large enough to count
     mine = float(values[0])
     others = values[1:]
     mean = float(np.mean(others))
@@ -222,6 +223,7 @@ def _number(
         and distances[0] * (abs(mine) + abs(mean)) > least**2
         and not abs(mine - reference) <= bound * (1.0 + _ROUNDING)
     )
+    # the verdict by rank, and the measure: a ratio to the mean of exact motions
     spread = float(np.ptp(others)) if np.isfinite(others).all() else 0.0
     p, verdict, by_chance = _judged(distances, large=bool(large), scatter=spread > max(NEGLIGIBLE * abs(mean), bound))
     scale = mean if mean != 0.0 else float("nan")
