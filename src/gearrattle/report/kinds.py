@@ -54,7 +54,6 @@ PRESENTATIONS: Mapping[str, str] = {
     "branches": "gearrattle.report.branches:BranchesPage",
     "map of motions": "gearrattle.report.motion_map:MotionMapPage",
     "event boundary": "gearrattle.report.event_boundary:EventBoundaryPage",
-    "tipping pulses": "gearrattle.report.tipping:TippingPage",
     "jumps of run-ups": "gearrattle.report.run_up_jumps:RunUpJumpsPage",
     "cause": "gearrattle.report.cause:CausePage",
     "proof of quiet": "gearrattle.report.quiet_proof:QuietProofPage",

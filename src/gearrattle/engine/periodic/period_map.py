@@ -24,7 +24,6 @@ from gearrattle.engine.solvers.handover import passages_of
 from gearrattle.engine.solvers.slots import Slots, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.solvers.sweep import SweepMarch
-from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, STICK
 from gearrattle.engine.system.flow import Pieces, flow_of
 from gearrattle.engine.system.levels import deflection_levels
 from gearrattle.engine.system.passages import Passages
@@ -159,17 +158,6 @@ class PeriodMap:
         z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
         pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
         return pieces, y, motion.crossings, self.length
-
-    def struck(self, state: State, impulse: Array) -> State:
-        """Return a state after a change at once (N,) [SI]: a slider that would now slip against its rate sticks."""
-        y = state.y + impulse
-        pieces = state.auxiliary_pieces
-        if pieces is None:
-            return State(y)
-        z = np.concatenate([y * self.scale, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-        rates = np.array([self.flow.rate[auxiliary.element] @ z for auxiliary in self.system.auxiliaries])
-        is_against = ((pieces == FORWARD) & (rates < 0.0)) | ((pieces == BACKWARD) & (rates > 0.0))
-        return State(y, np.where(is_against, STICK, pieces))
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state after some passes of n periods, without the gradient. Errors as in a call."""
