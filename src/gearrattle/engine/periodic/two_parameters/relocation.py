@@ -81,14 +81,12 @@ def word_but_for_touch(event: Event) -> str:
     return rotated(word_of(crossings.where(~is_touch)))
 
 
-def missed_after(family: Family, point: Point, cycles: int) -> Array:
-    """Return by how much a motion fails to repeat after fewer periods than its own.
-
-    Returns (N,) the change of the state, in units of w.
-    """
+def missed_after(family: Family, point: Point, cycles: int) -> float:
+    """Return by how much a motion fails to repeat after fewer periods than its own, over its size in units of w."""
     state = point.motion.start
     later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)
-    return np.asarray((later.y - state.y) * point.scale / point.size)
+    missed = (later.y - state.y) * point.scale / point.size
+    return float(np.linalg.norm(missed)) / max(1.0, float(np.linalg.norm(point.w[:-1])))
 
 
 def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:
