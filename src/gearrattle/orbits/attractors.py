@@ -33,7 +33,7 @@ from gearrattle.orbits.families import free_space_of, without_free
 from gearrattle.orbits.known_motions import starts_of, states_of_periods, turning, without
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
-from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
+from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, LONGEST, STARTS
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
 
@@ -47,7 +47,6 @@ KINDS = {
 """What a motion is, by the headline of its verdict."""
 NEAR_SLOWLY = 0.1
 """The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
-_LONGEST = 8  # periods after which a motion may repeat
 _REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
 _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
@@ -296,7 +295,7 @@ class _Search:
     def _period_number(self, rows: Sequence[State], tolerance: float) -> int:
         """After how many periods states about repeat; 0 if they do not."""
         points = np.array([without(row.y * self.map.scale, self._turning) for row in rows])
-        return period_number(points / units_of(self.map, rows[-1]), tolerance, _LONGEST)
+        return period_number(points / units_of(self.map, rows[-1]), tolerance, LONGEST)
 
     def _known(self, state: State, cycles: int) -> int | None:
         """The index of the motion that is near to a state, found by shooting if it is a new one."""

@@ -25,6 +25,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.model import Model
 from gearrattle.orbits.attractors import units_of
 from gearrattle.orbits.known_motions import turning, without
+from gearrattle.orbits.settling_limits import BLOCK, LONGEST
 from gearrattle.orbits.start_states import plan_from
 from gearrattle.quantities import CROSSING_CRITERIA, add
 from gearrattle.quantities.parts import Headline
@@ -36,11 +37,8 @@ from gearrattle.time_limits import OutOfTime, check_time
 
 Array = NDArray[np.float64]
 
-BLOCK = 32
 BLOCKS = 4
-"""Periods between two looks at whether a motion repeats, and after how many looks it is measured all the same."""
-LONGEST = 8
-"""Periods after which a motion may repeat."""
+"""After how many looks a motion is measured all the same."""
 SAMPLES = 32
 """Of a period, from which the rms is taken."""
 # of the units of a motion; the second at the last look
