@@ -151,6 +151,16 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
     return np.asarray(np.maximum(swings, least))
 
 
+def repeats_after(period_map: PeriodMap, states: Sequence[State], tolerance: float) -> int:
+    """Return after how many periods states at their starts about repeat, at most ``LONGEST``; 0 if they do not.
+
+    How fast trains turn as a whole does not count; the tolerance is in units of the motion.
+    """
+    turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
+    points = np.array([without(state.y * period_map.scale, turns) for state in states])
+    return period_number(points / units_of(period_map, states[-1]), tolerance, LONGEST)
+
+
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
     """Return the stable motion in which a motion has settled, with the fewest periods after which it repeats.
 
@@ -287,15 +297,10 @@ class _Search:
             self._regions = regions
             rows = [self.map.sampled(march, row) for row in range(BLOCK // 2, BLOCK + 1)]
             state = rows[-1]
-            cycles = self._period_number(rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)
+            cycles = repeats_after(self.map, rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)
             if cycles:
                 return self._known(state, cycles)
         return None
-
-    def _period_number(self, rows: Sequence[State], tolerance: float) -> int:
-        """After how many periods states about repeat; 0 if they do not."""
-        points = np.array([without(row.y * self.map.scale, self._turning) for row in rows])
-        return period_number(points / units_of(self.map, rows[-1]), tolerance, LONGEST)
 
     def _known(self, state: State, cycles: int) -> int | None:
         """The index of the motion that is near to a state, found by shooting if it is a new one."""

@@ -23,15 +23,13 @@ from gearrattle.assembly import assemble, free_of
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.model import Model
-from gearrattle.orbits.attractors import units_of
-from gearrattle.orbits.known_motions import turning, without
-from gearrattle.orbits.settling_limits import BLOCK, LONGEST
+from gearrattle.orbits.attractors import repeats_after
+from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.orbits.start_states import plan_from
 from gearrattle.quantities import CROSSING_CRITERIA, add
 from gearrattle.quantities.parts import Headline
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
-from gearrattle.signals.strobe import period_number
 from gearrattle.simulation.integrate import integrate
 from gearrattle.time_limits import OutOfTime, check_time
 
@@ -222,7 +220,6 @@ def exact_run(
     OutOfTime
         the time is over before the first block.
     """
-    turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
     run = None
     cycles = 0
     done = 0
@@ -237,9 +234,7 @@ def exact_run(
         done += 1
         states = _states(run, period_map)
         state = states[-1]
-        points = np.array([without(one.y * period_map.scale, turns) for one in states])
-        nearness = _REPEATS if done < blocks else _ABOUT_REPEATS
-        cycles = period_number(points / units_of(period_map, state), nearness, LONGEST)
+        cycles = repeats_after(period_map, states, _REPEATS if done < blocks else _ABOUT_REPEATS)
         if done > 1 and not cycles:
             known = _measured(run, state, value=value, cycles=0, periods=done * BLOCK)
             if not known.is_settling:

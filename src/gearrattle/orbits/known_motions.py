@@ -60,9 +60,7 @@ class KnownMotion(NamedTuple):
 
     motion: Pass
     states: list[Array]  # (N,) at the start of every period, in balanced coordinates
-    free: (
-        Array  # (N, F) directions in which its neighbours repeat as well, balanced and orthonormal: these are the same
-    )
+    free: Array  # (N, F) directions in which neighbours repeat as well, balanced, orthonormal: these count as the same
     is_image: bool  # whether it was kept as the mirror image of another one
 
 

@@ -283,7 +283,8 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
 
     One that touches at the edge of a family by less than its residual tells is that in the middle of the family.
     """
-    still = _without_drift(period_map, _off_edge(period_map, orbit))
+    inside = off_edge(period_map, orbit.motion)
+    still = _without_drift(period_map, orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start))
     notes: tuple[str, ...] = ()
     if not is_stable(multipliers_of(still.motion.gradient), still.free.shape[1]):
         notes = ("The motion is unstable: a simulation leaves it.",)
@@ -294,12 +295,6 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
         notes += (f"The motion is one of a family: {words}; its family (orbit.family) says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
-
-
-def _off_edge(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
-    """The same motion, or that in the middle of the family at whose edge it lies."""
-    inside = off_edge(period_map, orbit.motion)
-    return orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start)
 
 
 def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
