@@ -88,18 +88,6 @@ def test_a_map_over_two_values(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Map of motions" in Path("map/report.html").read_text(encoding="utf-8")
 
 
-def test_pulses_that_tip_a_motion_over(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["periodic", "backlash.toml", "--start", "linear", "--tipping", "gear", "--instants", "2"]
-    assert main([*words, "-o", "out"]) == 0
-    assert capsys.readouterr().out.startswith("The smallest pulses on gear that tip the motion over are 0.1673 forward")
-    assert "Pulses that tip the motion over" in Path("out/report.html").read_text(encoding="utf-8")
-    assert main([*words, "--json", "-o", "pulses.csv"]) == 0
-    content = json.loads(capsys.readouterr().out)
-    table = gr.periodic(gr.load("backlash.toml"), start="linear").tipping("gear", 2)
-    assert content["pulses"] == table.to_dict("records")
-    assert len(Path("pulses.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(table)
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -107,7 +95,6 @@ def test_pulses_that_tip_a_motion_over(capsys: pytest.CaptureFixture[str]) -> No
         ([*SPEED, "0.9:0.8", "--rate", "5 rpm"], "--rate: found"),
         ([*SPEED, "0.9:0.8", "--scatter", "foo=3"], "--scatter: found foo"),
         ([*SPEED, "0.9:0.8", "--second", "excitation.speed", "--second-range", "0.5:0.9"], "--second: found"),
-        (["periodic", "backlash.toml", "--tipping", "nobody"], '--tipping: found "nobody"'),
     ],
 )
 def test_what_is_wrong_with_an_option_is_told_by_its_name(
@@ -188,10 +175,6 @@ def test_bad_usage_is_told_and_writes_nothing(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["periodic", "gear.toml", "--tipping", "gera"], 'did you mean "gear"?'),
-        (["periodic", "gear.toml", "--tipping", "gear", "--instants", "0"], "--instants: found 0"),
-        (["periodic", "gear.toml", "--tipping", "gear", "--every"], "--every: plays no part with --tipping"),
-        (["periodic", "gear.toml", "--instants", "3", "--best"], "--instants, --best: plays no part without --tipping"),
         ([*SPEED, "0.6:0.9", "--boundary", "1"], "--boundary: plays no part without --second"),
         ([*SPEED, "0.6:0.9", "--across", "9"], "--across: plays no part without --second"),
         ([*SPEED, "0.6:0.9", *SECOND, "0.05:0.5", "--up", "9", "--boundary", "1"], "--up: plays no part with --bound"),

@@ -34,11 +34,6 @@ def over_speed() -> Branch:
     return gr.continuation(gr.example("backlash_oscillator"), "excitation.speed", (0.3, 0.31))
 
 
-@pytest.fixture(scope="module")
-def orbit() -> Orbit:
-    return gr.periodic(oscillator.model(), start="linear")
-
-
 OF_BRANCH: dict[str, Callable[..., Any]] = {
     "boundary": lambda branch, **one: branch.boundary(**{"event": 0, "second": MEAN, "range": (7.0, 8.0), **one}),
     "map": lambda branch, **one: branch.map(**{"second": MEAN, "range": (7.0, 8.0), **one}),
@@ -98,22 +93,6 @@ def test_a_rate(over_speed: Branch, value: object, message: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"on": "gera"}, 'did you mean "gear"'),
-        ({"on": ["gear"]}, "must be a free inertia: gear"),
-        ({"instants": 2.5}, "instants: found 2.5; must be a whole number from 1 to 512"),
-        ({"instants": True}, "instants: found true; must be a whole number from 1 to 512"),
-        ({"best": "no"}, 'best: found "no"; must be true or false'),
-        ({"progress": 3}, "progress: found 3; must be a function, or None"),
-    ],
-)
-def test_an_argument_of_pulses(orbit: Orbit, settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(gr.ModelError, match=message):
-        orbit.tipping(**{"on": "gear", **settings})
-
-
-@pytest.mark.parametrize(
     ("ends", "message"),
     [
         ((NAN, 6.0), "found nan; must be a finite number"),
@@ -140,7 +119,7 @@ def test_the_methods_that_take_switches_and_functions_are_those_of_the_tables_he
         for argument in inspect.signature(method).parameters.values()
         if re.match("bool|Callable", str(argument.annotation))
     }
-    assert taking == {"boundary", "map", "run_up", "tipping"}
+    assert taking == {"boundary", "map", "run_up"}
 
 
 def test_a_run_up_reports_to_a_function(over_speed: Branch) -> None:
@@ -176,22 +155,18 @@ def test_a_change_need_not_be_a_value_that_the_model_takes() -> None:
     assert change_in_si(path, 0.01, model, "non-negative", "change") == 0.01
 
 
-def test_progress_of_a_boundary_and_of_pulses_reaches_the_end_and_stops_the_work(branch: Branch, orbit: Orbit) -> None:
-    for work in (
-        lambda tell: branch.boundary(0, MEAN, (7.5, 7.6), progress=tell),
-        lambda tell: orbit.tipping("gear", instants=1, best=True, progress=tell),
-    ):
-        shares: list[float] = []
-        work(shares.append)
-        assert shares == sorted(shares)
-        assert shares[0] < 1.0
-        assert shares[-1] == 1.0
+def test_progress_of_a_boundary_reaches_the_end_and_stops_the_work(branch: Branch) -> None:
+    shares: list[float] = []
+    branch.boundary(0, MEAN, (7.5, 7.6), progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[0] < 1.0
+    assert shares[-1] == 1.0
 
-        def stop(share: float) -> None:
-            raise gr.Cancelled(f"{share}")
+    def stop(share: float) -> None:
+        raise gr.Cancelled(f"{share}")
 
-        with pytest.raises(gr.Cancelled):
-            work(stop)
+    with pytest.raises(gr.Cancelled):
+        branch.boundary(0, MEAN, (7.5, 7.6), progress=stop)
 
 
 @pytest.mark.parametrize("size", [3.0, 2e-3, 7e-5, 4e-8])

@@ -101,7 +101,6 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "event boundary": lambda: gr.continuation(
         oscillator.model(), oscillator.AMPLITUDE, (5.9, 6.3), start="linear"
     ).boundary(0, "torque.0.mean", (7.4, 7.6)),
-    "tipping pulses": lambda: orbit_from(0.62).tipping("gear", instants=2),
     "jumps of run-ups": lambda: gr.continuation(
         gr.example("backlash_oscillator"), "excitation.speed", (0.6, 0.9)
     ).run_up(1e-3),

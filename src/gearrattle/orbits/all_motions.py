@@ -108,13 +108,13 @@ def every_orbit(
     """
     searches = _searched(model, cycles, never_falling(progress), limit)
     last = searches[-1]
-    if not last.known.passes:
+    if not last.known.motions:
         message = f"no motion that repeats after {counted(cycles, 'period')} was found"
         raise ConvergenceError(message, remedy="another number of cycles, or a start near one")
     notes = last.notes(sum(work.left for work in searches))
     if last.is_stopped:
         notes = (*notes, "The search was stopped before its end: there may be further motions.")
-    orbits = [last.orbit(i, notes) for i in range(len(last.known.passes))]
+    orbits = [last.orbit(i, notes) for i in range(len(last.known.motions))]
     return sorted(orbits, key=lambda orbit: float(np.ptp(orbit.run.trajectory.deflection, axis=0).max(initial=0.0)))
 
 
@@ -165,13 +165,13 @@ class _Search:
     def take(self, earlier: _Search) -> None:
         """Keep the motions of a search for a divisor of the number of periods."""
         period_map = self.known.period_map
-        for motion in earlier.known.passes:
+        for motion, *_ in earlier.known.motions:
             try:
                 same = shooting.shoot(period_map, motion.start).motion
             except ConvergenceError:  # disturbances grow so much that rounding shows
                 same = period_map(motion.start)
             self.known.add(same)
-        self.taken = len(self.known.passes)
+        self.taken = len(self.known.motions)
 
     def settle(self) -> None:
         """Search from the model's own start and from states spread over its reach."""
@@ -196,8 +196,8 @@ class _Search:
     def follow_from(self, first: int) -> None:
         """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""
         period_map = self.known.period_map
-        indices = [i for i in range(first, len(self.known.passes)) if i not in self.known.images]
-        motions = [self.known.passes[i] for i in indices]  # what is added lies on the branch of one of these
+        # what is added lies on the branch of one of these
+        motions = [known.motion for known in self.known.motions[first:] if not known.is_image]
         for i, motion in enumerate(motions):
             if not free_count(period_map, motion) or room_of(period_map, motion) is not None:
                 for other in self._over_speed.met_again(motion):
@@ -210,7 +210,7 @@ class _Search:
         for i, state in enumerate(() if known.not_counted else starts_of(known.period_map, _FURTHER, seed=1)):
             if known.index() == 1:
                 break
-            count = len(known.passes)
+            count = len(known.motions)
             motion = deflated(known, state)
             if motion is not None and known.add(motion):
                 self.follow_from(count)
@@ -236,8 +236,8 @@ class _Search:
         """Return a motion with the fewest periods after which it repeats."""
         model = self._model
         period_map = self.known.period_map
-        motion = self.known.passes[i]
-        cycles = len(self.known.shifts[i])
+        motion, states, *_ = self.known.motions[i]
+        cycles = len(states)
         if cycles == period_map.cycles:
             residual = shooting.residual_of(period_map, motion)
             return Orbit(model, cycles, motion, residual, free_count(period_map, motion), notes)

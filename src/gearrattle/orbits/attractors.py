@@ -33,7 +33,7 @@ from gearrattle.orbits.known_motions import starts_of, states_of_periods, turnin
 from gearrattle.orbits.motion_families import free_space_of, without_free
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
-from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, STARTS
+from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, LONGEST, STARTS
 from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
 
@@ -47,7 +47,6 @@ KINDS = {
 """What a motion is, by the headline of its verdict."""
 NEAR_SLOWLY = 0.1
 """The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
-_LONGEST = 8  # periods after which a motion may repeat
 _REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
 _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
@@ -150,6 +149,16 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
             corners.append(corner or float(np.abs(y[:, i]).max()))
     least = min((corner for corner in corners if corner > 0.0), default=period_map.size)
     return np.asarray(np.maximum(swings, least))
+
+
+def repeats_after(period_map: PeriodMap, states: Sequence[State], tolerance: float) -> int:
+    """Return after how many periods states at their starts about repeat, at most ``LONGEST``; 0 if they do not.
+
+    How fast trains turn as a whole does not count; the tolerance is in units of the motion.
+    """
+    turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
+    points = np.array([without(state.y * period_map.scale, turns) for state in states])
+    return period_number(points / units_of(period_map, states[-1]), tolerance, LONGEST)
 
 
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
@@ -288,15 +297,10 @@ class _Search:
             self._regions = regions
             rows = [self.map.sampled(march, row) for row in range(BLOCK // 2, BLOCK + 1)]
             state = rows[-1]
-            cycles = self._period_number(rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)
+            cycles = repeats_after(self.map, rows, _REPEATS if block < BLOCKS else _ABOUT_REPEATS)
             if cycles:
                 return self._known(state, cycles)
         return None
-
-    def _period_number(self, rows: Sequence[State], tolerance: float) -> int:
-        """After how many periods states about repeat; 0 if they do not."""
-        points = np.array([without(row.y * self.map.scale, self._turning) for row in rows])
-        return period_number(points / units_of(self.map, rows[-1]), tolerance, _LONGEST)
 
     def _known(self, state: State, cycles: int) -> int | None:
         """The index of the motion that is near to a state, found by shooting if it is a new one."""

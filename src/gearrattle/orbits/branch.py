@@ -286,11 +286,8 @@ class Branch(Result):
         xr.Dataset
             Over "point", the second value ascending: second, value of the event, special, error of its state [SI].
             ``special`` names what lies at a point, and is empty at most of them: "cusp" (a fold has met another one),
-            "turning point" (the event has met its like otherwise), "1:1 resonance" and "1:2 resonance" (the pair of a
-            Neimark-Sacker bifurcation has come to 1 or -1), "fold meets grazing", "fold meets period doubling" and
-            "grazing meets period doubling" (the event has come to where its branch leaves another one), "cubic
-            tangency" (the extremum that grazes has met the next one, and both vanish). ``notes`` in the attributes say
-            where the curve ends inside the range.
+            "turning point" (the event has met its like otherwise), "fold meets grazing". The curve may end at points
+            of other kinds, which are not named. ``notes`` in the attributes say where it ends inside the range.
 
         Raises
         ------

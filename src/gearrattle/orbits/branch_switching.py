@@ -115,7 +115,7 @@ def _isolated_curves(followers: Followers, curve: Continuation, curves: Sequence
         known = Known(period_map, mirror=half_period_map(period_map.system))
         for state in starts_of(period_map, _STARTS):
             search(known, state)
-        for motion, states in zip(known.passes, known.shifts, strict=True):
+        for motion, states, *_ in known.motions:
             if len(states) == curve.cycles and not on_branches.holds(motion.start):
                 try:
                     isolated = _both_ways(curve, motion.start, value, followers.ends, part.beside(further))

@@ -23,24 +23,20 @@ from gearrattle.assembly import assemble, free_of
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.model import Model
-from gearrattle.orbits.attractors import units_of
-from gearrattle.orbits.known_motions import turning, without
+from gearrattle.orbits.attractors import repeats_after
+from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.orbits.start_states import plan_from
 from gearrattle.quantities import CROSSING_CRITERIA, add
 from gearrattle.quantities.verdict_parts import Headline
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
-from gearrattle.signals.strobe import period_number
 from gearrattle.simulation.integrate import integrate
 from gearrattle.time_limits import OutOfTime, check_time
 
 Array = NDArray[np.float64]
 
-BLOCK = 32
 BLOCKS = 4
-"""Periods between two looks at whether a motion repeats, and after how many looks it is measured all the same."""
-LONGEST = 8
-"""Periods after which a motion may repeat."""
+"""After how many looks a motion is measured all the same."""
 SAMPLES = 32
 """Of a period, from which the rms is taken."""
 # of the units of a motion; the second at the last look
@@ -224,7 +220,6 @@ def exact_run(
     OutOfTime
         the time is over before the first block.
     """
-    turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
     run = None
     cycles = 0
     done = 0
@@ -239,9 +234,7 @@ def exact_run(
         done += 1
         states = _states(run, period_map)
         state = states[-1]
-        points = np.array([without(one.y * period_map.scale, turns) for one in states])
-        nearness = _REPEATS if done < blocks else _ABOUT_REPEATS
-        cycles = period_number(points / units_of(period_map, state), nearness, LONGEST)
+        cycles = repeats_after(period_map, states, _REPEATS if done < blocks else _ABOUT_REPEATS)
         if done > 1 and not cycles:
             known = _measured(run, state, value=value, cycles=0, periods=done * BLOCK)
             if not known.is_settling:

@@ -114,7 +114,8 @@ def periodic(
     model = balanced(model)
     check_repeats(model)
     if every and start is not None:
-        rule, remedy = "is not used by every=True, which begins from many states", "leave out one of them"
+        rule = "is not used by every=True, which begins from many states"
+        remedy = "leave out one of them"
         raise ModelError(Problem("start", shown(start), rule, remedy))
     if every:
         return every_orbit(model, cycles, progress, None if within is None else TimeLimit(seconds))

@@ -211,7 +211,8 @@ def tolerances_of(model: Model, path: str, tolerances: Mapping[str, Written]) ->
     Raises ModelError: a path by which no event is moved, or a deviation below zero.
     """
     if not isinstance(tolerances, Mapping):
-        rule, remedy = "must be standard deviations by path", 'such as {"torque.0.mean": 0.1}'
+        rule = "must be standard deviations by path"
+        remedy = 'such as {"torque.0.mean": 0.1}'
         raise ModelError(Problem("tolerances", shown(tolerances), rule, remedy))
     deviations = {other: tolerances[named] for named in tolerances for other in paths_of([named], model)}
     for other in deviations:

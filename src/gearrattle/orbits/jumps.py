@@ -8,10 +8,8 @@ lags may have passed the unstable motion already, so periods ever farther before
 
 Where a run leaves a motion is told by the shape of its deflections, not by their swing: a motion that folds often goes
 on to one with nearly the same swing, and a run that lags has another swing than either. The run and the motions are
-compared part by part of a period, at the same phases of the inputs. The distance is the root mean square of the
-difference of the deflections, without its mean over the part, in which motions of a family differ; deflections of a
-clearance count by the largest swing of the motions that are stable at the event. A motion that repeats after n periods
-may be shifted by a whole number of them, whichever is nearest.
+compared part by part of a period (``branch_parts``); deflections of a clearance count by the largest swing of the
+motions that are stable at the event.
 
 The jump is where the run becomes nearer to another motion, at the speed of the run, than to the motion which has ended:
 to what is left of it, unstable, or else to its end. It is the first part in which it is nearer, and from which on it is
@@ -28,7 +26,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -42,20 +39,15 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.orbits.attractors import Attractor, passes_to_settle
-from gearrattle.orbits.curve import Curve
-from gearrattle.orbits.orbit import Orbit, sampled
-from gearrattle.orbits.stability import Loss, courses_of, halfway, losses_of
+from gearrattle.orbits.branch_parts import BranchPart, DeflectionsAlong
+from gearrattle.orbits.orbit import Orbit
+from gearrattle.orbits.stability import Loss, losses_of
 
 if TYPE_CHECKING:
     from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
-
-_REACHED = 1e-6  # of a value: an end that is nearer is reached
-_ROUNDING = 1e-13  # of a value: a smaller step does not turn back
 IntArray = NDArray[np.int64]
-_FINE = 2e-4  # of the swing: the mean of two motions is as near to the one between
-_NARROWEST = 1e-9  # of a value: no motion is added between two that are nearer
 _SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
 _MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
 _SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
@@ -75,171 +67,25 @@ _LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
 
 
 @dataclass(frozen=True)
-class BranchPart:
-    """A part of a branch of one stability over which its value only grows, or only falls."""
-
-    is_stable: bool  # whether its motions are
-    line: int  # a number: parts of one line follow each other with no fold in between
-    value: Array  # (N,) growing [SI]
-    peak_to_peak: Array  # (N, K) deflections of the K clearances [rad or m]
-    branch: int  # number of the branch
-    nodes: tuple[Point, ...]  # N motions, those of events included
-    events: tuple[int, int]  # those at its two ends: rows of ``Branch.events``, or -1
-
-    def at(self, value: float | Array) -> Array:
-        """(..., K) peak-to-peak deflections at values; those of the end beyond it."""
-        swings: Array = np.stack([np.interp(value, self.value, column) for column in self.peak_to_peak.T], axis=-1)
-        return swings
-
-    def reaches(self, value: float) -> bool:
-        """Whether there is a motion at a value; ends but for rounding included."""
-        rounding = _REACHED * abs(value)
-        return bool(self.value[0] - rounding <= value <= self.value[-1] + rounding)
-
-
-@dataclass(frozen=True)
 class RunParts:
     """A run in parts of a period."""
 
     upward: bool  # whether the speed grows
     per_period: int  # parts of a period T
     value: Array  # (Q,) in the middle of every part [SI]
-    highest: Array  # (Q, K) deflections in every part [rad or m]
-    lowest: Array
     deflection: Array  # (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m]
     starts: Array  # (P,) at the starts of the periods T, in the order of the run [SI]
     # gives, for a value and a period map, the state at the start of the period in which the value is reached
     state_before: Callable[[float, PeriodMap], State]
 
     @property
-    def grid(self) -> Grid:
-        """The instants of a period."""
-        return Grid(self.per_period, self.deflection.shape[1])
+    def grid(self) -> tuple[int, int]:
+        """The instants of a period: how many parts it has, and how many instants every part."""
+        return self.per_period, self.deflection.shape[1]
 
     def passed(self, value: float) -> NDArray[np.bool_]:
         """(Q,) whether the middle of a part lies beyond a value."""
         return self.value > value if self.upward else self.value < value
-
-
-def branch_parts(branch: Branch) -> Sequence[BranchPart]:
-    """The parts of all branches of one stability, ends at events included."""
-    swings = branch.data["peak_to_peak"].values
-    event_swings = branch.event_levels[:, 1] - branch.event_levels[:, 0]
-    located = [event.point for events in branch.events_of_curves for event in events]
-    motions = list[BranchPart]()
-    first_line = 0
-    for number, course in enumerate(courses_of(branch)):
-        # steps of the course, by stability and by the line between two folds
-        lines = first_line + _turns(course.value)
-        first_line = int(lines[-1]) + 1 if course.stable else first_line
-        steps = enumerate(zip(course.stable, lines.tolist(), strict=True))
-        for (is_stable, line), group in groupby(steps, key=lambda step: step[1]):
-            # the nodes of the part, by their value
-            own = [step for step, _ in group]
-            part = slice(own[0], own[-1] + 2)
-            value = course.value[part]
-            nodes = course.nodes[part]
-            swing = np.array([swings[i] if e < 0 else event_swings[e] for i, e in nodes])
-            order = np.argsort(value, kind="stable")
-            points = tuple(branch.points[i] if e < 0 else located[e] for i, e in (nodes[k] for k in order))
-            motions.append(
-                BranchPart(
-                    is_stable=is_stable,
-                    line=line,
-                    value=value[order],
-                    peak_to_peak=swing[order],
-                    branch=number,
-                    nodes=points,
-                    events=(nodes[0][1], nodes[-1][1]),
-                )
-            )
-    return motions
-
-
-def _turns(value: Array) -> NDArray[np.int64]:
-    """(N - 1,) how often (N,) values have turned back before each of their steps."""
-    steps = np.diff(value)
-    signs = np.sign(np.where(np.abs(steps) <= _ROUNDING * np.abs(value[1:]), 0.0, steps))
-    moved = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), 0))
-    filled = signs[moved]
-    return np.concatenate([[0], np.cumsum(filled[1:] * filled[:-1] < 0.0)])[: len(steps)]
-
-
-class Grid(NamedTuple):
-    """Instants of a period: its parts, and how many instants every part has."""
-
-    parts: int
-    instants: int
-
-
-class DeflectionsAlong:
-    """Motions along a branch over (N,) values that only grow [SI]; beyond its ends those of the ends."""
-
-    def __init__(self, branch: Branch, curve: Curve, value: Array, points: Sequence[Point], grid: Grid) -> None:
-        self.value = value
-        self._branch = branch
-        self._curve = curve
-        self._points = list(points)
-        self._grid = grid
-        self._known = list[Array | None]([None] * len(self._points))
-        self._is_fine = [bool(width <= _NARROWEST * abs(value[-1])) for width in np.diff(value)]
-
-    def reaches(self, value: Array) -> NDArray[np.bool_]:
-        """Whether there are motions at values."""
-        return np.asarray((self.value[0] <= value) & (value <= self.value[-1]))
-
-    def off(self, deflection: Array, value: Array, part: IntArray, scale: Array) -> Array:
-        """Return the (B,) squared distances of parts of a run, deflections measured by a (K,) scale [rad or m].
-
-        A part has (B, M, K) deflections at M instants [rad or m], a (B,) value [SI], and a (B,) number in its period.
-        """
-        difference = (deflection[:, None] - self.at(value, part)) / scale
-        difference -= difference.mean(axis=2, keepdims=True)
-        squares: Array = np.mean(difference**2, axis=2).sum(axis=-1).min(axis=1)
-        return squares
-
-    def at(self, value: Array, part: IntArray) -> Array:
-        """Return (B, n, M, K) deflections at B values in parts of each of the n periods."""
-        k = np.clip(np.searchsorted(self.value, value) - 1, 0, max(len(self.value) - 2, 0))
-        then = np.minimum(k + 1, len(self.value) - 1)
-        width = self.value[then] - self.value[k]
-        share = np.clip((value - self.value[k]) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
-        needed = np.unique(np.concatenate([k[share < 1.0], then[share > 0.0]]))
-        motions = np.stack([self._motion(int(i)) for i in needed])
-        last = len(needed) - 1  # a motion that is not needed has no share: another one may stand for it
-        before, after = (motions[np.minimum(np.searchsorted(needed, i), last), :, part] for i in (k, then))
-        weight = share[:, None, None, None]
-        return np.asarray((1.0 - weight) * before + weight * after)
-
-    def refine(self, value: Array) -> bool:
-        """Add motions around values, where the mean of two is not near to the one between; return whether it did."""
-        around = np.unique(np.searchsorted(self.value, value) - 1)
-        coarse = [k for k in around.tolist() if 0 <= k < len(self._is_fine) and not self._is_fine[k]]
-        for k in coarse[::-1]:
-            self._is_fine[k] = True
-            between = halfway(
-                self._branch.follower(self._curve), *sorted(self._points[k : k + 2], key=lambda one: one.length)
-            )
-            if between is None or not self.value[k] < between.parameter < self.value[k + 1]:
-                continue
-            self.value = np.insert(self.value, k + 1, between.parameter)
-            self._points.insert(k + 1, between)
-            self._known.insert(k + 1, None)
-            before, own, after = (self._motion(i) for i in (k, k + 1, k + 2))
-            share = (self.value[k + 1] - self.value[k]) / (self.value[k + 2] - self.value[k])
-            off = np.abs(before + share * (after - before) - own).max()
-            self._is_fine[k : k + 1] = [bool(off <= _FINE * np.ptp(own, axis=(0, 1, 2)).max())] * 2
-        return bool(coarse)
-
-    def _motion(self, i: int) -> Array:
-        """(n, P, M, K) deflections of a motion in the parts of its periods."""
-        known = self._known[i]
-        if known is None:
-            orbit = self._branch.orbit_at(self._points[i], self._curve.cycles)
-            deflection = sampled(orbit, self._grid.parts * self._grid.instants).trajectory.deflection[:-1]
-            known = deflection.reshape(self._curve.cycles, *self._grid, deflection.shape[-1])
-            self._known[i] = known
-        return known
 
 
 class _Compared(NamedTuple):
@@ -409,15 +255,9 @@ class _Jumps:
         self._motions = motions
         self._rate = rate
         self._sign = 1.0 if run.upward else -1.0
-        self._courses = {line: self._course(line) for line in {one.line for one in motions}}  # unstable ones included
-
-    def _course(self, line: int) -> DeflectionsAlong:
-        """The motions of a line, stable or not."""
-        parts = sorted((one for one in self._motions if one.line == line), key=lambda one: float(one.value[0]))
-        value = np.concatenate([one.value for one in parts])
-        curve = self._branch.curves[parts[0].branch]
-        points = [node for one in parts for node in one.nodes]
-        return DeflectionsAlong(self._branch, curve, value, points, self._run.grid)
+        # the motions of every line, unstable ones included
+        of_line = {line: [one for one in motions if one.line == line] for line in {one.line for one in motions}}
+        self._courses = {line: DeflectionsAlong(branch, parts, run.grid) for line, parts in of_line.items()}
 
     def all(self) -> list[Jump]:
         """Return the jumps in the order of the run; a jump belongs to the last event before it."""

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,20 +55,23 @@ _RETURNS = 1e-3  # of the size of the state: what repeats as well as this has se
 _LONGEST = 64  # periods after which a motion may repeat
 
 
+class KnownMotion(NamedTuple):
+    """A motion that is known, and what tells others from it."""
+
+    motion: Pass
+    states: list[Array]  # (N,) at the start of every period, in balanced coordinates
+    free: Array  # (N, F) directions in which neighbours repeat as well, balanced, orthonormal: these count as the same
+    is_image: bool  # whether it was kept as the mirror image of another one
+
+
 @dataclass
 class Known:
     """Motions that repeat after n periods, no two of them the same but for a shift by whole periods."""
 
     period_map: PeriodMap  # of the driveline, over n periods
-    passes: list[Pass] = field(default_factory=list)  # the motions
-    # of each motion its states (N,) at the start of every period, in balanced coordinates
-    shifts: list[list[Array]] = field(default_factory=list)
-    # of each motion the directions (N, F) in which its neighbours repeat as well, balanced and orthonormal: these
-    # count as the same motion
-    free: list[Array] = field(default_factory=list)
+    motions: list[KnownMotion] = field(default_factory=list)
     # over half of one period, for a symmetric driveline of which mirror images are kept too; else None
     mirror: HalfPeriodMap | None = None
-    images: set[int] = field(default_factory=set)  # indices of the motions that were kept as mirror images of others
 
     def add(self, motion: Pass) -> bool:
         """Keep a motion, or the family at whose edge it lies, and its mirror image; False if it is known."""
@@ -75,21 +79,19 @@ class Known:
             return False
         if self.mirror is not None:
             with suppress(ConvergenceError, np.linalg.LinAlgError):
-                image = self.mirror.later(self.passes[-1].start)
-                if self._keep(shooting.shoot(self.period_map, image).motion):
-                    self.images.add(len(self.passes) - 1)
+                image = self.mirror.later(self.motions[-1].motion.start)
+                self._keep(shooting.shoot(self.period_map, image).motion, is_image=True)
         return True
 
-    def _keep(self, motion: Pass) -> bool:
+    def _keep(self, motion: Pass, *, is_image: bool = False) -> bool:
         """Keep a motion, or the family at whose edge it lies; False if it is known."""
         inside = within_family(self.period_map, motion)
         if self.holds(inside.start):
             return False
         motion = motion if inside is motion else off_edge(self.period_map, motion)
-        self.passes.append(motion)
-        self.shifts.append(states_of_periods(self.period_map, motion))
         directions = free_space_of(self.period_map, motion) * self.period_map.scale[:, None]
-        self.free.append(np.linalg.qr(directions)[0])
+        states = states_of_periods(self.period_map, motion)
+        self.motions.append(KnownMotion(motion, states, np.linalg.qr(directions)[0], is_image))
         return True
 
     def holds(self, state: State) -> bool:
@@ -97,9 +99,9 @@ class Known:
         start = state.y * self.period_map.scale
         size = size_of(self.period_map, state)
         return any(
-            bool(np.linalg.norm(without(start - other, free)) < _SAME * size)
-            for known, free in zip(self.shifts, self.free, strict=True)
-            for other in known
+            bool(np.linalg.norm(without(start - other, known.free)) < _SAME * size)
+            for known in self.motions
+            for other in known.states
         )
 
     @property
@@ -107,12 +109,12 @@ class Known:
         """Why the sum of the signs need not be 1; empty where it is 1 if no motion is missing."""
         if lets_go(self.period_map.system):
             return "a slider may be let go with its torque"
-        return "a motion is one of a family" if any(free.shape[1] for free in self.free) else ""
+        return "a motion is one of a family" if any(known.free.shape[1] for known in self.motions) else ""
 
     def index(self) -> int:
         """Return the sum of the signs of det(I - M) over all fixed points."""
         total = 0
-        for motion, states in zip(self.passes, self.shifts, strict=True):
+        for motion, states, *_ in self.motions:
             sign = np.sign(np.linalg.det(np.eye(len(motion.gap)) - motion.gradient))
             total += int(sign) * len(states)
         return total
@@ -182,7 +184,7 @@ def deflated(known: Known, state: State) -> Pass | None:
             step = shooting.newton_step(period_map, motion)[0] * scale
             slope = 0.0
             y = motion.start.y * scale
-            for other in (other for states in known.shifts for other in states):
+            for other in (state for one in known.motions for state in one.states):
                 away = (y - other) / size
                 distance = float(away @ away)
                 slope += -2.0 * float(away @ step) / size / (distance * (1.0 + distance))

@@ -176,7 +176,8 @@ class MotionMap(Result):
         return xr.Dataset({"code": (dims, codes, meanings), **counts, **curves}, axes, attributes)
 
     def __repr__(self) -> str:
-        up, across = len(self.seconds), len(self.value)
+        up = len(self.seconds)
+        across = len(self.value)
         return f"<MotionMap of {self.model.name!r} over {self.path} and {self.second}: {up} x {across} cells>"
 
 
@@ -287,7 +288,9 @@ def _judged(row: Row, values: Array) -> tuple[Cell, ...]:
 def _cell(row: Row, curves: Sequence[_JudgedCurve], value: float) -> Cell:
     """The motions of a row at a first value."""
     known = Known(row.follower(row.plane.cycles).family.map_at(value))
-    quiet = rattling = unstable = 0
+    quiet = 0
+    rattling = 0
+    unstable = 0
     for judged in curves:
         for index, point in judged.curve.motions_at(row.follower(judged.curve.cycles), value):
             if judged.is_known(known, point):

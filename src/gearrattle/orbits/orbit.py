@@ -7,7 +7,7 @@ them every n T.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names
+from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.motion import Pass, State, multipliers_of, sorted_by_modulus
@@ -26,12 +26,11 @@ from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, argument_problems
+from gearrattle.model.value_kinds import Count
 from gearrattle.orbits.gradients import orbit_gradients
 from gearrattle.orbits.motion_families import Interval, intervals_of, off_edge, size_of, without_free
 from gearrattle.orbits.over_value import family_of_excitation
 from gearrattle.orbits.start_states import initial_of, plan_of, state_of
-from gearrattle.orbits.tipping import check_pulses, tipping_table
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
@@ -54,8 +53,6 @@ _LOST = 1e10  # growth of disturbances over a motion, from which rounding shows 
 _MIRRORED = 1e-6  # of the size of the state: a motion that differs by less from its mirror image is symmetric
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
-INSTANTS = Count(1, 512)
-"""Of a motion at which pulses act."""
 
 
 @dataclass(frozen=True)
@@ -169,68 +166,6 @@ class Orbit(Result):
         it neighbouring motions repeat as well, with the same impacts.
         """
         return intervals_of(self.model, self.period_map, self.motion)
-
-    def tipping(
-        self,
-        on: str,
-        instants: int = 8,
-        *,
-        best: bool = False,
-        progress: Callable[[float], None] | None = None,
-    ) -> pd.DataFrame:
-        """Return the smallest pulses of torque that tip the motion over into another one.
-
-        Parameters
-        ----------
-        on
-            the inertia on which the pulses act.
-        instants
-            number of instants, evenly spaced over the n T of the motion.
-        best
-            whether the instants at which a pulse forward, and one backward, needs to be smallest are sought too, from
-            every instant on whose pulse is no larger than those of both its neighbours: at most two more rows, to a
-            thousandth of the n T. For that at least eight instants are tried, and some twenty more from each from which
-            it is sought. Twice as many instants never give a larger least pulse.
-        progress
-            called with the finished share; an exception from it ends the work.
-
-        Returns
-        -------
-        pandas.DataFrame
-            share (of n T) and time [s] at which the pulse acts; forward and backward, the smallest impulse that is
-            known to tip the motion over [N m s], backward ones negative, NaN where none is; forward_error and
-            backward_error, by how much it exceeds the largest one below that is known to come back. Pulses are tried
-            in steps of 10 %, and where the time until the motion is back has a maximum: a narrower range of smaller
-            ones that tip it over as well may not be seen. The motion shifted by a period T is another one. ``attrs``
-            has ``notes``.
-
-        Raises
-        ------
-        ModelError
-            no such inertia, a motion that is not stable, or stiffness that alternates by the clock.
-
-        Examples
-        --------
-        >>> orbit = gr.periodic(gr.example("rattle_oscillator"), start="linear")
-        >>> pulses = orbit.tipping("gear", instants=1)
-        >>> bool(pulses["forward"][0] > 0.0 > pulses["backward"][0])
-        True
-        """
-        rules = {"instants": (INSTANTS, instants), "best": (FLAG, best), "progress": (CALLBACK, progress)}
-        if problems := argument_problems(rules):
-            raise ModelError(problems)
-        check_pulses(self.model, on)
-        if not self.stable or self.free:
-            rule = "pulses are for a stable motion that is isolated"
-            raise ModelError(Problem("orbit", repr(self), rule, "take another motion, of gr.periodic(..., every=True)"))
-        inertia = free_names(self.model).index(on)
-        unit = "N m s" if self.model.units == "SI" else ""
-        table = tipping_table(
-            self.period_map, self.motion, inertia, instants=instants, best=best, unit=unit, progress=progress
-        )
-        about = {"result": "tipping pulses", "title": self.model.name, "on": on, "cycles": self.cycles}
-        table.attrs = about | {"units": self.model.units} | table.attrs
-        return table
 
     def gradients(self, paths: Sequence[str] | None = None) -> pd.DataFrame:
         """Return how the response of the motion, and its multipliers, move with the numbers of the model.
@@ -348,7 +283,8 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
 
     One that touches at the edge of a family by less than its residual tells is that in the middle of the family.
     """
-    still = _without_drift(period_map, _off_edge(period_map, orbit))
+    inside = off_edge(period_map, orbit.motion)
+    still = _without_drift(period_map, orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start))
     notes: tuple[str, ...] = ()
     if not is_stable(multipliers_of(still.motion.gradient), still.free.shape[1]):
         notes = ("The motion is unstable: a simulation leaves it.",)
@@ -359,12 +295,6 @@ def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbi
         words = "a part of the driveline may stand elsewhere, or turn at another speed"
         notes += (f"The motion is one of a family: {words}; its family (orbit.family) says what, and how far.",)
     return Orbit(model, period_map.cycles, still.motion, still.residual, still.free.shape[1], notes)
-
-
-def _off_edge(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:
-    """The same motion, or that in the middle of the family at whose edge it lies."""
-    inside = off_edge(period_map, orbit.motion)
-    return orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start)
 
 
 def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orbit:

@@ -29,7 +29,8 @@ from gearrattle.model import Model, units
 from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.table import shown
 from gearrattle.model.value_kinds import CALLBACK, Plain, checked
-from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, branch_parts, jumps_of, periods_between, speed_of
+from gearrattle.orbits.branch_parts import branch_parts
+from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.start_states import plan_from, state_at
@@ -157,10 +158,10 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
     jumps = list[Jump]()
     work = never_falling(progress)
     for number, plan in enumerate(plans):
-        parts = _run(plan, part_of(work, number, len(plans)))
-        envelopes.append(_envelope(parts))
+        parts, envelope = _run(plan, part_of(work, number, len(plans)))
+        envelopes.append(envelope)
         seen = jumps_of(branch, parts, motions, speed_rate)
-        notes += _notes_of(branch, envelopes[-1], seen)
+        notes += _notes_of(branch, envelope, seen)
         jumps += seen
     work(1.0)
     return RunUpJumps(branch, speed_rate, tuple(envelopes), tuple(jumps), tuple(notes))
@@ -302,8 +303,8 @@ def _parts(model: Model) -> int:
     return min(_load_cycles(model), _MOST_PARTS)
 
 
-def _run(run: _RunPlan, progress: Progress) -> RunParts:
-    """Simulate the run, and reduce every part of a period to its extrema."""
+def _run(run: _RunPlan, progress: Progress) -> tuple[RunParts, Envelope]:
+    """Simulate the run, and take every part of a period, and the extrema of every period."""
     first, last = run.speeds
     plan = run.simulation
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
@@ -334,16 +335,15 @@ def _run(run: _RunPlan, progress: Progress) -> RunParts:
         start = run.start_of(np.floor(run.periods(seconds) + _ROUNDING))
         return state_at(period_map, trajectory, free_of(run.model), float(start))
 
-    return RunParts(
+    parts = RunParts(
         upward=last > first,
         per_period=per_period,
         value=(first + run.rate * middle) * run.to_value,
-        highest=high,
-        lowest=low,
         deflection=traced.reshape(-1, instants, deflection.shape[1]),
         starts=np.clip(starts * run.to_value, low_end, high_end),
         state_before=state_before,
     )
+    return parts, _envelope(parts, high, low)
 
 
 def with_peaks(sampled: Array) -> Array:
@@ -362,12 +362,11 @@ def with_peaks(sampled: Array) -> Array:
     return raised
 
 
-def _envelope(parts: RunParts) -> Envelope:
-    """The run period by period."""
+def _envelope(parts: RunParts, high: Array, low: Array) -> Envelope:
+    """The run period by period, from its (Q, K) highest and lowest deflections in every part."""
     step = parts.per_period
     highest, lowest = (
-        levels[: len(levels) // step * step].reshape(-1, step, levels.shape[1])
-        for levels in (parts.highest, parts.lowest)
+        levels[: len(levels) // step * step].reshape(-1, step, levels.shape[1]) for levels in (high, low)
     )
     value = parts.value[: len(highest) * step].reshape(-1, step)
     middle = 0.5 * (value[:, (step - 1) // 2] + value[:, step // 2])

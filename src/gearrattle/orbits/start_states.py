@@ -37,7 +37,8 @@ def check_repeats(model: Model) -> None:
     """
     refuse_unsteady(model, "a periodic motion")
     if notes := period_of(model).notes:
-        rule, remedy = "a periodic motion needs a common period of all orders", "give orders p/q with small p and q"
+        rule = "a periodic motion needs a common period of all orders"
+        remedy = "give orders p/q with small p and q"
         raise ModelError(Problem("excitation", notes[0], rule, remedy))
     system = assemble(model).system
     motion = relative_coordinates(system).angle_from_reference

@@ -203,10 +203,6 @@ class _Way:
         """Each motion with the next one."""
         return pairwise(self.ordered)
 
-    def steps_by_value(self) -> Iterator[tuple[float, ExactRun]]:
-        """Each value with the next motion."""
-        return ((first.value, last) for first, last in self.steps)
-
     def nearest(self, value: float) -> ExactRun | None:
         """The motion at the nearest value."""
         known = self.so_far
@@ -298,7 +294,7 @@ class Sweeper:
         down = self._ways[False]
         # the last value of every part, reached from the part above
         missing = [run for run in up.ordered if run.value not in down.runs]
-        later = dict(up.steps_by_value())
+        later = {first.value: last for first, last in up.steps}
         self._run_all([(down, run.value, later.get(run.value, run)) for run in missing])
         self._agree()
 

@@ -54,7 +54,6 @@ PRESENTATIONS: Mapping[str, str] = {
     "branches": "gearrattle.report.branches_page:BranchesPage",
     "map of motions": "gearrattle.report.motion_map_page:MotionMapPage",
     "event boundary": "gearrattle.report.event_boundary_page:EventBoundaryPage",
-    "tipping pulses": "gearrattle.report.tipping:TippingPage",
     "jumps of run-ups": "gearrattle.report.run_up_jumps_page:RunUpJumpsPage",
     "cause": "gearrattle.report.cause_page:CausePage",
     "proof of quiet": "gearrattle.report.quiet_proof_page:QuietProofPage",

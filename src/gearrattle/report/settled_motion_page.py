@@ -9,8 +9,8 @@ import numpy as np
 
 from gearrattle.assembly import assemble
 from gearrattle.orbits.attractors import KINDS
-from gearrattle.orbits.exact_runs import LONGEST
 from gearrattle.orbits.settled_motion import SettledMotion
+from gearrattle.orbits.settling_limits import LONGEST
 from gearrattle.report.plots.chart import Bars, Chart, Key, Panel, Rule
 from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.numerals import engineering

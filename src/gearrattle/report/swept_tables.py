@@ -9,7 +9,8 @@ import numpy as np
 from gearrattle.assembly import assemble
 from gearrattle.orbits import Branch
 from gearrattle.orbits.attractors import KINDS
-from gearrattle.orbits.exact_runs import LONGEST, ExactRun
+from gearrattle.orbits.exact_runs import ExactRun
+from gearrattle.orbits.settling_limits import LONGEST
 from gearrattle.orbits.sweeps import Jump, Sweeps
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.corner_marks import units_of

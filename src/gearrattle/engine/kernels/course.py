@@ -283,7 +283,8 @@ def _step(region, rows, by, h, now, series):
         if m + 1 == _ORDER or (m > reach and share < _ROUNDING):
             for k in range(series.value.shape[0]):
                 for n in range(m + 1, _ORDER):
-                    series.value[k, n] = series.change[k, n] = 0.0
+                    series.value[k, n] = 0.0
+                    series.change[k, n] = 0.0
             break
         # next terms: z' = Z z, v' = A v + B z
         factor = h / (m + 1.0)
@@ -459,7 +460,8 @@ def _look(series):
     """Write a rate and its derivative at every look: all at once, which vectors do."""
     looks = series.looks
     for n in range(_LOOKS + 1):
-        looks[1, n] = looks[2, n] = 0.0
+        looks[1, n] = 0.0
+        looks[2, n] = 0.0
     for m in range(series.rate.size - 1, -1, -1):
         for n in range(_LOOKS + 1):
             looks[2, n] = looks[2, n] * looks[0, n] + looks[1, n]
@@ -590,7 +592,8 @@ def write_outside(watch, upward, begins, outside):
     count = watch.size
     clearances = outside.shape[1]
     for k in range(clearances):
-        outside[0, k] = outside[1, k] = -1
+        outside[0, k] = -1
+        outside[1, k] = -1
     for i in range(count):
         before = (begins[0] + i) % count
         after = (begins[1] - 1 - i) % count
@@ -640,7 +643,8 @@ def write_direction(columns, scale, row, memories, direction):
             largest = max(largest, abs(matrix[i, j]), abs(matrix[j, i]))
         if largest < _IDLE:
             for j in range(states + 1):
-                matrix[i, j] = matrix[j, i] = 0.0
+                matrix[i, j] = 0.0
+                matrix[j, i] = 0.0
             matrix[i, i] = 1.0
     # solve them
     if not factorise(direction, states + 1):
@@ -675,7 +679,8 @@ def _carry_row(driven, path, trace, last, since, row, region):
         for _ in range(count):
             # Taylor series of row exp(A h)
             for j in range(states):
-                term[j] = total[j] = row[j]
+                term[j] = row[j]
+                total[j] = term[j]
             for m in range(1, _ORDER):
                 for j in range(states):
                     following[j] = 0.0

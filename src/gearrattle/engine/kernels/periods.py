@@ -52,7 +52,9 @@ from gearrattle.engine.kernels.workspace import PERIOD
 
 NEIGHBOURS = 2
 """Variants before the one that is marched: the same with a smaller, and with a larger parameter."""
-NO_TURNS, ALONG_ROW, ALONG_CHANGE = -1, 0, 1
+NO_TURNS = -1
+ALONG_ROW = 0
+ALONG_CHANGE = 1
 """Turning points that are asked for: none, of a motion that repeats, of a part of one.
 
 Slopes of the second are along the change that keeps the gap, and of which the product with a row over the state at the
@@ -147,10 +149,13 @@ def _double(half, half_moved, states, increment, moved):
     pairs = (size - states - 1) // 2
     for i in range(states):
         # products of the states' rows with those of the states: E E, and E D + D E
-        row, moved_row = increment[i], moved[i]
+        row = increment[i]
+        moved_row = moved[i]
         for j in range(states):
-            weight, moved_weight = half[i, j], half_moved[i, j]
-            other, other_moved = half[j], half_moved[j]
+            weight = half[i, j]
+            moved_weight = half_moved[i, j]
+            other = half[j]
+            other_moved = half_moved[j]
             for p in range(size):
                 row[p] += weight * other[p]
                 moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
@@ -170,14 +175,17 @@ def _write_tables(generator, shift, steps, slot):
     The inputs are oscillators: their own rows are turned exactly.
     """
     # room for the terms of the series
-    size, states = generator.shape[0], shift.shape[0]
+    size = generator.shape[0]
+    states = shift.shape[0]
     pairs = (size - states - 1) // 2
     finest = steps.levels[slot] - 1
     h = 0.5**finest
-    term, moved_term = np.zeros((2, size, size)), np.zeros((2, states, size))
+    term = np.zeros((2, size, size))
+    moved_term = np.zeros((2, states, size))
     # the inputs' rows: turned exactly
     for level in range(steps.first[slot], finest + 1):
-        increment, moved = steps.increment[slot, level], steps.moved[slot, level]
+        increment = steps.increment[slot, level]
+        moved = steps.moved[slot, level]
         for i in range(size):
             for j in range(size):
                 increment[i, j] = 0.0
@@ -188,16 +196,20 @@ def _write_tables(generator, shift, steps, slot):
             angle = generator[c + pairs, c] * 0.5**level
             turned = np.sin(angle)
             half = np.sin(0.5 * angle)
-            increment[c, c] = increment[c + pairs, c + pairs] = -2.0 * half * half
-            increment[c + pairs, c], increment[c, c + pairs] = turned, -turned
+            increment[c, c] = -2.0 * half * half
+            increment[c + pairs, c + pairs] = increment[c, c]
+            increment[c + pairs, c] = turned
+            increment[c, c + pairs] = -turned
     # Taylor series over the finest step, of the exponential and of its derivative D
-    increment, moved = steps.increment[slot, finest], steps.moved[slot, finest]
+    increment = steps.increment[slot, finest]
+    moved = steps.moved[slot, finest]
     for i in range(size):
         for j in range(size):
             term[0, i, j] = h * generator[i, j]
             if i < states:
                 increment[i, j] = term[0, i, j]
-                moved[i, j] = moved_term[0, i, j] = h * shift[i, j]
+                moved[i, j] = h * shift[i, j]
+                moved_term[0, i, j] = moved[i, j]
     for m in range(2, _TERMS + 1):
         now = m % 2
         then = 1 - m % 2
@@ -208,8 +220,10 @@ def _write_tables(generator, shift, steps, slot):
                 moved[i, j] += moved_term[then, i, j]
     # double: E(2 h) = 2 E(h) + E(h) E(h), D(2 h) = exp(A h) D(h) + D(h) exp(Z h)
     for level in range(finest - 1, steps.first[slot] - 1, -1):
-        half, half_moved = steps.increment[slot, level + 1], steps.moved[slot, level + 1]
-        increment, moved = steps.increment[slot, level], steps.moved[slot, level]
+        half = steps.increment[slot, level + 1]
+        half_moved = steps.moved[slot, level + 1]
+        increment = steps.increment[slot, level]
+        moved = steps.moved[slot, level]
         for i in range(states):
             for j in range(size):
                 increment[i, j] = 2.0 * half[i, j]
@@ -220,21 +234,27 @@ def _write_tables(generator, shift, steps, slot):
 @strict
 def _multiply_term(generator, shift, factor, terms, products):
     """Write the next term of both series, of the states' rows alone: factor [A, B] times the last one."""
-    (term, moved_term), (product, moved_product) = terms, products
+    (term, moved_term) = terms
+    (product, moved_product) = products
     states, size = shift.shape
     # rows of the states
     for i in range(states):
-        row, moved_row = product[i], moved_product[i]
+        row = product[i]
+        moved_row = moved_product[i]
         for p in range(size):
-            row[p] = moved_row[p] = 0.0
+            row[p] = 0.0
+            moved_row[p] = 0.0
         for j in range(states):
-            weight, moved_weight = factor * generator[i, j], factor * shift[i, j]
-            other, other_moved = term[j], moved_term[j]
+            weight = factor * generator[i, j]
+            moved_weight = factor * shift[i, j]
+            other = term[j]
+            other_moved = moved_term[j]
             for p in range(size):
                 row[p] += weight * other[p]
                 moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
         for j in range(states, size):
-            weight, moved_weight = factor * generator[i, j], factor * shift[i, j]
+            weight = factor * generator[i, j]
+            moved_weight = factor * shift[i, j]
             for p in range(states, size):
                 row[p] += weight * term[j, p]
                 moved_row[p] += moved_weight * term[j, p]
@@ -251,7 +271,8 @@ def _multiply_term(generator, shift, factor, terms, products):
 def multiply(rates, shift, columns, z, carried):
     """Write the products of both kinds of rates with columns and z; those of the inputs are not zero in two places."""
     states, size = shift.shape
-    product, z_product = carried.columns_product, carried.z_product
+    product = carried.columns_product
+    z_product = carried.z_product
     # the states and their perturbations; the last column is pushed by the shift of the rates
     for i in range(states):
         row = product[i]
@@ -276,7 +297,8 @@ def multiply(rates, shift, columns, z, carried):
 @kernel
 def step(increment, moved, carried):
     """Carry over one step of a table."""
-    columns, z = carried.columns, carried.z
+    columns = carried.columns
+    z = carried.z
     multiply(increment, moved, columns, z, carried)
     for i in range(columns.shape[0]):
         for p in range(columns.shape[1]):
@@ -326,7 +348,8 @@ def carry(steps, slot, generator, shift, h, carried):
 @kernel
 def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
     """Kick the velocities where the damping of element k jumps at a corner that moves with the parameter."""
-    columns, z = carried.columns, carried.z
+    columns = carried.columns
+    z = carried.z
     states = columns.shape[0]
     inertias = common.inertia.size
     moving = states - inertias
@@ -346,7 +369,8 @@ def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
 @strict
 def _write_rows(workspace, regions, generator, deflection):
     """Write A and G of every slot's region, and the deflections of the clearances."""
-    common, region = common_at(workspace), region_at(workspace)
+    common = common_at(workspace)
+    region = region_at(workspace)
     clearances = common.clearances
     states = region.matrix.shape[0]
     size = region.matrix.shape[1]
@@ -416,12 +440,14 @@ def _write_levels(common, rates, path, steps):
             if path.slot[i] == slot:
                 longest = max(longest, path.time[i + 1] - path.time[i])
         # from the longest step within that interval down to one over which a Taylor series is exact
-        levels, first = 1, 0
+        levels = 1
+        first = 0
         while norm * 0.5 ** (levels - 1) > _WIDEST and levels < _LEVELS:
             levels += 1
         while first < levels - 1 and 0.5**first > longest:
             first += 1
-        steps.levels[slot], steps.first[slot] = levels, first
+        steps.levels[slot] = levels
+        steps.first[slot] = first
 
 
 @kernel
@@ -532,7 +558,8 @@ def _follow(laid, rates, marched, carried, scale, out):
     begin = carried.z.copy()
     for i in range(events + 1):  # perturbations of the whole state, and s: by tables
         slot = path.slot[i]
-        generator, shift = rates.generator[slot], rates.shift[slot]
+        generator = rates.generator[slot]
+        shift = rates.shift[slot]
         if not is_written[slot]:
             _write_tables(generator, shift, steps, slot)
             is_written[slot] = True

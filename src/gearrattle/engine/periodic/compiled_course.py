@@ -50,7 +50,8 @@ class Setting:
     """A driveline and how it changes with its parameter, in the scales of its own flow."""
 
     def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
-        self.flow, self.neighbours = flow, neighbours
+        self.flow = flow
+        self.neighbours = neighbours
         self.sizes = sizes_of(flow)
 
     def rates(self, pieces: Pieces) -> tuple[Array, Array]:

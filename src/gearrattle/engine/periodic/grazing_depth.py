@@ -33,20 +33,6 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
 
     ConvergenceError: there is no extremum nearby.
     """
-    beyond, _, there = _extremum(period_map, state, touch)
-    return beyond, there
-
-
-def bend(period_map: PeriodMap, state: State, touch: Touch) -> float:
-    """Return the second derivative of the depth at an extremum by the time in periods [SI]; as ``depth`` otherwise.
-
-    Zero where the extremum meets the next one of the other kind, and both vanish.
-    """
-    return _extremum(period_map, state, touch)[1]
-
-
-def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, float, Touch]:
-    """How far an extremum lies beyond a corner, its second derivative, and the touch with its instant."""
     z, pieces, start = before_touch(period_map, state, touch)
     generator = period_map.flow.generator(pieces)
     time = touch.time
@@ -54,12 +40,11 @@ def _extremum(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float,
     rate = row @ generator
     for _ in range(_ITERATIONS):
         now = expm(generator * (time - start)) @ z
-        second = float(rate @ generator @ now)
-        change = -float(rate @ now) / second
+        change = -float(rate @ now) / float(rate @ generator @ now)
         time += float(np.clip(change, -_NEAR, _NEAR))
         if abs(change) < _SETTLED * max(1.0, time):
             side = 1.0 if touch.upward else -1.0
-            return side * (float(row @ now) - bound), side * second, replace(touch, time=time)
+            return side * (float(row @ now) - bound), replace(touch, time=time)
     raise ConvergenceError("the extremum at a corner is lost")
 
 
@@ -94,7 +79,8 @@ def before_touch(
     Between that time and the touch nothing is crossed. Parameters are those of ``depth``; a touch beyond the end of the
     motion raises its error.
     """
-    flow, system = period_map.flow, period_map.system
+    flow = period_map.flow
+    system = period_map.system
     march = period_map.marched(state, samples_per_cycle=_SAMPLES)
     crossings = period_map.passages(march)
     times = crossings.time / system.inputs.period
@@ -135,7 +121,8 @@ def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
 
 def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
     """Return the pieces of the region in which a motion is before a touch."""
-    crossings, system = motion.crossings, period_map.system
+    crossings = motion.crossings
+    system = period_map.system
     times = crossings.time / motion.period
     pieces = period_map.along(motion)[0]
     limit = _begin_of(crossings, times, touch, pieces[system.clearances[touch.watch]], 0.0)

@@ -39,7 +39,8 @@ class Corrector:
     """
 
     def __init__(self, family: Family, units: tuple[Array, float]) -> None:
-        self._family, self._units = family, units
+        self._family = family
+        self._units = units
         self.scale = units[0] / units[1]
         self._balance: Array = self.scale[:, None] / self.scale
         self._to_units = np.append(self.scale, 1.0 / family.unit)
@@ -78,7 +79,8 @@ class Corrector:
         matrix = np.zeros((count * states, count * states + 1))
         for i, (gradient, own_slope) in enumerate(zip(motion.parts.gradient, motion.parts.slope, strict=True)):
             following = (i + 1) % count
-            own, next_one = self._first(i), self._first(following)
+            own = self._first(i)
+            next_one = self._first(following)
             rows = matrix[following * states : (following + 1) * states]
             rows[:, own : own + states] = self._balance * gradient
             rows[:, states] = self.scale * own_slope * self._family.unit
@@ -259,7 +261,8 @@ def _sliders_repeat(motion: Pass) -> bool:
 
     A crossing may pass from the end of the period to its start along a branch; then those of the neighbour do not hold.
     """
-    start, end = motion.start.auxiliary_pieces, motion.end.auxiliary_pieces
+    start = motion.start.auxiliary_pieces
+    end = motion.end.auxiliary_pieces
     return start is None or end is None or np.array_equal(start, end)
 
 

@@ -25,7 +25,6 @@ from gearrattle.engine.solvers.slots import Slots, slots_of
 from gearrattle.engine.solvers.solver import Marching, Task
 from gearrattle.engine.solvers.start_region import starting_pieces
 from gearrattle.engine.solvers.sweep import SweepMarch
-from gearrattle.engine.system.auxiliary import BACKWARD, FORWARD, STICK
 from gearrattle.engine.system.deflection_levels import deflection_levels
 from gearrattle.engine.system.flow import Pieces, flow_of
 from gearrattle.engine.system.passages import Passages
@@ -61,7 +60,8 @@ class PeriodMap:
         wave = system.inputs.cycles
         if repeats and (system.signals is not None or np.any(np.abs(wave - np.round(wave)) > _PERIODIC)):
             raise ValueError("inputs that do not repeat")
-        self.system, self.cycles = system, cycles
+        self.system = system
+        self.cycles = cycles
         self.flow = flow_of(system)
         self._slots: Slots | None = None
         scaling = self.flow.scaling
@@ -160,17 +160,6 @@ class PeriodMap:
         z = np.concatenate([y, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
         pieces, _ = starting_pieces(self.flow, z, task.angle, task.auxiliary_pieces)
         return pieces, y, motion.crossings, self.length
-
-    def struck(self, state: State, impulse: Array) -> State:
-        """Return a state after a change at once (N,) [SI]: a slider that would now slip against its rate sticks."""
-        y = state.y + impulse
-        pieces = state.auxiliary_pieces
-        if pieces is None:
-            return State(y)
-        z = np.concatenate([y * self.scale, self.flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-        rates = np.array([self.flow.rate[auxiliary.element] @ z for auxiliary in self.system.auxiliaries])
-        is_against = ((pieces == FORWARD) & (rates < 0.0)) | ((pieces == BACKWARD) & (rates > 0.0))
-        return State(y, np.where(is_against, STICK, pieces))
 
     def later(self, state: State, passes: int = 1) -> State:
         """Return the state after some passes of n periods, without the gradient. Errors as in a call."""

@@ -88,7 +88,8 @@ class _Depths(NamedTuple):
 
 def hidden_between(before: Point, after: Point) -> float | None:
     """Return the share of the way at which a touch may have come or gone; None: there is none."""
-    one, other = before.motion.turns, after.motion.turns
+    one = before.motion.turns
+    other = after.motion.turns
     if one is None or other is None:
         return None
     if min(_way_beyond(before, after), _way_beyond(after, before)) < 0.0:
@@ -143,7 +144,8 @@ def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: A
     no value comes nearer to zero from both ends.
     """
     side = -np.sign(before)
-    rises, falls = side * slope_before, -side * slope_after
+    rises = side * slope_before
+    falls = -side * slope_after
     nears = (rises > 0.0) & (falls > 0.0) & (before * after > 0.0)
     if not nears.any():
         return 0.5, 0.0
@@ -223,7 +225,8 @@ class Passed(NamedTuple):
 
 def passed_between(apart: Point, touching: Point) -> Passed | None:
     """Return the only turning point with a negative depth in one motion and a positive one in the other, or None."""
-    one, other = apart.motion.turns, touching.motion.turns
+    one = apart.motion.turns
+    other = touching.motion.turns
     if one is None or other is None:
         return None
     i, j = _same(apart, touching, one, other)
@@ -238,12 +241,14 @@ def passed_between(apart: Point, touching: Point) -> Passed | None:
 
 def _depths_of(before: Point, after: Point) -> _Depths | None:
     """What two motions have in common; None where their turning points are not known."""
-    one, other = before.motion.turns, after.motion.turns
+    one = before.motion.turns
+    other = after.motion.turns
     if one is None or other is None:
         return None
     i, j = _same(before, after, one, other)
     length = length_between(before, after)
-    first, second = length * one.slope, length * other.slope
+    first = length * one.slope
+    second = length * other.slope
     single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
     nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
     bends = grazes(before, one)[i] & (other.depth[j] > 0.0) & (first[i] > 0.0)
@@ -258,7 +263,8 @@ def touches_beyond(grazing: Point, other: Point) -> bool:
 
 def _way_beyond(grazing: Point, other: Point) -> float:
     """By how much a depth would grow from a motion that grazes to another one [SI]; 0 if that one does not touch."""
-    turns, others = grazing.motion.turns, other.motion.turns
+    turns = grazing.motion.turns
+    others = other.motion.turns
     if grazing.touch is None or turns is None or others is None:
         return 0.0
     i, j = _same(grazing, other, turns, others)
@@ -268,12 +274,14 @@ def _way_beyond(grazing: Point, other: Point) -> float:
 
 def rise_beyond(grazing: Point, touching: Point) -> float:
     """Return how many times as steep as at a motion that grazes its depth is at one that touches; 1 at least."""
-    turns, others = grazing.motion.turns, touching.motion.turns
+    turns = grazing.motion.turns
+    others = touching.motion.turns
     if turns is None or others is None:
         return 1.0
     i, j = _same(grazing, touching, turns, others)
     ours = grazes(grazing, turns)[i] & (others.depth[j] > 0.0)
-    slope, slope_beyond = np.abs(turns.slope[i[ours]]), np.abs(others.slope[j[ours]])
+    slope = np.abs(turns.slope[i[ours]])
+    slope_beyond = np.abs(others.slope[j[ours]])
     return float((slope_beyond / np.maximum(slope, _FLAT)).max(initial=1.0))
 
 

@@ -140,7 +140,7 @@ class Row:
             if known.not_counted or known.index() == 1:
                 continue
             over_speed = OverSpeed(self.plane.model_at(first, self.second), n, partial(work.progress, 0.0))
-            for motion in [*known.passes]:
+            for motion, *_ in [*known.motions]:
                 if known.index() == 1:
                     break
                 for other in over_speed.met_again(motion):

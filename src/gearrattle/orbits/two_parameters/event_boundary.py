@@ -3,8 +3,7 @@
 The second value is changed step by step. Each event is predicted by a parabola through the last three, then located
 exactly. Other events of the same kind may lie near. So an event must be as near to its prediction as on a curve, and
 its motion keeps its crossings, except in a short step: the first one has no prediction, and the curve may have a
-corner. An event of motions of n periods is not one of motions of fewer; but a grazing may pass the point where it is
-one of n / 2 periods, also in a long step, for there the halves of its motion change their roles.
+corner. An event of motions of n periods is not one of motions of fewer.
 
 Where two events of one kind meet, the slope of their test function along the branch vanishes like a root. So no step
 leads farther than half the way to where the square of that slope would be zero: beyond there another event may lie.
@@ -49,9 +48,7 @@ from gearrattle.orbits.two_parameters.special_points import (
     Located,
     OverBoth,
     SpecialPoint,
-    least_missed,
     special_points_of,
-    turns_around,
     with_special_points,
 )
 
@@ -224,18 +221,13 @@ def _row(event: Event, curve: Continuation, second: float) -> Located:
             slope = slope_along(event, curve)
     cycles = curve.family.cycles
     fewer = [number for number in range(cycles // 2, 0, -1) if cycles % number == 0]
-    size = max(1.0, float(np.linalg.norm(event.point.w[:-1])))
-    missed = tuple(missed_after(curve.family, event.point, number) / size for number in fewer)
+    missed = min((missed_after(curve.family, event.point, number) for number in fewer), default=np.inf)
     return Located(second, event, slope=slope, word=word_but_for_touch(event), missed=missed)
 
 
 def _repeats_sooner(located: list[Located], row: Located) -> bool:
-    """Whether a motion repeats after fewer periods, or comes near to that, unlike those before.
-
-    A grazing may pass the point where it repeats after half of them.
-    """
-    least = _REPEATS if turns_around(located[-1], row) else max(_FALL * least_missed(located[-1]), _REPEATS)
-    return least_missed(located[0]) > _REPEATS and least_missed(row) < least
+    """Whether a motion repeats after fewer periods, or comes near to that, unlike those before."""
+    return located[0].missed > _REPEATS and row.missed < max(_FALL * located[-1].missed, _REPEATS)
 
 
 def _to_meeting(located: list[Located]) -> float:
@@ -261,7 +253,7 @@ def _moved(located: list[Located], curve: Continuation, second: float, is_short:
     event = end_again(last.event, curve, moved) if is_end else relocated(last.event, curve, moved, FARTHEST)
     row = _row(event, curve, second)
     growth = _growth(_compared(event) - before, change, is_short)
-    may_change = is_short or row.word == last.word or turns_around(last, row)
+    may_change = is_short or row.word == last.word
     if not may_change or row.slope * last.slope < 0.0:
         growth = 0.0
     return (row if growth else None), growth

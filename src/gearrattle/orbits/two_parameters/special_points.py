@@ -1,43 +1,40 @@
 """Special points of the curve of an event over two values: where it ends, or meets that of another event.
 
-Two folds meet in a cusp, and neither exists beyond it: the curve ends there. It may end as well where a fold meets a
-grazing, or go on beyond (the engine's ``two_parameters``). Where a curve of folds turns back over the second value, an
-isolated branch shrinks to a point, or two branches join. Two ends of families meet where their length is least: their
-test function is that length.
+Let q be the second value. Along the branch over the first one, at the arclength s, the test function of an event is
+tau(s; q). Two events of one kind meet and vanish where
+
+    tau = 0,      d tau / ds = 0:
+
+for folds a *cusp*, for other events a *turning point* of their curve. Two ends of families meet where their length is
+least: their test function is that length. Where a curve of folds turns back over q, an isolated branch shrinks to a
+point, or two branches join: a turning point as well. A *fold meets a grazing* where the tangent's part along the first
+value vanishes at the grazing, in the limit from the side without contact; beyond the grazing it changes like a square
+root, so there the curve of folds bends into that of grazings, or goes on beyond.
+
+Other ends are not named: where the pair of a Neimark-Sacker bifurcation comes to the real axis (1:1 and 1:2
+resonances), where an event of a doubled branch comes to the doubling, and where the extremum that grazes meets the next
+one (cubic tangencies). Beside a resonance the test function is so flat that it seems to have a meeting of two.
+
+Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 4th ed., Springer 2023, chapter 8.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.continuation import Continuation
+from gearrattle.engine.periodic.events import LOSSES, events_between
 from gearrattle.engine.periodic.events.base import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
+from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.engine.periodic.two_parameters.relocation import polynomial_at, relocated
-from gearrattle.engine.periodic.two_parameters.special_points import (
-    CUSP,
-    FOLD_AT_DOUBLING,
-    GRAZING_AT_DOUBLING,
-    MEETING,
-    TANGENCY,
-    TURNING,
-    fold_at_doubling,
-    grazing_at_doubling,
-    grazing_near,
-    meeting_of_grazing,
-    meeting_of_two,
-    resonance,
-    resonance_of,
-    tangency,
-)
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.orbits.family_ends import EDGE
 
@@ -45,24 +42,42 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Array = NDArray[np.float64]
+CUSP = "cusp"
+TURNING = "turning point"
+MEETING = "fold meets grazing"
+KINDS = (CUSP, TURNING, MEETING)
 FARTHEST = 0.2  # largest distance that an event may move in a step, in units of w
 PREDICTED_FROM = 3  # last points, by a parabola through them
-_AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds turns back
-_MOST_VALUES = 60  # that are tried for that
-_INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
+SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
 _REACH = 0.1  # of the range: a special point farther from the last known event is another one's
 _MET = 1e-3  # of the last step: the event was met there, so a point at which it vanishes lies no farther back
-_BEHIND = {MEETING: 1.0, FOLD_AT_DOUBLING: np.inf}
-"""The same where rounding hides the event: a fold may stay at a grazing, or be lost in a doubling."""
-_BACK = 7  # last points of a fold from which a grazing near is sought, and of a grazing for its acceleration
-_NEAR_HALF = 1e-3  # of the size of the state: what misses by less nearly repeats after half its periods
-_NOT_ROUNDING = 5e-4  # the same: what misses by more tells where it will
-_STAYS = 0.01  # of how much its motion misses: a grazing so near to a fold stays there
+_BEHIND = 1.0  # the same where a fold meets a grazing: rounding may have hidden that it stays there
+_BACK = 7  # last points of a fold from which a grazing near is sought
+_NEAR_FEWER = 1e-3  # of the size of the state: what misses by less nearly repeats after fewer periods
+_NEAR_AXIS = 0.999  # real part of a pair on the unit circle from which it comes to a resonance
+# of the search for where two events of one kind meet
+_STEP = 1e-4  # arclength of differences along the branch: the largest one
+_SHORTEST = 1e-7  # and the smallest
+_PARABOLA = 0.2, 0.01
+"""Differences over a step and half of it, at most: of second derivatives, of extrema over the step."""
+_AWAY = 0.3  # arclength from a known event to a special point
+_LONGER = 100.0  # times the step before: over a short one rounding may be most of the change of a slope
+_GAINED = 1e-15  # of a test function: nothing nearer to its extremum is sought for less
+_SECANTS = 30
+_LOCATED = 1e-12  # of q
+# of the search for where a fold meets a grazing
+_TRIED = 0.1  # of the distance between two points: the first step from there
+_NEAR = 4e-6  # arclength from a grazing to the motions by which its limit is extrapolated
+_EXTRAPOLATED = (5.0, -10.0, 10.0, -5.0, 1.0)  # weights of the values at 1, 2, ... times that for the one at 0
+_FIRST = 1e-6  # arclength of the first step from a fold
+_AROUND = 0.03  # and within which its grazing is sought
+# of the search for where a curve turns back
+_AT_TURNING = 1e-8  # of the value: to so much is known where a curve of folds does
+_MOST_VALUES = 60  # that are tried for that
+_INSIDE = 0.02  # of where that is sought: so far from both ends it must lie
 _SPACED = 1.4  # of the slope of a length: that of the next one for the extrapolation, at least
 _LEVEL = 0.2  # of the same: what must be left of it, at most
-_TRIED = 0.1  # of the distance between two points: the first step from there to where a fold meets a grazing
-SAME = 1e-5  # of both ranges: special points of two curves that lie nearer are the same
+
 Follower = Callable[[float], Continuation]
 """The branch over the value, by the second value."""
 
@@ -83,7 +98,7 @@ class Located:
     special: str = ""
     slope: float = np.nan  # of its test function along the branch
     word: str = ""  # of its pattern, but for its touch
-    missed: tuple[Array, ...] = ()  # by how much its motion fails to repeat after fewer periods, half of them first
+    missed: float = np.inf  # by how much its motion fails to repeat after fewer periods, over its size
 
 
 @dataclass(frozen=True)
@@ -122,110 +137,63 @@ def special_points_of(curves: Sequence[xr.Dataset], spans: tuple[float, float]) 
 
 def with_special_points(over: OverBoth, rows: list[Located], end: float) -> list[Located]:
     """The rows from the model's own value to an end with their special points, the last one where the curve ends."""
-    follower = over.value
     if rows[-1].second != end and len(rows) > 1:
         rows = _last(over, rows, end)
     out = rows[:1]
     for before, after in pairwise(rows):
-        out += [after] if after.special else [*_between(follower, before, after), after]
+        out += [after] if after.special else [*_between(over.value, before, after), after]
     return out
 
 
 def _between(follower: Follower, before: Located, after: Located) -> list[Located]:
-    """The special point between two rows; none if there is none."""
+    """The point between two rows at which a fold meets a grazing; none if there is none."""
     kind = before.event.kind
-    step = 0.5 * (after.second - before.second)
-    known = {row.second: row.event for row in (before, after)}
     points = list[Located]()
-    if turns_around(before, after):
-        points = _sought(lambda: grazing_at_doubling(known, follower, step), GRAZING_AT_DOUBLING)
-    elif kind == GRAZING and before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
-        is_apart = min(least_missed(before), least_missed(after)) > _NEAR_HALF  # else the tangent is upright by itself
-        points = _sought(lambda: meeting_of_grazing(known, follower, step), MEETING) if is_apart else []
+    if kind == GRAZING and before.event.point.tangent[-1] * after.event.point.tangent[-1] < 0.0:
+        known = {row.second: row.event for row in (before, after)}
+        step = 0.5 * (after.second - before.second)
+        is_apart = min(before.missed, after.missed) > _NEAR_FEWER  # else the tangent is upright by itself
+        points = _sought(lambda: _meeting_of_grazing(known, follower, step), MEETING) if is_apart else []
     elif kind == FOLD and before.event.point.pattern != after.event.point.pattern:
         points = _meeting_of_fold(follower, before, after) or _meeting_of_fold(follower, after, before)
     ends = sorted((before.second, after.second))
     return [point for point in points if ends[0] < point.second < ends[1]]
 
 
-def least_missed(row: Located) -> float:
-    """By how much the motion of a row fails to repeat after fewer periods; infinite for one of one period."""
-    return min((float(np.linalg.norm(missed)) for missed in row.missed), default=np.inf)
-
-
-def turns_around(before: Located, after: Located) -> bool:
-    """Whether a grazing repeats after half of its periods between two rows: then the halves change their roles."""
-    has_half = bool(before.missed) and before.event.point.motion.cycles % 2 == 0
-    is_grazing = before.event.kind == GRAZING
-    return is_grazing and has_half and float(before.missed[0] @ after.missed[0]) < 0.0
-
-
 def _last(over: OverBoth, rows: list[Located], end: float) -> list[Located]:
     """The rows up to where the curve ends, with the special point there if one is near."""
-    last = rows[-1]
     step = rows[-1].second - rows[-2].second
     farthest = _REACH * abs(end - rows[0].second)
-    for points in _ends(over, rows):
-        near = list[tuple[float, Located]]()
-        for point in points:
-            ahead = (point.second - last.second) * np.sign(step)
-            if -_BEHIND.get(point.special, _MET) * abs(step) <= ahead < farthest:
-                near.append((ahead, point))
-        if near:
-            _, point = min(near, key=lambda pair: pair[0])
-            return [*(row for row in rows if (point.second - row.second) * step > 0.0), point]
-    return rows
+    near = list[tuple[float, Located]]()
+    for point in _ends(over, rows):
+        ahead = (point.second - rows[-1].second) * np.sign(step)
+        behind = _BEHIND if point.special == MEETING else _MET
+        if -behind * abs(step) <= ahead < farthest:
+            near.append((ahead, point))
+    if not near:
+        return rows
+    _, point = min(near, key=lambda pair: pair[0])
+    return [*(row for row in rows if (point.second - row.second) * step > 0.0), point]
 
 
-def _ends(over: OverBoth, rows: list[Located]) -> Iterator[list[Located]]:
-    """Yield the special points near the last row at which its curve may end, those that are sure first.
-
-    Beside a resonance or a doubling the test function is so flat that it seems to have a meeting of two.
-    """
+def _ends(over: OverBoth, rows: list[Located]) -> list[Located]:
+    """The special points near the last row at which its curve may end."""
+    before, last = rows[-2:]
+    kind = last.event.kind
+    if kind == EDGE:
+        return _sought(lambda: _turning_of_end(rows), TURNING)
+    if kind == NEIMARK_SACKER and abs(nearest_pair(last.event.point)[0].real) > _NEAR_AXIS:
+        return []
     follower = over.value
-    if rows[-1].event.kind == EDGE:
-        yield _sought(lambda: _turning_of_end(rows), TURNING)
-        return
-    known = [(row.second, row.event) for row in rows[-PREDICTED_FROM:]]
-    (before, _), (second, event) = known[-2:]
-    if event.kind == NEIMARK_SACKER:
-        yield _sought(lambda: resonance(known[-2], known[-1], follower), resonance_of(event))
-    if event.kind in (FOLD, GRAZING) and event.point.motion.cycles % 2 == 0:
-        yield _at_doubling(follower, rows)
-    if event.kind == GRAZING:
-        yield _sought(lambda: tangency([(row.second, row.event) for row in rows[-_BACK:]], follower), TANGENCY)
-    special = CUSP if event.kind == FOLD else TURNING
-    points = _sought(lambda: meeting_of_two(event, follower, second, second - before), special)
-    if event.kind == FOLD:
+    step = last.second - before.second
+    points = _sought(
+        lambda: _meeting_of_two(last.event, follower, last.second, step), CUSP if kind == FOLD else TURNING
+    )
+    if kind == FOLD:
         meetings = (_meeting_of_fold(follower, after, before) for before, after in reversed([*pairwise(rows[-_BACK:])]))
         points += next((meeting for meeting in meetings if meeting), [])
         points += _sought(lambda: _turning(rows, over.second), TURNING)
-    yield points
-
-
-def _at_doubling(follower: Follower, rows: list[Located]) -> list[Located]:
-    """The point at which folding or grazing motions come to repeat after half of their periods; none if none is near.
-
-    Where a fold stays at a grazing, that comes to it as well.
-    """
-    missed = {row.second: float(np.linalg.norm(row.missed[0])) for row in rows}
-    if missed[rows[-1].second] > _NEAR_HALF:
-        return []
-    spaced = list[Located]()
-    for row in reversed(rows):
-        if missed[row.second] > (2.0 * missed[spaced[-1].second] if spaced else _NOT_ROUNDING):
-            spaced.append(row)
-    for row in spaced[:_BACK]:
-        step = _TRIED * (rows[-1].second - row.second)
-        farthest = _STAYS * missed[row.second]
-        known = {row.second: row.event} if row.event.kind == GRAZING else _grazings_near(follower, farthest, row)
-        if points := _sought(partial(grazing_at_doubling, known, follower, step), GRAZING_AT_DOUBLING):
-            return points
-    if rows[0].event.kind != FOLD:
-        return []
-    folds = [(missed[row.second], row.second, row.event) for row in spaced[:PREDICTED_FROM]]
-    points = _sought(lambda: fold_at_doubling(folds), FOLD_AT_DOUBLING)
-    return [point for point in points if (point.second - folds[0][1]) * (rows[-1].second - rows[0].second) > 0.0]
+    return points
 
 
 def _sought(find: Callable[[], tuple[float, Event]], special: str) -> list[Located]:
@@ -235,23 +203,143 @@ def _sought(find: Callable[[], tuple[float, Event]], special: str) -> list[Locat
     return []
 
 
+def _meeting_of_two(event: Event, follower: Follower, q: float, step: float) -> tuple[float, Event]:
+    """The q at which an event meets another one of its kind and both vanish, and the event there."""
+    along = _step_along(event, follower(q))
+    return _root(lambda value: _extremum(event, follower(value), along), q, step)
+
+
+def _step_along(event: Event, curve: Continuation) -> float:
+    """The largest arclength along the branch within which the test function of an event is a parabola."""
+
+    def derivatives(step: float) -> tuple[float, float]:
+        tests = [test_of(event, curve.family, curve.moved_along(event.point, way * step)) for way in (-1.0, 0.0, 1.0)]
+        return (tests[2] - tests[0]) / (2.0 * step), (tests[0] - 2.0 * tests[1] + tests[2]) / step**2
+
+    step = _STEP
+    while step > _SHORTEST:
+        with suppress(ConvergenceError):
+            (slope, bend) = derivatives(step)
+            (slope_over_half, bend_over_half) = derivatives(0.5 * step)
+            change = abs(bend - bend_over_half)
+            shift = abs(slope - slope_over_half)
+            if change < _PARABOLA[0] * abs(bend) and shift < _PARABOLA[1] * abs(bend) * step:
+                return step
+        step *= 0.25
+    return step
+
+
+def _extremum(event: Event, curve: Continuation, step: float) -> tuple[float, Event]:
+    """The extremum of the test function along the branch near an event: its value, and the event moved there."""
+    origin = curve.in_plane(event.point)
+
+    def slope(length: float) -> float:
+        behind, ahead = (curve.moved_along(origin, length + side * step) for side in (-1.0, 1.0))
+        tests = [test_of(event, curve.family, point) for point in (behind, ahead)]
+        return (tests[1] - tests[0]) / (2.0 * step)
+
+    length = 0.0
+    now = slope(0.0)
+    change = step
+    for _ in range(_SECANTS):
+        before = now
+        now = slope(length + change)
+        length = length + change
+        if now == before or abs(length) > _AWAY:
+            break
+        farthest = min(0.5 * _AWAY, _LONGER * abs(change))
+        change = float(np.clip(-now * change / (now - before), -farthest, farthest))
+        if abs(change) < 1e-2 * step or abs(now * change) < _GAINED:
+            point = curve.moved_along(origin, length + change)
+            return test_of(event, curve.family, point), replace(event, point=point)
+    raise ConvergenceError("the test function has no extremum near")
+
+
 def _meeting_of_fold(follower: Follower, row: Located, other: Located) -> list[Located]:
     """The point near a row of a fold, and another one, at which it meets a grazing; none if none is near."""
-    known = _grazings_near(follower, np.inf, row, other)
+    known = dict[float, Event]()
+    for fold in (row, other):
+        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
+            if grazing := _grazing_near(fold.event, follower(fold.second)):
+                known[fold.second] = grazing
     step = _TRIED * abs(other.second - row.second)
-    points = _sought(lambda: meeting_of_grazing(known, follower, step), MEETING)
+    points = _sought(lambda: _meeting_of_grazing(known, follower, step), MEETING)
     return [replace(point, event=replace(point.event, kind=FOLD)) for point in points]
 
 
-def _grazings_near(follower: Follower, farthest: float, *rows: Located) -> dict[float, Event]:
-    """By second value, the grazings nearest to folds, at an arclength of no more than the farthest."""
-    known = dict[float, Event]()
-    for row in rows:
-        with suppress(ConvergenceError, ModelError, np.linalg.LinAlgError):
-            grazing = grazing_near(row.event, follower(row.second))
-            if grazing and abs(grazing.point.length) < farthest:
-                known[row.second] = grazing
-    return known
+def _grazing_near(fold: Event, curve: Continuation) -> Event | None:
+    """The grazing nearest to a fold on its branch; None if there is none near."""
+    nearest = []
+    for side in (-1.0, 1.0):
+        before = replace(fold.point, length=0.0)
+        step = side * _FIRST
+        while abs(before.length) < _AROUND:
+            try:
+                after = replace(curve.moved_along(before, step), length=before.length + step)
+                events = events_between(curve, *((before, after) if side > 0.0 else (after, before)))
+            except ConvergenceError:
+                break
+            grazings = [event for event in events if event.kind == GRAZING and event.touch is not None]
+            if grazings:
+                nearest.append(min(grazings, key=lambda event: abs(event.point.length)))
+                break
+            before = after
+            step = 2.0 * step
+    return min(nearest, key=lambda event: abs(event.point.length), default=None)
+
+
+def _meeting_of_grazing(grazings: Mapping[float, Event], follower: Follower, step: float) -> tuple[float, Event]:
+    """The q at which a grazing meets a fold, and the grazing there; what is known of it, by q, begins with the nearest.
+
+    ConvergenceError: they do not meet near.
+    """
+    known = dict(grazings)
+    if not known:
+        raise ConvergenceError("no grazing is near")
+
+    def limit(q: float) -> tuple[float, Event]:
+        curve = follower(q)
+        if q not in known:
+            nearest, *others = sorted(known, key=lambda other: abs(other - q))
+            event = known[nearest]
+            change = np.zeros_like(known[nearest].point.w)
+            if others:
+                change = (known[others[0]].point.w - event.point.w) * (q - nearest) / (others[0] - nearest)
+            known[q] = relocated(event, curve, change, _AWAY)
+        return _fold_test_at(known[q], curve), known[q]
+
+    return _root(limit, next(iter(known)), step)
+
+
+def _fold_test_at(grazing: Event, curve: Continuation) -> float:
+    """The test function of a fold at a grazing, in the limit from the side without contact.
+
+    ConvergenceError: no motions without contact are near.
+    """
+    for side in (_NEAR, -_NEAR):
+        with suppress(ConvergenceError):  # where motions touch, they may change too fast
+            points = [curve.moved_along(grazing.point, (i + 1.0) * side) for i in range(len(_EXTRAPOLATED))]
+            if test_of(grazing, curve.family, points[0]) < 0.0:
+                return float(np.dot(_EXTRAPOLATED, [LOSSES[FOLD].test(point) for point in points]))
+    raise ConvergenceError("no motions without contact are near the grazing")
+
+
+def _root(function: Callable[[float], tuple[float, Event]], q: float, step: float) -> tuple[float, Event]:
+    """The zero of a function of q by the secant method, and the event there."""
+    value, _ = function(q)
+    change = step
+    scale = abs(step)
+    for _ in range(_SECANTS):
+        following, event = function(q + change)
+        q = q + change
+        before = value
+        value = following
+        if value == before or abs(change) > 1e3 * scale:
+            break
+        change = -value * change / (value - before)
+        if abs(change) <= _LOCATED * max(abs(q), scale):
+            return q, event
+    raise ConvergenceError("no special point is near")
 
 
 def _turning(rows: list[Located], across: Callable[[float, float], Continuation]) -> tuple[float, Event]:

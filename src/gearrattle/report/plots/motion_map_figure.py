@@ -30,12 +30,7 @@ _DASHES: dict[str, Dash] = {FOLD: "solid", EDGE: "dotted"}
 SPECIAL = {
     "cusp": Key("cusp: two folds meet", INK, "star"),
     "turning point": Key("turning point: two events of one kind meet", INK, "circle"),
-    "1:1 resonance": Key("1:1 resonance: a pair of multipliers meets at 1", INK, "triangle"),
-    "1:2 resonance": Key("1:2 resonance: a pair of multipliers meets at -1", INK, "inverted triangle"),
     "fold meets grazing": Key("a fold meets a grazing", INK, "diamond"),
-    "fold meets period doubling": Key("a fold meets a period doubling", INK, "square"),
-    "grazing meets period doubling": Key("a grazing meets a period doubling", INK, "cross"),
-    "cubic tangency": Key("cubic tangency: the extremum that grazes meets the next one", INK, "plus"),
 }
 """How special points are drawn."""
 

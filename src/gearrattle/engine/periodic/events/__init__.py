@@ -333,7 +333,8 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
     """Yield the grazing or the exchange of two crossings between two points whose patterns differ."""
-    one, other = view(before), view(after)
+    one = view(before)
+    other = view(after)
     if one == other:
         return
     known = _known_grazing(before, after, view)

@@ -281,7 +281,8 @@ class Search:
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
-        self.is_after = is_after = len(view(after)) > len(view(before))
+        is_after = len(view(after)) > len(view(before))
+        self.is_after = is_after
         self._stretch = Stretch(curve, before, after)
         self._view = view
         self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)

@@ -115,8 +115,10 @@ def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, leng
 
 def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
     """Which crossings of a motion another one lacks: those left over where crossings of a kind agree best in time."""
-    ours, theirs = view.crossings(touching), view.crossings(apart)
-    times, others = ours.time / touching.motion.period, theirs.time / apart.motion.period
+    ours = view.crossings(touching)
+    theirs = view.crossings(apart)
+    times = ours.time / touching.motion.period
+    others = theirs.time / apart.motion.period
     away = times[:, None] - others
     away = np.abs(away - touching.motion.cycles * np.rint(away / touching.motion.cycles))
     is_other = (ours.watch[:, None] != theirs.watch) | (ours.upward[:, None] != theirs.upward)

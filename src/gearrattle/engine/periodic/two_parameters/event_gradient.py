@@ -46,7 +46,8 @@ KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
 ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
 _CHANGE = 1e-5  # of q: half the difference
 _SHARES = (1.0, 0.1, 0.01, 0.001)  # of both, the first over which the test function is straight
-_BENT, _STRAIGHT = 0.01, 3e-4
+_BENT = 0.01
+_STRAIGHT = 3e-4
 """Bends of a test function below which differences of fourth order are good to 4e-8 at a root, of second to 2e-7."""
 _DEPTH_STEP = 1e-6  # of w: half the difference of a depth whose slope is not known
 
@@ -61,7 +62,8 @@ class Drift:
     """
 
     def __init__(self, event: Event, curve: Continuation) -> None:
-        self._event, self._curve = event, curve
+        self._event = event
+        self._curve = curve
         self._known: dict[float, Pair] = {}  # of ``_along``
 
     def gradient(self, families_of: FamiliesOf, value: float) -> float:

@@ -35,7 +35,9 @@ _AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are
 _ON_CIRCLE = 1e-5  # from the unit circle: a pair is no farther from it
 _TOUCHES = 1e-9  # of the size of its corner: a motion that grazes is no farther from it
 _JUMP = 0.05  # of the test function nearby, and of one: what is left of it at a root that is none
-_BENT, _ROUNDING = 2.0, 1e-9  # of a step: the distance to a point of the same branch, at most; and of w
+# of a step: the distance to a point of the same branch, at most; and of w
+_BENT = 2.0
+_ROUNDING = 1e-9
 _LOCATED = 1e-11  # arclength
 _FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or lie beside another event
 
@@ -81,14 +83,12 @@ def word_but_for_touch(event: Event) -> str:
     return rotated(word_of(crossings.where(~is_touch)))
 
 
-def missed_after(family: Family, point: Point, cycles: int) -> Array:
-    """Return by how much a motion fails to repeat after fewer periods than its own.
-
-    Returns (N,) the change of the state, in units of w.
-    """
+def missed_after(family: Family, point: Point, cycles: int) -> float:
+    """Return by how much a motion fails to repeat after fewer periods than its own, over its size in units of w."""
     state = point.motion.start
     later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)
-    return np.asarray((later.y - state.y) * point.scale / point.size)
+    missed = (later.y - state.y) * point.scale / point.size
+    return float(np.linalg.norm(missed)) / max(1.0, float(np.linalg.norm(point.w[:-1])))
 
 
 def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float) -> Point:
@@ -109,7 +109,8 @@ def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float
         if abs(along) > farthest or value == test:
             break
         next_step = -value * step / (value - test)
-        point, test = following, value
+        point = following
+        test = value
         if abs(next_step) < _LOCATED:
             return curve.moved_along(point, next_step)
         step = float(np.clip(next_step, -farthest, farthest))
