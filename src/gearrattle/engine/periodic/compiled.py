@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import course as kernels
 from gearrattle.engine.kernels import many, packed
 from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.depths import COLUMNS, MOST_TURNS
 from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
@@ -50,9 +50,9 @@ class PeriodBatch(Batch):
             corner=np.full(2, -1, np.int64),
             touched=room_for_touch(states, NOWHERE),
             row=np.zeros(states + 1),
-            turns=np.zeros((kernels.MOST_TURNS, kernels.COLUMNS)),
+            turns=np.zeros((MOST_TURNS, COLUMNS)),
             turning=np.full(1, NO_TURNS),
-            delay=np.zeros(kernels.MOST_TURNS),
+            delay=np.zeros(MOST_TURNS),
             outside=np.full((2, len(pieces)), -1),
             reach=reaches(system),
         )

@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import course as kernels
-from gearrattle.engine.kernels.course import Driven, Path, Touched, Trace
+from gearrattle.engine.kernels import depths
+from gearrattle.engine.kernels.approach import Touched, write_touch
+from gearrattle.engine.kernels.course import Driven, Path, Trace, write_course
+from gearrattle.engine.kernels.direction import write_course_along
 from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
@@ -186,8 +188,8 @@ class Course:
 
         Near a touch, a difference is that of a motion with the touch and one without it.
         """
-        trace = self._trace(np.zeros(len(self._setting.flow.system.clearances)), rows=0)
-        kernels.write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
+        trace = self._trace(rows=0)
+        write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
         return np.asarray(trace.v[-1] / self._scale)
 
     def turns_along(self, slope: Array, row: Array) -> Turns | None:
@@ -197,39 +199,30 @@ class Course:
         row: (N + 1,) over the state at the start and p, of which the product with the change is 1 [1/SI].
         """
         scale = self._scale
-        size = self._scale.size
         columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
-        direction = kernels.Direction(np.empty((size + 1, size + 1)), np.empty(size + 1, np.int64), np.empty(size + 1))
         memories = self._setting.flow.memory.size
-        if not kernels.write_direction(columns, scale, np.asarray(row, dtype=float), memories, direction):
+        trace = self._trace(rows=depths.MOST_TURNS)
+        if not write_course_along(self._driven, self._path, self._z, columns, scale, row, memories, trace):
             return None
-        change = direction.change
-        crossings = self._motion.crossings
-        return self.turns(
-            Along(change[:-1] / scale, float(change[-1]), outside_of(crossings, (0, 0), self._clearances))
-        )
+        return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def turns(self, along: Along) -> Turns | None:
         """Return the turning points near corners, with slopes along a change."""
-        trace = self._trace(reaches(self._setting.flow.system), rows=kernels.MOST_TURNS)
+        trace = self._trace(rows=depths.MOST_TURNS)
         path = self._path._replace(outside=along.outside)
         change = np.append(along.state * self._scale, along.parameter)
-        kernels.write_course(self._driven, path, self._z, change, trace)
+        write_course(self._driven, path, self._z, change, trace)
         return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def approach(self, touch: Touch) -> Approach | None:
         """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
         touched = room_for_touch(self._scale.size, touch)
-        trace = self._trace(np.zeros(self._clearances), rows=0)
+        trace = self._trace(rows=0)
         corner = np.array([touch.watch, touch.upward])
-        kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, trace, touched)
+        write_touch(self._driven, self._path, self._z, corner, self._scale, trace, touched)
         return approach_of(touched, self._motion.period)
 
-    @property
-    def _clearances(self) -> int:
-        return len(self._setting.flow.system.clearances)
-
-    def _trace(self, reach: Array, rows: int) -> Trace:
+    def _trace(self, rows: int) -> Trace:
         count = len(self._path.slot)
         states = self._scale.size
         return Trace(
@@ -237,8 +230,8 @@ class Course:
             v=np.empty((count + 1, states)),
             delay=np.empty(count - 1),
             jump=np.empty((count - 1, states)),
-            reach=reach,
-            turns=np.zeros((rows, kernels.COLUMNS)),
+            reach=reaches(self._setting.flow.system),
+            turns=np.zeros((rows, depths.COLUMNS)),
             number=np.zeros(1, np.int64),
         )
 
@@ -300,9 +293,7 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
     begins: how many crossings lie before the start and before the end of the part; 0 and 0 for the whole motion.
     """
     outside = np.empty((2, clearances), np.int64)
-    kernels.write_outside(
-        crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside
-    )
+    depths.write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
     return outside
 
 
@@ -317,9 +308,9 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
     if count < 0:
         return None
     rows = rows[:count]
-    is_turn = rows[:, kernels.UPWARD] < kernels.FALLING
-    watch, upward = rows[:, : kernels.TIME].T.astype(np.int64)
-    every = watch, upward, *rows[:, kernels.TIME :].T.copy()
+    is_turn = rows[:, depths.UPWARD] < depths.FALLING
+    watch, upward = rows[:, : depths.TIME].T.astype(np.int64)
+    every = watch, upward, *rows[:, depths.TIME :].T.copy()
     dips = Dips._make(part[~is_turn] for part in every)
     watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
     return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)

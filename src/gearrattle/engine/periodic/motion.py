@@ -61,7 +61,7 @@ class Dips(NamedTuple):
     """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
 
     watch: IntArray  # (D,) clearance
-    upward: IntArray  # (D,) ``kernels.course.RISING`` or FALLING, by the sign of the rate
+    upward: IntArray  # (D,) ``kernels.depths.RISING`` or FALLING, by the sign of the rate
     time: Array  # (D,) in periods from the start
     depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
     slope: Array  # (D,) of that along a direction
