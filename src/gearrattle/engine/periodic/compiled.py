@@ -77,11 +77,13 @@ class PeriodBatch(Batch):
         if isinstance(turns_along, Along):
             self.out.turning[0] = ALONG_CHANGE
             self.out.outside[:] = turns_along.outside
-            self.out.row[:-1], self.out.row[-1] = turns_along.state, turns_along.parameter
+            self.out.row[:] = np.append(turns_along.state, turns_along.parameter)
         elif turns_along is not None:
-            self.out.turning[0], self.out.row[:] = ALONG_ROW, turns_along
+            self.out.turning[0] = ALONG_ROW
+            self.out.row[:] = turns_along
         self.cases = self.cases._replace(numbers=numbers)
-        self.cases.angle[-1], self.cases.velocity[-1] = angle, velocity
+        self.cases.angle[-1] = angle
+        self.cases.velocity[-1] = velocity
         self.cursor[:] = 0
         self.cursor[many.AT] = NEIGHBOURS
         self.outcome[:] = 0

@@ -1,8 +1,7 @@
 """The compiled course of a motion (``kernels.course``) for drivelines of any kind, and what it has found.
 
 A driveline with friction, clipped damping or alternating stiffness is described by its flow and those of its
-neighbours:
-derivatives with respect to the parameter p are central differences of coefficients; no motion is differenced.
+neighbours: derivatives by the parameter p are central differences of coefficients; no motion is differenced.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from gearrattle.engine.kernels import depths
 from gearrattle.engine.kernels.approach import Touched, write_touch
 from gearrattle.engine.kernels.course import Driven, Path, Trace, write_course
 from gearrattle.engine.kernels.direction import write_course_along
-from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns
+from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
@@ -52,7 +51,8 @@ class Setting:
     """A driveline and how it changes with its parameter, in the scales of its own flow."""
 
     def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
-        self.flow, self.neighbours = flow, neighbours
+        self.flow = flow
+        self.neighbours = neighbours
         self.sizes = sizes_of(flow)
 
     def rates(self, pieces: Pieces) -> tuple[Array, Array]:
@@ -78,8 +78,8 @@ class Setting:
 
     def bound(self, pieces: Pieces, watch: int, upward: int) -> Bound:
         """Return what crosses a bound in a region."""
-        rows = [_row_of(flow, pieces, watch) for flow in self._all]
-        bounds = np.array([_bound_of(flow, pieces, watch, upward) for flow in self._all])
+        rows = [row_of(flow, pieces, watch) for flow in self._all]
+        bounds = np.array([bound_of(flow, pieces, watch, upward) for flow in self._all])
         shift = self._difference([row * self._ratio(f) for row, f in zip(rows[1:], self._flows, strict=True)])
         moved = float(self._difference(bounds[1:])) if np.isfinite(bounds[0]) else 0.0
         return Bound(rows[0], shift, float(bounds[0]), moved)
@@ -144,10 +144,10 @@ def sizes_of(flow: Flow) -> Array:
     return np.concatenate(parts)
 
 
-def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
-    """(Z,) what crosses a bound [its own unit]."""
+def row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
+    """Return (Z,) what crosses a bound [its own unit]."""
     clearances = flow.system.clearances
-    auxiliary = watch - len(flow.system.clearances)
+    auxiliary = watch - len(clearances)
     if auxiliary < 0:
         return np.asarray(flow.deflection[clearances[watch]])
     own, piece, memory = list(flow.beside(pieces))[auxiliary]
@@ -156,10 +156,10 @@ def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
     return np.asarray(row)
 
 
-def _bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
-    """The bound; infinite where the clock decides."""
+def bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
+    """Return the bound; infinite where there is none or the clock decides."""
     system = flow.system
-    auxiliary = watch - len(flow.system.clearances)
+    auxiliary = watch - len(system.clearances)
     if auxiliary < 0:
         element = system.clearances[watch]
         return system.laws[element].bounds(pieces[element])[1 if upward else 0]
@@ -312,8 +312,7 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
     watch, upward = rows[:, : depths.TIME].T.astype(np.int64)
     every = watch, upward, *rows[:, depths.TIME :].T.copy()
     dips = Dips._make(part[~is_turn] for part in every)
-    watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
-    return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)
+    return Turns(*(part[is_turn] for part in every[: len(OF_TURNS)]), dips=dips, delay=delay)
 
 
 def room_for_touch(states: int, touch: Touch) -> Touched:

@@ -10,7 +10,8 @@ Array = NDArray[np.float64]
 
 _REGULAR = 1e-7
 """Reciprocal condition of equations that are surely not singular."""
-_FREE, _FREE_OF_LARGEST = 1e-9, 1e-13
+_FREE = 1e-9
+_FREE_OF_LARGEST = 1e-13
 """A singular value below the first, and this share of the largest, is zero."""
 _ORTHOGONAL = 1e-12
 """Cosine between a direction and the plane of free ones that counts as zero."""
@@ -52,7 +53,8 @@ class Bordered(Factored):
         self._width = len(row)
         unknowns = matrix.shape[1]
         whole = np.zeros((unknowns, unknowns))
-        whole[:-1], whole[-1, : self._width] = matrix, row
+        whole[:-1] = matrix
+        whole[-1, : self._width] = row
         super().__init__(whole)
         self._row = row
 

@@ -47,13 +47,13 @@ class State:
 
 
 class Approach(NamedTuple):
-    """An extremum of a clearance's deflection near a corner; NaN and None where it is not known."""
+    """An extremum of a clearance's deflection near a corner."""
 
     depth: float  # how far it lies beyond the corner [SI]
     time: float  # in periods from the start
-    acceleration: float = np.nan  # of the deflection [SI]
-    slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
-    time_slope: Array | None = None  # (N + 1,) of the time, by the same
+    acceleration: float  # of the deflection [SI]
+    slope: Array  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
+    time_slope: Array  # (N + 1,) of the time, by the same
     part: int = 0  # of the motion: slopes are by the state at its start
 
 
@@ -91,6 +91,10 @@ class Turns(NamedTuple):
         dips = self.dips._replace(**slopes)
         ours = {name: factor * getattr(self, name) for name in ("slope", "time_slope", "delay")}
         return self._replace(dips=dips, **ours)
+
+
+OF_TURNS = [name for name in Turns._fields if name not in ("dips", "delay")]
+"""Fields with an entry for every turning point."""
 
 
 class Along(NamedTuple):

@@ -38,7 +38,8 @@ def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
 
     A part is a whole period where ``parts_of`` allows no shorter ones.
     """
-    system, cycles = period_map.system, period_map.cycles
+    system = period_map.system
+    cycles = period_map.cycles
     if parts == 1 or parts_of(period_map) <= cycles:
         return [PeriodMap(system, 1)] * cycles
     inputs = [system.inputs.part(index / EIGHTHS, 1.0 / EIGHTHS) for index in range(EIGHTHS)]
@@ -47,9 +48,9 @@ def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
 
 def parts_of(period_map: PeriodMap) -> int:
     """Return into how many parts of equal length n periods are cut: eighths of periods, whole ones, or none."""
-    system, cycles = period_map.system, period_map.cycles
+    cycles = period_map.cycles
     for parts in (EIGHTHS * cycles, cycles):
-        if (parts == cycles or system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
+        if (parts == cycles or period_map.system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
             return parts
     return 1
 
@@ -109,7 +110,8 @@ def _shortened(maps: Sequence[PeriodMap], parts: list[Pass], residual: float) ->
 
 def _newton_step(scale: Array, parts: list[Pass]) -> Array:
     """(n, N) changes of the states at the start of every part [SI]: M_i d_i - d_(i+1) = -(end_i - start_(i+1))."""
-    count, size = len(parts), len(scale)
+    count = len(parts)
+    size = len(scale)
     matrix = np.zeros((count, size, count, size))
     for i, part in enumerate(parts):
         matrix[i, :, i] += scale[:, None] * part.gradient / scale

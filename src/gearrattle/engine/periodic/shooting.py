@@ -117,7 +117,8 @@ def _newton(
         is_slow = is_quick and taken > 0.5 * residual
         if trial is None or is_slow:
             break
-        motion, residual = trial, taken
+        motion = trial
+        residual = taken
     return motion, residual, passes
 
 

@@ -60,7 +60,7 @@ from gearrattle.engine.periodic.events.pattern import View, exchange_between, ex
 from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between, det_minus, nearest_to_one
 from gearrattle.engine.periodic.grazing_depth import with_corner
-from gearrattle.engine.periodic.motion import Approach, Touch
+from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
@@ -333,7 +333,8 @@ def _located(curve: Continuation, before: Point, after: Point, kind: str, test: 
 
 def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: View) -> Iterator[Event]:
     """Yield the grazing or the exchange of two crossings between two points whose patterns differ."""
-    one, other = view(before), view(after)
+    one = view(before)
+    other = view(after)
     if one == other:
         return
     known = _known_grazing(before, after, view)
@@ -347,7 +348,7 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         yield replace(event, watch=patterns.watch_of(lone[0]), is_collision=False)
         return
     if len(one) != len(other):  # by more than two crossings: several touch at once
-        yield _grazing(curve, before, after, view)
+        yield _event_of_grazing(curve, *Search(curve, before, after, view).grazing())
         return
     swaps = patterns.swaps(one, other)
     if not swaps:
@@ -375,17 +376,11 @@ def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touc
     return None
 
 
-def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Event:
-    """The grazing between two points."""
-    search = Search(curve, before, after, view)
-    return _event_of_grazing(curve, *search.grazing(), search.nearby)
-
-
-def _event_of_grazing(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Event:
+def _event_of_grazing(curve: Continuation, point: Point, touch: Touch) -> Event:
     """The event of a motion that grazes."""
     if touch.watch < curve.family.clearances:
         touch = with_corner(curve.family.map_at(point.parameter), point.motion, touch)
-    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch, nearby))
+    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch))
 
 
 def _sign(holds: bool) -> float:

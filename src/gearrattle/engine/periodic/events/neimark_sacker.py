@@ -43,7 +43,8 @@ def pair_product(point: Point, like: Point) -> float:
     if not wanted or point.multipliers.size < 2:
         return pair_size(point)
     one, other = np.triu_indices(point.multipliers.size, 1)
-    m, n = point.multipliers[one], point.multipliers[other]
+    m = point.multipliers[one]
+    n = point.multipliers[other]
     ways = [np.abs(p - wanted) + np.abs(q - wanted.conjugate()) for p, q in ((m, n), (n, m))]
     nearest = int(np.argmin(np.minimum(*ways)))
     return float((m[nearest] * n[nearest]).real) - 1.0
@@ -93,19 +94,19 @@ def may_hide_pair(before: Point, after: Point) -> bool:
 
     Which multiplier has become which is told by the least sum of their ways.
     """
-    m, n = before.multipliers, after.multipliers
+    m = before.multipliers
+    n = after.multipliers
     if m.size < _FEWEST or is_conservative(before):
         return False
     one, other = linear_sum_assignment(np.abs(m[:, None] - n))
-    m, n = m[one], n[other]
-    is_pair = (np.abs(m.imag) > REAL) | (np.abs(n.imag) > REAL)
-    if not is_pair.any():
-        return False
-    m, n = m[is_pair], n[is_pair]
-    size, following = np.abs(m), np.abs(n)
-    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
-    leaves = (size < 1.0) & (following > 1.0)
-    enters = (size > 1.0) & (following < 1.0)
+    is_pair = (np.abs(m[one].imag) > REAL) | (np.abs(n[other].imag) > REAL)
+    m = m[one][is_pair]
+    n = n[other][is_pair]
+    size = np.abs(m)
+    size_after = np.abs(n)
+    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, size_after), 1.0)
+    leaves = (size < 1.0) & (size_after > 1.0)
+    enters = (size > 1.0) & (size_after < 1.0)
     return bool(goes_far.any() or (leaves.any() and enters.any()))
 
 

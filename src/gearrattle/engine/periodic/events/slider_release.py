@@ -42,7 +42,8 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 
     ConvergenceError: the touch is lost.
     """
-    flow, system = period_map.flow, period_map.system
+    flow = period_map.flow
+    system = period_map.system
     if not lets_go(system):
         return False
     located = depth(period_map, point.motion.start, touch)[1]
@@ -56,20 +57,21 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 
 def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
     """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does."""
-    visits, earlier = _visits(period_map, last), _visits(period_map, before)
-    if not visits or not earlier:
+    visits = _visits(period_map, last)
+    earlier_visits = _visits(period_map, before)
+    if not visits or not earlier_visits:
         return None
-    (touch, speed), (earlier_touch, earlier_speed) = (
-        min(known, key=lambda visit: visit[1]) for known in (visits, earlier)
-    )
-    if touch.watch != earlier_touch.watch or speed > _FASTER * earlier_speed:
+    touch, speed = min(visits, key=lambda visit: visit[1])
+    earlier, earlier_speed = min(earlier_visits, key=lambda visit: visit[1])
+    if touch.watch != earlier.watch or speed > _FASTER * earlier_speed:
         return None
     share = speed / (earlier_speed - speed)
-    change, way = share * (last.w - before.w), share * (last.parameter - before.parameter)
+    change = share * (last.w - before.w)
     distance = float(np.linalg.norm(change))
     if distance > _NEAR:
         return None
-    return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
+    parameter = last.parameter + share * (last.parameter - before.parameter)
+    return replace(last, w=last.w + change, parameter=parameter, length=last.length + distance), touch
 
 
 def is_near_release(period_map: PeriodMap, point: Point) -> bool:
@@ -104,7 +106,8 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
 
     Returns None if no such crossing is near.
     """
-    system, crossings = period_map.system, motion.crossings
+    system = period_map.system
+    crossings = motion.crossings
     pieces = period_map.along(motion)[0]
     length = motion.cycles * motion.period
     nearest = _AT_BEGIN * motion.period
@@ -123,7 +126,8 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
             passed = let_go, kept, memory
     if passed is None or motion.start.auxiliary_pieces is None:
         return None
-    y, own = motion.start.y.copy(), motion.start.auxiliary_pieces.copy()
+    y = motion.start.y.copy()
+    own = motion.start.auxiliary_pieces.copy()
     own[passed[0]] = passed[1]
     y[[len(y) - len(system.memories) + system.memories.index(c) for c in passed[0]]] = passed[2]
     return State(y, own)

@@ -83,7 +83,8 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
     if halves is None:
         return None
     try:
-        first, last = _among(halves, before), _among(halves, after)
+        first = _among(halves, before)
+        last = _among(halves, after)
         away = max(float(np.linalg.norm(own.w - whole.w)) for own, whole in ((first, before), (last, after)))
         if away > SAME or det_plus(first) * det_plus(last) >= 0.0:
             return None
