@@ -6,9 +6,7 @@ neighbours: derivatives by the parameter p are central differences of coefficien
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,68 +23,53 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Pair = tuple[Array, Array]
 
 _SAME_TICK = 1e-9  # periods
 _REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
-class Neighbours(NamedTuple):
-    """The drivelines with a smaller and with a larger parameter, and how far they are apart."""
-
-    low: Flow
-    high: Flow
-    distance: float
-
-
-class Bound(NamedTuple):
-    """What crosses a bound, and the bound."""
-
-    row: Array  # (Z,) over z
-    row_shift: Array  # (Z,) its derivative with respect to p
-    value: float  # infinite where the clock decides
-    shift: float
-
-
 class Setting:
-    """A driveline and how it changes with its parameter, in the scales of its own flow."""
+    """A driveline and how it changes with its parameter, in the scales of its own flow.
 
-    def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
+    low, high: with a smaller and with a larger parameter; ``distance`` is between both.
+    """
+
+    def __init__(self, flow: Flow, low: Flow, high: Flow, distance: float) -> None:
         self.flow = flow
-        self.neighbours = neighbours
         self.sizes = sizes_of(flow)
+        self._all = (flow, low, high)
+        self._distance = distance
 
-    def rates(self, pieces: Pieces) -> tuple[Array, Array]:
+    def rates(self, pieces: Pieces) -> Pair:
         """Return (Z, Z) of z' = Z z in a region, and (N, Z) how the rows of states change with p."""
-        shift = self._difference([self._rates_of(flow, pieces) for flow in self._flows])
-        return self.flow.generator(pieces), shift[: self.flow.states]
+        generator, shift = self._pair(
+            lambda flow: flow.generator(pieces) * self._ratio(flow) / self._ratio(flow)[:, None]
+        )
+        return generator, shift[: self.flow.states]
 
-    @cached_property
-    def deflections(self) -> tuple[Array, Array]:
-        """(K, Z) rows of the deflections of the clearances, and how they change with p."""
+    def deflections(self) -> Pair:
+        """Return (K, Z) rows of the deflections of the clearances, and how they change with p."""
         chosen = list(self.flow.system.clearances)
-        shift = self._difference([flow.deflection[chosen] * self._ratio(flow) for flow in self._flows])
-        return self.flow.deflection[chosen], shift
+        return self._pair(lambda flow: flow.deflection[chosen] * self._ratio(flow))
 
-    @cached_property
-    def corners(self) -> list[tuple[Array, Array]]:
-        """Lower and upper corners (2, pieces) of every clearance, and how these change with p."""
-        both = []
-        for k in self.flow.system.clearances:
-            own, *others = (np.stack([f.system.laws[k].lower, f.system.laws[k].upper]) for f in self._all)
-            both.append((own, self._difference([np.where(np.isfinite(own), other, 0.0) for other in others])))
-        return both
+    def corners(self, element: int) -> Pair:
+        """Return lower and upper corners (2, pieces) of an element, and how these change with p."""
+        return self._pair(lambda flow: np.stack([flow.system.laws[element].lower, flow.system.laws[element].upper]))
 
-    def bound(self, pieces: Pieces, watch: int, upward: int) -> Bound:
-        """Return what crosses a bound in a region."""
-        rows = [row_of(flow, pieces, watch) for flow in self._all]
-        bounds = np.array([bound_of(flow, pieces, watch, upward) for flow in self._all])
-        shift = self._difference([row * self._ratio(f) for row, f in zip(rows[1:], self._flows, strict=True)])
-        moved = float(self._difference(bounds[1:])) if np.isfinite(bounds[0]) else 0.0
-        return Bound(rows[0], shift, float(bounds[0]), moved)
+    def row(self, pieces: Pieces, watch: int) -> Pair:
+        """Return (Z,) what crosses a bound in a region, and how it changes with p."""
+        return self._pair(lambda flow: row_of(flow, pieces, watch) * self._ratio(flow))
 
-    def known_shift(self, pieces: Pieces) -> Array:
-        """Return (S,) how memories that are known change with p, in scales of z."""
-        return self._difference([flow.known(pieces) / flow.memory * self.flow.memory for flow in self._flows])
+    def bound(self, pieces: Pieces, watch: int, upward: int) -> Pair:
+        """Return that bound, infinite where the clock decides, and how it changes with p."""
+        return self._pair(lambda flow: np.array(bound_of(flow, pieces, watch, upward)))
+
+    def known(self, pieces: Pieces) -> Pair:
+        """Return (S,) memories that are known in a region, in scales of z, and how they change with p."""
+        known = self.flow.known(pieces)
+        _, shift = self._pair(lambda flow: flow.known(pieces) / flow.memory * self.flow.memory)
+        return known, shift
 
     def tick_shift(self, auxiliary: int, time: float) -> float:
         """Return how the instant of a change by the clock moves with p [periods]."""
@@ -102,26 +85,17 @@ class Setting:
             return 0.0
         low, high = (tick[int(np.argmin(apart))] for tick in ticks[1:])
         moved = np.remainder(high - low + 0.5, 1.0) - 0.5  # one at the end of the period may pass it
-        return float(moved / self.neighbours.distance)
-
-    @property
-    def _flows(self) -> tuple[Flow, ...]:
-        return self.neighbours[:2]
-
-    @property
-    def _all(self) -> tuple[Flow, ...]:
-        return (self.flow, *self._flows)
+        return float(moved / self._distance)
 
     def _ratio(self, flow: Flow) -> Array:
         """(Z,) entries of z in the scales of another flow over those in the scales of this one."""
         return sizes_of(flow) / self.sizes
 
-    def _rates_of(self, flow: Flow, pieces: Pieces) -> Array:
-        ratio = self._ratio(flow)
-        return np.asarray(flow.generator(pieces) * ratio / ratio[:, None])
-
-    def _difference(self, both: Sequence[Array] | Array) -> Array:
-        return np.asarray((both[1] - both[0]) / self.neighbours.distance)
+    def _pair(self, of: Callable[[Flow], Array]) -> Pair:
+        """What the driveline has, and how that changes with p; entries that are not finite do not."""
+        own, low, high = (of(flow) for flow in self._all)
+        change = np.subtract(high, low, out=np.zeros(own.shape), where=np.isfinite(own))
+        return own, change / self._distance
 
 
 def is_alike(flow: Flow, other: Flow) -> bool:
@@ -240,7 +214,7 @@ def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
     """What drives a motion through regions, and which slot each of them has."""
     slots = {pieces: slot for slot, pieces in enumerate(dict.fromkeys(regions))}
     generators, shifts = zip(*(setting.rates(pieces) for pieces in slots), strict=True)
-    driven = Driven(np.array(generators), np.array(shifts), *setting.deflections)
+    driven = Driven(np.array(generators), np.array(shifts), *setting.deflections())
     return driven, np.array([slots[pieces] for pieces in regions])
 
 
@@ -253,7 +227,8 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
     clearances = list(system.clearances)
     pieces = np.array(regions)[:, clearances].astype(np.int64)
     corners = np.empty((4, *pieces.shape))
-    for k, (own, shift) in enumerate(setting.corners):
+    for k, element in enumerate(clearances):
+        own, shift = setting.corners(element)
         corners[:2, :, k] = own[:, pieces[:, k]]
         corners[2:, :, k] = shift[:, pieces[:, k]]
     rows = np.zeros((2, count - 1, setting.sizes.size))
@@ -261,12 +236,13 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
     is_law = np.zeros(count - 1, np.int64)
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
-        bound = setting.bound(regions[i], watch, upward)
-        rows[:, i] = (bound.row, bound.row_shift)
-        numbers[:, i] = (bound.shift, np.nan)
-        if not np.isfinite(bound.value):
+        rows[:, i] = setting.row(regions[i], watch)
+        bound, shift = setting.bound(regions[i], watch, upward)
+        numbers[:, i] = (shift, np.nan)
+        if not np.isfinite(bound):
             numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
         is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
+    known, known_shift = (np.array(part) for part in zip(*map(setting.known, regions), strict=True))
     return Path(
         time=time,
         slot=slots,
@@ -274,8 +250,8 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         upper=corners[1],
         lower_shift=corners[2],
         upper_shift=corners[3],
-        known=np.array([flow.known(region) for region in regions]),
-        known_shift=np.array([setting.known_shift(region) for region in regions]),
+        known=known,
+        known_shift=known_shift,
         clearance=crossings.watch.astype(np.int64),
         upward=crossings.upward.astype(np.int64),
         row=rows[0],

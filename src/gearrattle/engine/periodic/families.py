@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.course import Course, Neighbours, Setting, is_alike, outside_of
+from gearrattle.engine.periodic.course import Course, Setting, is_alike, outside_of
 from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
 from gearrattle.engine.periodic.multiple_shooting import parts_of
 from gearrattle.engine.periodic.period_map import PeriodMap
@@ -196,7 +196,7 @@ def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
     sides = {0.0: flow, **alike} if len(alike) == 1 else alike
     low = min(sides)
     high = max(sides)
-    return Setting(flow, Neighbours(sides[low], sides[high], high - low))
+    return Setting(flow, sides[low], sides[high], high - low)
 
 
 class CompiledFamily(Family):
