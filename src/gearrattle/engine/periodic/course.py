@@ -288,7 +288,8 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
     watch, upward = rows[:, : depths.TIME].T.astype(np.int64)
     every = watch, upward, *rows[:, depths.TIME :].T.copy()
     dips = Dips._make(part[~is_turn] for part in every)
-    return Turns(*(part[is_turn] for part in every[: len(OF_TURNS)]), dips=dips, delay=delay)
+    watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[: len(OF_TURNS)])
+    return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)
 
 
 def room_for_touch(states: int, touch: Touch) -> Touched:

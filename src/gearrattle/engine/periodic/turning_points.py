@@ -157,7 +157,8 @@ def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[In
 
 def _without(turns: Turns, chosen: IntArray) -> Turns:
     """Turning points but for some, with all dips."""
-    return turns._replace(**{name: np.delete(getattr(turns, name), chosen) for name in OF_TURNS})
+    kept = {name: np.delete(getattr(turns, name), chosen) for name in OF_TURNS}
+    return turns._replace(dips=turns.dips, **kept)
 
 
 def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> float:

@@ -102,9 +102,10 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
             parts = pairwise([before, *sides, after])
             return [event for pair in parts for event in events_between(curve, *pair, depth + 1)]
     if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
+        # the gradient jumps: what happens there is known by the signs of the test functions on either side
         left, right = _sides(curve, before, after, changes[0].point)
         smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
-        changes += _collisions(left, right, changes[0])
+        changes += [Event(kind, changes[0].point, is_collision=True) for kind in _changed(left, right)]
     else:
         smooth = _smooth_events(curve, before, after, changes)
     return sorted([*changes, *smooth], key=lambda event: event.point.length)
@@ -313,12 +314,6 @@ def _sides(curve: Continuation, before: Point, after: Point, change: Point) -> t
     aside = min(_ASIDE / step, 1e-3)
     left, right = (curve.between(before, after, share + side * aside) for side in (-1.0, 1.0))
     return left, right
-
-
-def _collisions(left: Point, right: Point, grazing: Event) -> list[Event]:
-    """What happens to the motion in a jump of the gradient, by the signs of the test functions on either side."""
-    kinds = [kind for kind in changes_between(left, right) if kind not in (GRAZING, PATTERN)]
-    return [Event(kind, grazing.point, is_collision=True) for kind in kinds]
 
 
 def _located(curve: Continuation, before: Point, after: Point, kind: str, test: Callable[[Point], float]) -> Event:
