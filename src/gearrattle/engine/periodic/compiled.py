@@ -14,14 +14,13 @@ from gearrattle.engine.kernels.depths import COLUMNS, MOST_TURNS
 from gearrattle.engine.kernels.many import AS_GIVEN
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variants import Coefficients, Judged
-from gearrattle.engine.periodic.course import approach_of, reaches, room_for_touch, turns_of
-from gearrattle.engine.periodic.motion import Along, Approach, Touch, Turns
+from gearrattle.engine.periodic.course import reaches, room_for_touch, turns_of
+from gearrattle.engine.periodic.motion import Along, Touch, Turns
 from gearrattle.engine.solvers.many import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
-
 
 NOWHERE = Touch(-1, 0, np.nan)
 
@@ -69,7 +68,7 @@ class PeriodBatch(Batch):
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
         angle, velocity: (n,) at the start [rad, rad/s].
-        touch: a corner and an instant, of which ``out.approach`` is written.
+        touch: a corner and an instant, of which ``out.touched`` is written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
         self.out.touched.number[:] = np.nan if touch is None else touch.time, np.nan, np.nan
@@ -100,12 +99,6 @@ class PeriodBatch(Batch):
         velocity = log.rate[:count] * self.buffers.scales.corner[watch] / period
         time = (log.cycle[:count] + log.fraction[:count]) * period
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
-
-    def approach(self, period: float, step: float) -> Approach | None:
-        """Return the extremum that was asked for, if there is one near a corner; ``step`` is half the distance of both
-        neighbours.
-        """
-        return approach_of(self.out.touched, period, step) if self.out.corner[0] >= 0 else None
 
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""

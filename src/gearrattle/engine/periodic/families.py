@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.course import Course, Setting, is_alike, outside_of
+from gearrattle.engine.periodic.course import Course, Setting, approach_of, is_alike, outside_of
 from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
 from gearrattle.engine.periodic.multiple_shooting import parts_of
 from gearrattle.engine.periodic.period_map import PeriodMap
@@ -261,7 +261,8 @@ class CompiledFamily(Family):
             return self._general.follow(state, parameter, touch, turns_along)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
-        passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()
+        approach = approach_of(batch.out.touched, period, step)
+        passed = batch.passages(), period, self.cycles, approach, batch.turns()
         return Pass(state, State(end), gradient, turned, *passed), slope / step
 
     def _coefficients_at(self, values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:

@@ -78,7 +78,7 @@ def hidden_between(before: Point, after: Point) -> float | None:
     known = _common(before, after)
     if known is None:
         return None
-    if min(_way_beyond(before, after), _way_beyond(after, before)) < 0.0:
+    if min(way_beyond(before, after), way_beyond(after, before)) < 0.0:
         return 0.5
     length = length_between(before, after)
     one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in known[:2])
@@ -228,13 +228,11 @@ def passed_between(apart: Point, touching: Point) -> Passed | None:
     return Passed(touch, float(one.depth[k]), float(length * one.slope[k]), float(length * one.time_slope[k]))
 
 
-def touches_beyond(grazing: Point, other: Point) -> bool:
-    """Return whether another motion touches the corner that one of the branch grazes, as the depth's slope tells."""
-    return _way_beyond(grazing, other) > 0.0
+def way_beyond(grazing: Point, other: Point) -> float:
+    """Return by how much a depth would grow from a motion that grazes to another one [SI]; 0 if that does not touch.
 
-
-def _way_beyond(grazing: Point, other: Point) -> float:
-    """By how much a depth would grow from a motion that grazes to another one [SI]; 0 if that one does not touch."""
+    Where it is positive the other motion touches what the first one grazes, as the slope of the depth tells.
+    """
     known = _common(grazing, other)
     if grazing.touch is None or known is None:
         return 0.0

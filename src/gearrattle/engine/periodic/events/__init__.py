@@ -64,7 +64,7 @@ from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
-from gearrattle.engine.periodic.turning_points import hidden_between, touches_beyond
+from gearrattle.engine.periodic.turning_points import hidden_between, way_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -366,7 +366,7 @@ def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touc
     """The one of two points that grazes what the other one touches, and the touch; None if neither does."""
     for apart, touching in ((before, after), (after, before)):
         is_longer = len(view(touching)) == len(view(apart)) + 2
-        if apart.touch is not None and is_longer and touches_beyond(apart, touching):
+        if apart.touch is not None and is_longer and way_beyond(apart, touching) > 0.0:
             return apart, apart.touch
     return None
 
