@@ -7,8 +7,10 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from gearrattle.engine.kernels import course
-from gearrattle.engine.kernels.course import Driven, Path, Touched, Trace
+from gearrattle.engine.kernels import course, depths
+from gearrattle.engine.kernels.approach import Touched, write_touch
+from gearrattle.engine.kernels.course import Driven, Path, Trace
+from gearrattle.engine.kernels.direction import Direction, write_direction
 
 STIFFNESS, DRAG, FORCE = 400.0, 2.0, 30.0
 START = np.array([0.3, -4.0, 1.0])
@@ -66,7 +68,7 @@ def course_of(crossed: tuple[float, ...]) -> tuple[Driven, Path]:
         is_law=np.ones(events, np.int64),
         outside=np.empty((2, 1), np.int64),
     )
-    course.write_outside(path.clearance, path.upward, np.zeros(2, np.int64), path.outside)
+    depths.write_outside(path.clearance, path.upward, np.zeros(2, np.int64), path.outside)
     shift = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     return Driven(GENERATOR[None], shift[None], np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3))), path
 
@@ -79,7 +81,7 @@ def room(path: Path, rows: int) -> Trace:
         delay=np.empty(count - 1),
         jump=np.empty((count - 1, 2)),
         reach=np.array([np.inf]),
-        turns=np.zeros((rows, course.COLUMNS)),
+        turns=np.zeros((rows, depths.COLUMNS)),
         number=np.zeros(1, np.int64),
     )
 
@@ -89,7 +91,7 @@ def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
     trace = room(path, 40)
     course.write_course(driven, path, START, change, trace)
     turns = trace.turns[: trace.number[0]]
-    return turns[turns[:, course.UPWARD] < course.FALLING]
+    return turns[turns[:, depths.UPWARD] < depths.FALLING]
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
@@ -99,24 +101,24 @@ def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[flo
     expected = turning_times()
     assert len(expected) > 4
     turns = turns_of(crossed, change)
-    times = turns[:, course.TIME]
+    times = turns[:, depths.TIME]
     ahead = turns[[i for i in range(len(turns)) if i == 0 or times[i] != times[i - 1]]]
-    np.testing.assert_allclose(ahead[:, course.TIME], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ahead[:, depths.TIME], expected, rtol=0, atol=1e-9)
     for row in ahead:
-        time, is_upper = row[course.TIME], row[course.UPWARD] == 1
+        time, is_upper = row[depths.TIME], row[depths.UPWARD] == 1
         depth = at(time)[0] - UPPER if is_upper else LOWER - at(time)[0]
-        assert row[course.DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[depths.DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) - np.array([0.0, 0.0, CORNER_SHIFT]) if is_upper else -slopes(time)
-        assert row[course.SLOPE] == pytest.approx(moved @ change, abs=1e-12)
-        assert row[course.TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
+        assert row[depths.SLOPE] == pytest.approx(moved @ change, abs=1e-12)
+        assert row[depths.TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
 
 
 @pytest.mark.parametrize("row", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.1, -3.0]]), ids=["x", "p", "all"])
 def test_along_the_direction_a_motion_ends_as_far_from_its_start(row: np.ndarray) -> None:
     ends, scale = expm(GENERATOR)[:2], np.array([2.0, 0.5])
     columns = np.column_stack([ends[:, :2] * scale[:, None] / scale, ends[:, 2] / FORCE * scale])
-    direction = course.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
-    assert course.write_direction(columns, scale, row, 0, direction)
+    direction = Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert write_direction(columns, scale, row, 0, direction)
     change = direction.change / np.append(scale, 1.0)
     later = expm(GENERATOR) @ (START + np.append(change[:2], 0.0)) + expm(GENERATOR)[:, 2] / FORCE * change[2]
     np.testing.assert_allclose(later[:2] - at(1.0)[:2], change[:2], rtol=0, atol=1e-12)
@@ -124,8 +126,8 @@ def test_along_the_direction_a_motion_ends_as_far_from_its_start(row: np.ndarray
 
 
 def test_where_neighbouring_motions_repeat_anyway_there_is_no_direction() -> None:
-    direction = course.Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
-    assert not course.write_direction(np.eye(2, 3), np.ones(2), np.array([1.0, 0.0, 0.0]), 0, direction)
+    direction = Direction(np.empty((3, 3)), np.empty(3, np.int64), np.empty(3))
+    assert not write_direction(np.eye(2, 3), np.ones(2), np.array([1.0, 0.0, 0.0]), 0, direction)
 
 
 def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_too() -> None:
@@ -138,15 +140,15 @@ def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_to
     }
     assert sorted(visits.values()) == [False, False, True]
     assert len(turns) == len(whole) + len(visits)
-    times = turns[:, course.TIME]
+    times = turns[:, depths.TIME]
     behind = turns[[i for i in range(1, len(turns)) if times[i] == times[i - 1]]]
     for row, (time, is_maximum) in zip(behind, visits.items(), strict=True):
-        assert row[course.TIME] == pytest.approx(time, abs=1e-9)
+        assert row[depths.TIME] == pytest.approx(time, abs=1e-9)
         depth = at(time)[0] - LOWER if is_maximum else UPPER - at(time)[0]
-        assert row[course.DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[depths.DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) if is_maximum else np.array([0.0, 0.0, CORNER_SHIFT]) - slopes(time)
-        assert row[course.SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
-        assert row[course.TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
+        assert row[depths.SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
+        assert row[depths.TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
@@ -154,7 +156,7 @@ def test_an_approach_has_its_depth_and_how_it_moves(crossed: tuple[float, ...]) 
     driven, path = course_of(crossed)
     summit = max(turning_times(), key=lambda time: at(time)[0])
     touched = Touched(np.array([summit + 5e-3, np.nan, np.nan]), np.empty(3), np.empty(3))
-    course.write_touch(driven, path, START, np.array([0, 1]), np.ones(2), room(path, 0), touched)
+    write_touch(driven, path, START, np.array([0, 1]), np.ones(2), room(path, 0), touched)
     assert touched.number[0] == pytest.approx(summit, abs=1e-9)
     assert touched.number[1] == pytest.approx(at(summit)[0] - UPPER, abs=1e-12)
     assert touched.number[2] == pytest.approx((GENERATOR @ GENERATOR @ at(summit))[0], rel=1e-6)

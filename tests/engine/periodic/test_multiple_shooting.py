@@ -11,9 +11,9 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.motion import Pass, State, joined
-from gearrattle.engine.periodic.multiple_shooting import EIGHTHS, maps_of_parts, shoot_in_parts
+from gearrattle.engine.periodic.multiple_shooting import EIGHTHS, maps_of_parts
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.periodic.shooting import shoot
+from gearrattle.engine.periodic.shooting import shoot, shoot_in_parts
 from gearrattle.errors import ConvergenceError
 from tests.engine.periodic.test_shooting import oscillator
 from tests.orbits.test_laws import symmetric

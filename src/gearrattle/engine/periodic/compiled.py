@@ -8,20 +8,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import course as kernels
 from gearrattle.engine.kernels import packed, variants_march
 from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.depths import COLUMNS, MOST_TURNS
 from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.kernels.variant_arrays import Coefficients, Judged
 from gearrattle.engine.kernels.variants_march import AS_GIVEN
-from gearrattle.engine.periodic.compiled_course import approach_of, reaches, room_for_touch, turns_of
-from gearrattle.engine.periodic.motion import Along, Approach, Touch, Turns
+from gearrattle.engine.periodic.compiled_course import reaches, room_for_touch, turns_of
+from gearrattle.engine.periodic.motion import Along, Touch, Turns
 from gearrattle.engine.solvers.variants import Batch, Pattern
 from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
-
 
 NOWHERE = Touch(-1, 0, np.nan)
 
@@ -50,9 +49,9 @@ class PeriodBatch(Batch):
             corner=np.full(2, -1, np.int64),
             touched=room_for_touch(states, NOWHERE),
             row=np.zeros(states + 1),
-            turns=np.zeros((kernels.MOST_TURNS, kernels.COLUMNS)),
+            turns=np.zeros((MOST_TURNS, COLUMNS)),
             turning=np.full(1, NO_TURNS),
-            delay=np.zeros(kernels.MOST_TURNS),
+            delay=np.zeros(MOST_TURNS),
             outside=np.full((2, len(pieces)), -1),
             reach=reaches(system),
         )
@@ -69,7 +68,7 @@ class PeriodBatch(Batch):
         """Follow a motion to its end, which ``out`` then holds; whether it was followed.
 
         angle, velocity: (n,) at the start [rad, rad/s].
-        touch: a corner and an instant, of which ``out.approach`` is written.
+        touch: a corner and an instant, of which ``out.touched`` is written.
         """
         self.out.corner[:] = (-1, 0) if touch is None else (touch.watch, touch.upward)
         self.out.touched.number[:] = np.nan if touch is None else touch.time, np.nan, np.nan
@@ -77,8 +76,7 @@ class PeriodBatch(Batch):
         if isinstance(turns_along, Along):
             self.out.turning[0] = ALONG_CHANGE
             self.out.outside[:] = turns_along.outside
-            self.out.row[:-1] = turns_along.state
-            self.out.row[-1] = turns_along.parameter
+            self.out.row[:] = np.append(turns_along.state, turns_along.parameter)
         elif turns_along is not None:
             self.out.turning[0] = ALONG_ROW
             self.out.row[:] = turns_along
@@ -101,12 +99,6 @@ class PeriodBatch(Batch):
         velocity = log.rate[:count] * self.buffers.scales.corner[watch] / period
         time = (log.cycle[:count] + log.fraction[:count]) * period
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
-
-    def approach(self, period: float, step: float) -> Approach | None:
-        """Return the extremum that was asked for, if there is one near a corner; ``step`` is half the distance of both
-        neighbours.
-        """
-        return approach_of(self.out.touched, period, step) if self.out.corner[0] >= 0 else None
 
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""

@@ -1,22 +1,21 @@
 """The compiled course of a motion (``kernels.course``) for drivelines of any kind, and what it has found.
 
 A driveline with friction, clipped damping or alternating stiffness is described by its flow and those of its
-neighbours:
-derivatives with respect to the parameter p are central differences of coefficients; no motion is differenced.
+neighbours: derivatives by the parameter p are central differences of coefficients; no motion is differenced.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import course as kernels
-from gearrattle.engine.kernels.course import Driven, Path, Touched, Trace
-from gearrattle.engine.periodic.motion import Along, Approach, Dips, Pass, Touch, Turns
+from gearrattle.engine.kernels import depths
+from gearrattle.engine.kernels.approach import Touched, write_touch
+from gearrattle.engine.kernels.course import Driven, Path, Trace, write_course
+from gearrattle.engine.kernels.direction import write_course_along
+from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
@@ -24,68 +23,53 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Pair = tuple[Array, Array]
 
 _SAME_TICK = 1e-9  # periods
 _REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
 
 
-class Neighbours(NamedTuple):
-    """The drivelines with a smaller and with a larger parameter, and how far they are apart."""
-
-    low: Flow
-    high: Flow
-    distance: float
-
-
-class Bound(NamedTuple):
-    """What crosses a bound, and the bound."""
-
-    row: Array  # (Z,) over z
-    row_shift: Array  # (Z,) its derivative with respect to p
-    value: float  # infinite where the clock decides
-    shift: float
-
-
 class Setting:
-    """A driveline and how it changes with its parameter, in the scales of its own flow."""
+    """A driveline and how it changes with its parameter, in the scales of its own flow.
 
-    def __init__(self, flow: Flow, neighbours: Neighbours) -> None:
+    low, high: with a smaller and with a larger parameter; ``distance`` is between both.
+    """
+
+    def __init__(self, flow: Flow, low: Flow, high: Flow, distance: float) -> None:
         self.flow = flow
-        self.neighbours = neighbours
         self.sizes = sizes_of(flow)
+        self._all = (flow, low, high)
+        self._distance = distance
 
-    def rates(self, pieces: Pieces) -> tuple[Array, Array]:
+    def rates(self, pieces: Pieces) -> Pair:
         """Return (Z, Z) of z' = Z z in a region, and (N, Z) how the rows of states change with p."""
-        shift = self._difference([self._rates_of(flow, pieces) for flow in self._flows])
-        return self.flow.generator(pieces), shift[: self.flow.states]
+        generator, shift = self._pair(
+            lambda flow: flow.generator(pieces) * self._ratio(flow) / self._ratio(flow)[:, None]
+        )
+        return generator, shift[: self.flow.states]
 
-    @cached_property
-    def deflections(self) -> tuple[Array, Array]:
-        """(K, Z) rows of the deflections of the clearances, and how they change with p."""
+    def deflections(self) -> Pair:
+        """Return (K, Z) rows of the deflections of the clearances, and how they change with p."""
         chosen = list(self.flow.system.clearances)
-        shift = self._difference([flow.deflection[chosen] * self._ratio(flow) for flow in self._flows])
-        return self.flow.deflection[chosen], shift
+        return self._pair(lambda flow: flow.deflection[chosen] * self._ratio(flow))
 
-    @cached_property
-    def corners(self) -> list[tuple[Array, Array]]:
-        """Lower and upper corners (2, pieces) of every clearance, and how these change with p."""
-        both = []
-        for k in self.flow.system.clearances:
-            own, *others = (np.stack([f.system.laws[k].lower, f.system.laws[k].upper]) for f in self._all)
-            both.append((own, self._difference([np.where(np.isfinite(own), other, 0.0) for other in others])))
-        return both
+    def corners(self, element: int) -> Pair:
+        """Return lower and upper corners (2, pieces) of an element, and how these change with p."""
+        return self._pair(lambda flow: np.stack([flow.system.laws[element].lower, flow.system.laws[element].upper]))
 
-    def bound(self, pieces: Pieces, watch: int, upward: int) -> Bound:
-        """Return what crosses a bound in a region."""
-        rows = [_row_of(flow, pieces, watch) for flow in self._all]
-        bounds = np.array([_bound_of(flow, pieces, watch, upward) for flow in self._all])
-        shift = self._difference([row * self._ratio(f) for row, f in zip(rows[1:], self._flows, strict=True)])
-        moved = float(self._difference(bounds[1:])) if np.isfinite(bounds[0]) else 0.0
-        return Bound(rows[0], shift, float(bounds[0]), moved)
+    def row(self, pieces: Pieces, watch: int) -> Pair:
+        """Return (Z,) what crosses a bound in a region, and how it changes with p."""
+        return self._pair(lambda flow: row_of(flow, pieces, watch) * self._ratio(flow))
 
-    def known_shift(self, pieces: Pieces) -> Array:
-        """Return (S,) how memories that are known change with p, in scales of z."""
-        return self._difference([flow.known(pieces) / flow.memory * self.flow.memory for flow in self._flows])
+    def bound(self, pieces: Pieces, watch: int, upward: int) -> Pair:
+        """Return that bound, infinite where the clock decides, and how it changes with p."""
+        return self._pair(lambda flow: np.array(bound_of(flow, pieces, watch, upward)))
+
+    def known(self, pieces: Pieces) -> Pair:
+        """Return (S,) memories that are known in a region, in scales of z, and how they change with p."""
+        known = self.flow.known(pieces)
+        _, shift = self._pair(lambda flow: flow.known(pieces) / flow.memory * self.flow.memory)
+        return known, shift
 
     def tick_shift(self, auxiliary: int, time: float) -> float:
         """Return how the instant of a change by the clock moves with p [periods]."""
@@ -101,26 +85,17 @@ class Setting:
             return 0.0
         low, high = (tick[int(np.argmin(apart))] for tick in ticks[1:])
         moved = np.remainder(high - low + 0.5, 1.0) - 0.5  # one at the end of the period may pass it
-        return float(moved / self.neighbours.distance)
-
-    @property
-    def _flows(self) -> tuple[Flow, ...]:
-        return self.neighbours[:2]
-
-    @property
-    def _all(self) -> tuple[Flow, ...]:
-        return (self.flow, *self._flows)
+        return float(moved / self._distance)
 
     def _ratio(self, flow: Flow) -> Array:
         """(Z,) entries of z in the scales of another flow over those in the scales of this one."""
         return sizes_of(flow) / self.sizes
 
-    def _rates_of(self, flow: Flow, pieces: Pieces) -> Array:
-        ratio = self._ratio(flow)
-        return np.asarray(flow.generator(pieces) * ratio / ratio[:, None])
-
-    def _difference(self, both: Sequence[Array] | Array) -> Array:
-        return np.asarray((both[1] - both[0]) / self.neighbours.distance)
+    def _pair(self, of: Callable[[Flow], Array]) -> Pair:
+        """What the driveline has, and how that changes with p; entries that are not finite do not."""
+        own, low, high = (of(flow) for flow in self._all)
+        change = np.subtract(high, low, out=np.zeros(own.shape), where=np.isfinite(own))
+        return own, change / self._distance
 
 
 def is_alike(flow: Flow, other: Flow) -> bool:
@@ -143,10 +118,10 @@ def sizes_of(flow: Flow) -> Array:
     return np.concatenate(parts)
 
 
-def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
-    """(Z,) what crosses a bound [its own unit]."""
+def row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
+    """Return (Z,) what crosses a bound [its own unit]."""
     clearances = flow.system.clearances
-    auxiliary = watch - len(flow.system.clearances)
+    auxiliary = watch - len(clearances)
     if auxiliary < 0:
         return np.asarray(flow.deflection[clearances[watch]])
     own, piece, memory = list(flow.beside(pieces))[auxiliary]
@@ -155,10 +130,10 @@ def _row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
     return np.asarray(row)
 
 
-def _bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
-    """The bound; infinite where the clock decides."""
+def bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
+    """Return the bound; infinite where there is none or the clock decides."""
     system = flow.system
-    auxiliary = watch - len(flow.system.clearances)
+    auxiliary = watch - len(system.clearances)
     if auxiliary < 0:
         element = system.clearances[watch]
         return system.laws[element].bounds(pieces[element])[1 if upward else 0]
@@ -187,8 +162,8 @@ class Course:
 
         Near a touch, a difference is that of a motion with the touch and one without it.
         """
-        trace = self._trace(np.zeros(len(self._setting.flow.system.clearances)), rows=0)
-        kernels.write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
+        trace = self._trace(rows=0)
+        write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
         return np.asarray(trace.v[-1] / self._scale)
 
     def turns_along(self, slope: Array, row: Array) -> Turns | None:
@@ -198,39 +173,30 @@ class Course:
         row: (N + 1,) over the state at the start and p, of which the product with the change is 1 [1/SI].
         """
         scale = self._scale
-        size = self._scale.size
         columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
-        direction = kernels.Direction(np.empty((size + 1, size + 1)), np.empty(size + 1, np.int64), np.empty(size + 1))
         memories = self._setting.flow.memory.size
-        if not kernels.write_direction(columns, scale, np.asarray(row, dtype=float), memories, direction):
+        trace = self._trace(rows=depths.MOST_TURNS)
+        if not write_course_along(self._driven, self._path, self._z, columns, scale, row, memories, trace):
             return None
-        change = direction.change
-        crossings = self._motion.crossings
-        return self.turns(
-            Along(change[:-1] / scale, float(change[-1]), outside_of(crossings, (0, 0), self._clearances))
-        )
+        return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def turns(self, along: Along) -> Turns | None:
         """Return the turning points near corners, with slopes along a change."""
-        trace = self._trace(reaches(self._setting.flow.system), rows=kernels.MOST_TURNS)
+        trace = self._trace(rows=depths.MOST_TURNS)
         path = self._path._replace(outside=along.outside)
         change = np.append(along.state * self._scale, along.parameter)
-        kernels.write_course(self._driven, path, self._z, change, trace)
+        write_course(self._driven, path, self._z, change, trace)
         return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def approach(self, touch: Touch) -> Approach | None:
         """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
         touched = room_for_touch(self._scale.size, touch)
-        trace = self._trace(np.zeros(self._clearances), rows=0)
+        trace = self._trace(rows=0)
         corner = np.array([touch.watch, touch.upward])
-        kernels.write_touch(self._driven, self._path, self._z, corner, self._scale, trace, touched)
+        write_touch(self._driven, self._path, self._z, corner, self._scale, trace, touched)
         return approach_of(touched, self._motion.period)
 
-    @property
-    def _clearances(self) -> int:
-        return len(self._setting.flow.system.clearances)
-
-    def _trace(self, reach: Array, rows: int) -> Trace:
+    def _trace(self, rows: int) -> Trace:
         count = len(self._path.slot)
         states = self._scale.size
         return Trace(
@@ -238,8 +204,8 @@ class Course:
             v=np.empty((count + 1, states)),
             delay=np.empty(count - 1),
             jump=np.empty((count - 1, states)),
-            reach=reach,
-            turns=np.zeros((rows, kernels.COLUMNS)),
+            reach=reaches(self._setting.flow.system),
+            turns=np.zeros((rows, depths.COLUMNS)),
             number=np.zeros(1, np.int64),
         )
 
@@ -248,7 +214,7 @@ def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
     """What drives a motion through regions, and which slot each of them has."""
     slots = {pieces: slot for slot, pieces in enumerate(dict.fromkeys(regions))}
     generators, shifts = zip(*(setting.rates(pieces) for pieces in slots), strict=True)
-    driven = Driven(np.array(generators), np.array(shifts), *setting.deflections)
+    driven = Driven(np.array(generators), np.array(shifts), *setting.deflections())
     return driven, np.array([slots[pieces] for pieces in regions])
 
 
@@ -261,7 +227,8 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
     clearances = list(system.clearances)
     pieces = np.array(regions)[:, clearances].astype(np.int64)
     corners = np.empty((4, *pieces.shape))
-    for k, (own, shift) in enumerate(setting.corners):
+    for k, element in enumerate(clearances):
+        own, shift = setting.corners(element)
         corners[:2, :, k] = own[:, pieces[:, k]]
         corners[2:, :, k] = shift[:, pieces[:, k]]
     rows = np.zeros((2, count - 1, setting.sizes.size))
@@ -269,12 +236,13 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
     is_law = np.zeros(count - 1, np.int64)
     for i, (watch, upward) in enumerate(zip(crossings.watch.tolist(), crossings.upward.tolist(), strict=True)):
-        bound = setting.bound(regions[i], watch, upward)
-        rows[:, i] = (bound.row, bound.row_shift)
-        numbers[:, i] = (bound.shift, np.nan)
-        if not np.isfinite(bound.value):
+        rows[:, i] = setting.row(regions[i], watch)
+        bound, shift = setting.bound(regions[i], watch, upward)
+        numbers[:, i] = (shift, np.nan)
+        if not np.isfinite(bound):
             numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
         is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
+    known, known_shift = (np.array(part) for part in zip(*map(setting.known, regions), strict=True))
     return Path(
         time=time,
         slot=slots,
@@ -282,8 +250,8 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         upper=corners[1],
         lower_shift=corners[2],
         upper_shift=corners[3],
-        known=np.array([flow.known(region) for region in regions]),
-        known_shift=np.array([setting.known_shift(region) for region in regions]),
+        known=known,
+        known_shift=known_shift,
         clearance=crossings.watch.astype(np.int64),
         upward=crossings.upward.astype(np.int64),
         row=rows[0],
@@ -301,9 +269,7 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
     begins: how many crossings lie before the start and before the end of the part; 0 and 0 for the whole motion.
     """
     outside = np.empty((2, clearances), np.int64)
-    kernels.write_outside(
-        crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside
-    )
+    depths.write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
     return outside
 
 
@@ -318,11 +284,11 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
     if count < 0:
         return None
     rows = rows[:count]
-    is_turn = rows[:, kernels.UPWARD] < kernels.FALLING
-    watch, upward = rows[:, : kernels.TIME].T.astype(np.int64)
-    every = watch, upward, *rows[:, kernels.TIME :].T.copy()
+    is_turn = rows[:, depths.UPWARD] < depths.FALLING
+    watch, upward = rows[:, : depths.TIME].T.astype(np.int64)
+    every = watch, upward, *rows[:, depths.TIME :].T.copy()
     dips = Dips._make(part[~is_turn] for part in every)
-    watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[:6])
+    watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[: len(OF_TURNS)])
     return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)
 
 

@@ -53,35 +53,30 @@ Array = NDArray[np.float64]
 _EASY = 3  # iterations: a step that needs no more may grow
 _TURN = 0.9  # least cosine between the tangents at both ends of a step
 _DEFECT = 0.08  # largest difference between a chord and the mean of both tangents
-# a determinant that passes zero falls below this share after so many bisections
-_BISECTIONS = 7
-_LEFT = 0.1
+_BISECTIONS = 7  # after which a determinant that passes zero has fallen below a share of what it was
+_LEFT = 0.1  # that share
 _KINK = 1e-6  # a step shorter than this may turn by any angle: the branch has a corner there
 _SHORTEST = 1e-10  # step
 _CORNER = 1e-10  # from a grazing: a motion nearer to it that touches may have any tangent
-# of the way to a grazing that is too far: the step from motions that touch, and from others
-_NEARER = 0.9
-_HALF = 0.5
+_NEARER = 0.9  # of the way to a grazing that is too far: the step from motions that touch
+_HALF = 0.5  # the same, from others
 _OVERSHOOT = 1.5  # steps: a grazing farther away is another one
 _RISE = 4.0  # times what it is at a grazing: slope of the depth at the end of the first step beyond, at most
 _AFTER_TOUCH = 16.0  # steps before a grazing: the next try where motions no longer touch
 _AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
 _NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
-# of a step after one that was easy: at most; after one shorter than a kink, at least
-_GROWTH = 4.0
-_LEAST_GROWTH = 1.6
+_GROWTH = 4.0  # of a step after one that was easy, at most
+_LEAST_GROWTH = 1.6  # of a step after one that was easy and shorter than a kink
 _SAFE = 0.9  # of the step up to which depths agree: the next one
 _LEAST_SHARE = 0.1  # of a step that was not taken: the next try, at least
 _FIRST = 0.1  # of the longest step
 _SHARE = 0.5  # of the norm of a state: counts as its unit if that is less
-# of the length of a motion, and of how far its halves were apart: they are the same
-_SAME_HALVES = 1e-9
-_JOINED = 1e-3
+_SAME_HALVES = 1e-9  # of the length of a motion: halves that are no farther apart are the same
+_JOINED = 1e-3  # of how far they were apart, the same
 _CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
-# steps to be sure of a step: its share, how many, their way at most
-_SHORTER = 0.2
-_MOST_SHORTER = 100
-_DETOUR = 3.0
+_SHORTER = 0.2  # of a step: the shorter steps by which it is checked
+_MOST_SHORTER = 100  # how many they are, at most
+_DETOUR = 3.0  # of the step: their way, at most
 _SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
 
 
@@ -226,8 +221,7 @@ class Continuation:
 
     def moved_along(self, point: Point, step: float) -> Point:
         """Return the point a short step along the branch [arclength], backwards if it is negative."""
-        predicted = point.guess(point.w + step * point.tangent)
-        return self._corrector.point(predicted, point.tangent, point.tangent)
+        return self.near(point.w + step * point.tangent, point.tangent, point)
 
     def of(self, family: Family) -> Continuation:
         """Return a Continuation of another family, in the units of this one."""
@@ -241,7 +235,7 @@ class Continuation:
 
     def in_plane(self, point: Point) -> Point:
         """Return the motion in the plane through a point (also of another driveline) at right angles to its tangent."""
-        return self._corrector.point(point.guess(point.w), point.tangent, point.tangent)
+        return self.near(point.w, point.tangent, point)
 
     def near(
         self, predicted: Array, normal: Array, like: Point, *, slack: float = 0.0, touch: Touch | None = None
@@ -289,7 +283,7 @@ class Continuation:
         while step > _SHORTEST:
             try:
                 predicted = point.guess(_predicted(earlier, point, step))
-                following, iterations = self._corrector.point_and_iterations(
+                following = self._corrector.point(
                     predicted, point.tangent, point.tangent, is_near=True, with_turns=True
                 )
             except ConvergenceError:
@@ -306,7 +300,7 @@ class Continuation:
                 crossing = crossing or (appended(point, following), step)
                 is_taken = False
             if is_taken:
-                growth = _growth(point, following) if is_first and iterations <= _EASY else 1.0
+                growth = _growth(point, following) if is_first and following.iterations <= _EASY else 1.0
                 growth = min(max(growth, _LEAST_GROWTH) if is_short else growth, max(_SAFE * agreeing, 1.0))
                 return appended(point, following), min(own_longest, growth * step)
             step = step * (0.5 if agreeing >= 1.0 else max(_SAFE * agreeing, _LEAST_SHARE))

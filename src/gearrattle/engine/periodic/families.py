@@ -1,9 +1,8 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
 A GeneralFamily makes a system for every parameter value, of any driveline; its slope is that of the motion's own
-crossings (``course``). A CompiledFamily, for drivelines of laws and
-harmonics alone, makes columns of coefficients instead and follows one motion in compiled code (``compiled``): the same
-bits in a small part of the time.
+crossings (``course``). A CompiledFamily, for drivelines of laws and harmonics alone, makes columns of coefficients
+instead and follows one motion in compiled code (``compiled``): the same bits in a small part of the time.
 
 *Parts.* A motion may be followed in parts of equal length, each from a state of its own:
 
@@ -28,11 +27,11 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variant_arrays import Coefficients, picked
 from gearrattle.engine.periodic.compiled import PeriodBatch
-from gearrattle.engine.periodic.compiled_course import Course, Neighbours, Setting, is_alike, outside_of
-from gearrattle.engine.periodic.motion import Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
+from gearrattle.engine.periodic.compiled_course import Course, Setting, approach_of, is_alike, outside_of
+from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Parts, Pass, State, Touch, Turns, joined
 from gearrattle.engine.periodic.multiple_shooting import parts_of
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
+from gearrattle.engine.periodic.symmetry import HalfPeriodMap, Mirror, is_symmetric
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -65,6 +64,16 @@ class Family(ABC):
     clearances: int  # number of them: what crosses bounds counts from 0, clearances first
     memories: int  # number of them, the last entries of a state
     shown: Shown  # writes a parameter value with its unit, for messages
+
+    def _be_like(self, other: Family) -> None:
+        """Take what is alike in two families of one driveline, all but the parts."""
+        self.scale = other.scale
+        self.size = other.size
+        self.cycles = other.cycles
+        self.unit = other.unit
+        self.clearances = other.clearances
+        self.memories = other.memories
+        self.shown = other.shown
 
     @abstractmethod
     def map_at(self, parameter: float) -> PeriodMap:
@@ -99,16 +108,22 @@ class GeneralFamily(Family):
     repeats: whether its motions may repeat: those of a part of a period do not.
     """
 
-    repeats = True
-
     def __init__(
-        self, system_of: SystemOf, first: float, cycles: int = 1, unit: float = 1.0, shown: Shown = "{:.9g}".format
+        self,
+        system_of: SystemOf,
+        first: float,
+        cycles: int = 1,
+        unit: float = 1.0,
+        shown: Shown = "{:.9g}".format,
+        *,
+        repeats: bool = True,
     ) -> None:
         self._system_of = system_of
         self._first = first
         self.cycles = cycles
         self.unit = unit
         self.shown = shown
+        self.repeats = repeats
         self._states: int | None = None
         period_map = self.map_at(first)
         self._states = period_map.scale.size
@@ -123,18 +138,19 @@ class GeneralFamily(Family):
 
         ConvergenceError: there is none, or its states are others: it has a slider more, or less.
         """
-        period_map = self._any_map_at(parameter)
+        period_map = PeriodMap(self._system_of(parameter), self.cycles, repeats=self.repeats)
         if self._states not in (None, period_map.scale.size):
             raise ConvergenceError(f"the driveline has other sliders at {self.shown(parameter)}")
         return period_map
 
-    def _any_map_at(self, parameter: float) -> PeriodMap:
-        """The map of one driveline, whatever its states are."""
-        return PeriodMap(self._system_of(parameter), self.cycles)
-
     def part(self, begin: float, length: float) -> GeneralFamily:
         """Return the family of a part of the motion; see ``Family.part``."""
-        return _PartFamily(self, begin, length)
+
+        def system_of(parameter: float) -> PiecewiseSystem:
+            system = self._system_of(parameter)
+            return replace(system, inputs=system.inputs.part(begin, length))
+
+        return GeneralFamily(system_of, self._first, 1, self.unit, self.shown, repeats=False)
 
     def over(self, cycles: int) -> GeneralFamily:
         """Return the family of the motions over another number of periods."""
@@ -180,22 +196,7 @@ def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
     sides = {0.0: flow, **alike} if len(alike) == 1 else alike
     low = min(sides)
     high = max(sides)
-    return Setting(flow, Neighbours(sides[low], sides[high], high - low))
-
-
-class _PartFamily(GeneralFamily):
-    """The family of a part of a motion: its begin and length in periods."""
-
-    repeats = False
-
-    def __init__(self, whole: GeneralFamily, begin: float, length: float) -> None:
-        self._part = begin, length
-        super().__init__(whole._system_of, whole._first, 1, whole.unit, whole.shown)
-
-    def _any_map_at(self, parameter: float) -> PeriodMap:
-        """The map of one driveline, whatever its states are."""
-        system = self._system_of(parameter)
-        return PeriodMap(replace(system, inputs=system.inputs.part(*self._part)), repeats=False)
+    return Setting(flow, sides[low], sides[high], high - low)
 
 
 class CompiledFamily(Family):
@@ -209,14 +210,8 @@ class CompiledFamily(Family):
     def __init__(self, general: GeneralFamily, system: PiecewiseSystem, coefficients_of: CoefficientsOf) -> None:
         self._general = general
         self._coefficients_of = coefficients_of
-        self.scale = general.scale
-        self.size = general.size
-        self.cycles = general.cycles
-        self.unit = general.unit
+        self._be_like(general)
         self.parts = general.parts
-        self.clearances = general.clearances
-        self.memories = general.memories
-        self.shown = general.shown
         self._angle_from_basis = relative_coordinates(system).angle_from_basis
         self._batch: PeriodBatch | None = None
         self._system = system
@@ -256,19 +251,18 @@ class CompiledFamily(Family):
         if self._batch is None:
             self._batch = PeriodBatch(self._system, self.cycles, numbers)
         first = self._angle_from_basis.shape[1]
-        deflection = state.y[:first]
-        velocity = state.y[first:]
         batch = self._batch
         along: Array | Along | None = None
         if isinstance(turns_along, Along):
             along = turns_along._replace(parameter=turns_along.parameter / step)
         elif turns_along is not None:
             along = turns_along * np.append(np.ones(len(state.y)), step)
-        if not batch.follow(numbers, self._angle_from_basis @ deflection, velocity, touch, along):
+        if not batch.follow(numbers, self._angle_from_basis @ state.y[:first], state.y[first:], touch, along):
             return self._general.follow(state, parameter, touch, turns_along)
         end, turned, gradient, slope = (part.copy() for part in batch.out[:4])
         period = float(numbers.period[-1, 0])
-        passed = batch.passages(), period, self.cycles, batch.approach(period, step), batch.turns()
+        approach = approach_of(batch.out.touched, period, step)
+        passed = batch.passages(), period, self.cycles, approach, batch.turns()
         return Pass(state, State(end), gradient, turned, *passed), slope / step
 
     def _coefficients_at(self, values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
@@ -343,10 +337,8 @@ class PartedFamily:
             if own.turns is None:
                 return None
             turns.append(self._in_motion(own.turns, i))
-        dips = Dips._make(np.concatenate(columns) for columns in zip(*(one.dips for one in turns), strict=True))
-        columns = {
-            name: np.concatenate([getattr(one, name) for one in turns]) for name in Turns._fields if name != "dips"
-        }
+        dips = Dips._make(map(np.concatenate, zip(*(one.dips for one in turns), strict=True)))
+        columns = {name: np.concatenate([getattr(one, name) for one in turns]) for name in [*OF_TURNS, "delay"]}
         return Turns(**columns, dips=dips)
 
     def _within(self, touch: Touch | None) -> tuple[int, Touch | None]:
@@ -361,9 +353,8 @@ class PartedFamily:
         """An approach of a part as one of the whole motion; what depends on the rest of the motion is not known."""
         if approach is None:
             return None
-        time_slope = None if approach.time_slope is None else self._length * approach.time_slope
         time = self._length * (index + approach.time)
-        return approach._replace(time=time, time_slope=time_slope, part=index)
+        return approach._replace(time=time, time_slope=self._length * approach.time_slope, part=index)
 
     def _in_motion(self, turns: Turns, index: int) -> Turns:
         """Turning points of a part as those of the whole motion."""
@@ -394,13 +385,8 @@ class HalfPeriodFamily(Family):
     def __init__(self, whole: Family) -> None:
         self._whole = whole
         self._half = whole.part(0.0, 0.5 * whole.cycles)
-        self.scale = whole.scale
-        self.size = whole.size
-        self.unit = whole.unit
-        self.shown = whole.shown
-        self.cycles = whole.cycles
-        self.clearances = whole.clearances
-        self.memories = whole.memories
+        self._mirror: Mirror | None = None
+        self._be_like(whole)
 
     def map_at(self, parameter: float) -> HalfPeriodMap:
         """Return the half-period map of one driveline."""
@@ -417,16 +403,11 @@ class HalfPeriodFamily(Family):
             raise NotImplementedError
         del turns_along  # which are not sought
         motion, slope = self._half.follow(state, parameter)
-        if motion.end.auxiliary_pieces is None:
-            end = State(-motion.end.y)
-            gradient = -motion.gradient
-            slope = -slope
-        else:
-            mirror = self.map_at(parameter).mirror
-            end = mirror.state(motion.end)
-            gradient = mirror.rows(motion.gradient)
-            slope = mirror.rows(slope)
-        return replace(motion, end=end, gradient=gradient, turned=-motion.turned), slope
+        if self._mirror is None:
+            self._mirror = self.map_at(parameter).mirror
+        end = self._mirror.state(motion.end)
+        gradient = self._mirror.rows(motion.gradient)
+        return replace(motion, end=end, gradient=gradient, turned=-motion.turned), self._mirror.rows(slope)
 
 
 def half_of(family: Family) -> Family:

@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from gearrattle.engine.periodic.compiled_course import bound_of, row_of
 from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -53,21 +55,16 @@ def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]
 
     ConvergenceError: there is no such bound.
     """
-    system = flow.system
-    if touch.watch >= len(system.clearances):
-        index = touch.watch - len(system.clearances)
-        auxiliary = system.auxiliaries[index]
-        piece = pieces[len(system.laws) + index]
-        bound = float((auxiliary.upper if touch.upward else auxiliary.lower)[piece])
-        if np.isfinite(bound):
-            return flow.limit_rows(pieces)[index] * flow.corner_scale[touch.watch], bound
-    else:
-        element = system.clearances[touch.watch]
-        corners = system.laws[element].corners
-        nearest = pieces[element] - 1 + touch.upward
-        if 0 <= nearest < len(corners) and touch.corner in (None, nearest):
-            return flow.deflection[element], float(corners[nearest])
-    raise ConvergenceError("the extremum at a corner is lost")
+    bound = bound_of(flow, pieces, touch.watch, touch.upward)
+    is_other = touch.corner is not None and touch.corner != _corner_ahead(flow.system, pieces, touch)
+    if is_other or not np.isfinite(bound):
+        raise ConvergenceError("the extremum at a corner is lost")
+    return row_of(flow, pieces, touch.watch), bound
+
+
+def _corner_ahead(system: PiecewiseSystem, pieces: Pieces, touch: Touch) -> int:
+    """The corner of a clearance that lies ahead in a region, on the side of a touch."""
+    return pieces[system.clearances[touch.watch]] - 1 + touch.upward
 
 
 def before_touch(
@@ -92,10 +89,7 @@ def before_touch(
     cycle, fraction = divmod(row, _SAMPLES)
     inputs = flow.inputs_at(np.array([float(cycle)]), np.array([fraction / _SAMPLES]))[0]
     z = np.concatenate([march.samples.states[row, : flow.states], inputs])
-    all_pieces = [0] * (len(system.laws) + len(system.auxiliaries))
-    for k, piece in zip(system.places, march.samples.pieces[row], strict=True):
-        all_pieces[k] = int(piece)
-    pieces = tuple(all_pieces)
+    pieces = period_map.pieces_of(march.samples.pieces[row])
     time = row / _SAMPLES
     for i in np.flatnonzero((times > time) & (times < limit)).tolist():
         z = expm(flow.generator(pieces) * (times[i] - time)) @ z
@@ -112,9 +106,9 @@ def with_corner(period_map: PeriodMap, motion: Pass, touch: Touch) -> Touch:
 
     ConvergenceError: there is no corner on that side: the motion does not graze.
     """
-    element = period_map.system.clearances[touch.watch]
-    corner = pieces_before(period_map, motion, touch)[element] - 1 + touch.upward
-    if not 0 <= corner < len(period_map.system.laws[element].corners):
+    system = period_map.system
+    corner = _corner_ahead(system, pieces_before(period_map, motion, touch), touch)
+    if not 0 <= corner < len(system.laws[system.clearances[touch.watch]].corners):
         raise ConvergenceError("a corner was expected where there is none")
     return replace(touch, corner=corner)
 

@@ -47,13 +47,13 @@ class State:
 
 
 class Approach(NamedTuple):
-    """An extremum of a clearance's deflection near a corner; NaN and None where it is not known."""
+    """An extremum of a clearance's deflection near a corner."""
 
     depth: float  # how far it lies beyond the corner [SI]
     time: float  # in periods from the start
-    acceleration: float = np.nan  # of the deflection [SI]
-    slope: Array | None = None  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
-    time_slope: Array | None = None  # (N + 1,) of the time, by the same
+    acceleration: float  # of the deflection [SI]
+    slope: Array  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
+    time_slope: Array  # (N + 1,) of the time, by the same
     part: int = 0  # of the motion: slopes are by the state at its start
 
 
@@ -61,7 +61,7 @@ class Dips(NamedTuple):
     """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
 
     watch: IntArray  # (D,) clearance
-    upward: IntArray  # (D,) ``kernels.course.RISING`` or FALLING, by the sign of the rate
+    upward: IntArray  # (D,) ``kernels.depths.RISING`` or FALLING, by the sign of the rate
     time: Array  # (D,) in periods from the start
     depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
     slope: Array  # (D,) of that along a direction
@@ -91,6 +91,10 @@ class Turns(NamedTuple):
         dips = self.dips._replace(**slopes)
         ours = {name: factor * getattr(self, name) for name in ("slope", "time_slope", "delay")}
         return self._replace(dips=dips, **ours)
+
+
+OF_TURNS = [name for name in Turns._fields if name not in ("dips", "delay")]
+"""Fields with an entry for every turning point."""
 
 
 class Along(NamedTuple):

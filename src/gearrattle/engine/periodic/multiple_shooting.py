@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import Factored
-from gearrattle.engine.periodic.motion import Pass, State, joined
+from gearrattle.engine.periodic.motion import Pass
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
@@ -29,8 +28,6 @@ LARGEST_SYSTEM = 1024
 """Unknowns, parts times N, up to which multiple shooting is used."""
 EIGHTHS = 8
 """Parts of a period: one, or so many."""
-_MOST_STEPS = 40
-_HALVINGS = 8
 
 
 def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
@@ -48,32 +45,11 @@ def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
 
 def parts_of(period_map: PeriodMap) -> int:
     """Return into how many parts of equal length n periods are cut: eighths of periods, whole ones, or none."""
-    system = period_map.system
     cycles = period_map.cycles
     for parts in (EIGHTHS * cycles, cycles):
-        if (parts == cycles or system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
+        if (parts == cycles or period_map.system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
             return parts
     return 1
-
-
-def shoot_in_parts(
-    period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
-) -> tuple[Pass, float, int]:
-    """Return the motion near a state, its residual over the size of the state, and how many passes were used."""
-    maps = maps_of_parts(period_map, parts_of_period)
-    parts = [maps[0](state)]
-    for part_map in maps[1:]:
-        parts.append(part_map(parts[-1].end))
-    residual = _residual(period_map, parts)
-    passes = 1
-    while residual > tolerance and passes < _MOST_STEPS:
-        shortened, tried = _shortened(maps, parts, residual)
-        passes += tried
-        if shortened is None:
-            break
-        parts = shortened
-        residual = _residual(period_map, parts)
-    return joined(parts, period_map.system.inputs.period, period_map.cycles), residual, passes
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:
@@ -81,36 +57,21 @@ def _jumps(parts: list[Pass]) -> list[Array]:
     return [part.end.y - following.start.y for part, following in zip(parts, [*parts[1:], parts[0]], strict=True)]
 
 
-def _residual(period_map: PeriodMap, parts: list[Pass]) -> float:
+def residual_of_parts(period_map: PeriodMap, parts: list[Pass]) -> float:
+    """Return the largest distance between the end of a part and the start of the next.
+
+    It is taken over the largest corner, or over the size of the largest state at a start.
+    """
     scale = period_map.scale
     size = max([period_map.size, *(float(np.linalg.norm(part.start.y * scale)) for part in parts)])
     return max(float(np.linalg.norm(jump * scale)) for jump in _jumps(parts)) / size
 
 
-def _shortened(maps: Sequence[PeriodMap], parts: list[Pass], residual: float) -> tuple[list[Pass] | None, int]:
-    """The parts after Newton's step, half of it, a quarter, ...: the first with a smaller residual, or None.
+def newton_step_in_parts(scale: Array, parts: list[Pass]) -> Array:
+    """Return the change (m, N) of the states at the start of every part [SI].
 
-    Also returns how many steps were tried.
+    M_i d_i - d_(i+1) = -(end_i - start_(i+1))
     """
-    changes = _newton_step(maps[0].scale, parts)
-    for halvings in range(_HALVINGS + 1):
-        share = 0.5**halvings
-        pieces = [parts[-1].end.auxiliary_pieces, *(part.end.auxiliary_pieces for part in parts[:-1])]
-        states = [
-            State(part.start.y + share * change, piece)
-            for part, change, piece in zip(parts, changes, pieces, strict=True)
-        ]
-        try:
-            trial = [part_map(state) for part_map, state in zip(maps, states, strict=True)]
-        except ConvergenceError:
-            continue
-        if _residual(maps[0], trial) < residual:
-            return trial, halvings + 1
-    return None, _HALVINGS + 1
-
-
-def _newton_step(scale: Array, parts: list[Pass]) -> Array:
-    """(n, N) changes of the states at the start of every part [SI]: M_i d_i - d_(i+1) = -(end_i - start_(i+1))."""
     count = len(parts)
     size = len(scale)
     matrix = np.zeros((count, size, count, size))

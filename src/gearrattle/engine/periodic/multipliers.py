@@ -23,6 +23,12 @@ def not_free(point: Point) -> NDArray[np.complex128]:
     return np.asarray(point.multipliers[np.argsort(np.abs(point.multipliers - 1.0))[point.free :]])
 
 
+def nearest_to(number: float, values: NDArray[np.complex128]) -> tuple[complex, float]:
+    """Return the value nearest to a number, and its distance; infinite where there is none."""
+    away = np.abs(values - number)
+    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)
+
+
 def number_outside(point: Point, crossing: Sequence[complex] = ()) -> int:
     """Return how many multipliers lie outside the unit circle, but for those nearest to some values on it."""
     above, below, pairs = outside(point, crossing)

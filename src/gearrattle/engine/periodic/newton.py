@@ -73,31 +73,24 @@ class Corrector:
 
     def matrix(self, motion: Pass, slope: Array) -> Array:
         """Return (P, P + 1) [dF/du, dF/dp] in the branch's units, and behind them dF by the later states."""
-        if motion.parts is None:
-            return self._matrix_of_whole(motion.gradient, slope)
-        count, states = motion.parts.start.shape
+        parts = motion.parts
+        gradients = motion.gradient[None] if parts is None else parts.gradient
+        slopes = slope[None] if parts is None else parts.slope
+        count, states = slopes.shape
         matrix = np.zeros((count * states, count * states + 1))
-        for i, (gradient, own_slope) in enumerate(zip(motion.parts.gradient, motion.parts.slope, strict=True)):
-            following = (i + 1) % count
+        for i, (gradient, own_slope) in enumerate(zip(gradients, slopes, strict=True)):
             own = self._first(i)
-            next_one = self._first(following)
+            following = (i + 1) % count
+            after = self._first(following)
             rows = matrix[following * states : (following + 1) * states]
             rows[:, own : own + states] = self._balance * gradient
             rows[:, states] = self.scale * own_slope * self._family.unit
-            rows[:, next_one : next_one + states] -= np.eye(states)
+            rows.flat[after :: matrix.shape[1] + 1] -= 1.0
         return matrix
 
     def _first(self, part: int) -> int:
         """Where the state at the start of a part begins among all unknowns; p stands behind the first one."""
         return part * len(self.scale) + (1 if part else 0)
-
-    def _matrix_of_whole(self, gradient: Array, slope: Array) -> Array:
-        states = len(self.scale)
-        matrix = np.empty((states, states + 1))
-        np.multiply(self._balance, gradient, out=matrix[:, :-1])
-        matrix.flat[:: states + 2] -= 1.0
-        matrix[:, -1] = self.scale * slope * self._family.unit
-        return matrix
 
     def row(self, row: Array, part: int, motion: Pass) -> Array:
         """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as one over all P + 1 unknowns."""
@@ -180,6 +173,7 @@ class Corrector:
         normal: Array,
         direction: Array,
         *,
+        is_near: bool = False,
         slack: float = 0.0,
         touch: Touch | None = None,
         with_turns: bool = False,
@@ -188,28 +182,9 @@ class Corrector:
 
         normal: (N + 1,).
         direction: (N + 1,) the tangent points to its side.
+        is_near: whether the prediction is given up once the residual grows: then Newton's method goes round in circles
+            between two patterns of crossings, and a shorter step costs less.
         slack: change of w at which the iteration may end; the motion is then the last one followed.
-        """
-        sought = self.point_and_iterations(
-            predicted, normal, direction, slack=slack, touch=touch, with_turns=with_turns
-        )
-        return sought[0]
-
-    def point_and_iterations(
-        self,
-        predicted: Guess,
-        normal: Array,
-        direction: Array,
-        *,
-        is_near: bool = False,
-        slack: float = 0.0,
-        touch: Touch | None = None,
-        with_turns: bool = False,
-    ) -> tuple[Point, int]:
-        """Return the motion and how many were followed; see ``point``.
-
-        A prediction that is near is given up once the residual grows: then Newton's method goes round in circles
-        between two patterns of crossings, and a shorter step costs less.
         """
         guess = predicted
         last = np.inf
@@ -248,7 +223,7 @@ class Corrector:
                     motion, slope = self.with_turns(guess, motion, slope, direction)
                 point = self.point_at(guess, motion, slope, direction, equations)
                 w = guess.w + change[: len(normal)] if slack > 0.0 else guess.w
-                return replace(point, w=w, error=norm_of(change[: len(normal)])), iteration + 1
+                return replace(point, w=w, error=norm_of(change[: len(normal)]), iterations=iteration + 1)
             expected = norm**3 / last**2 if iteration and last > 0.0 else error**2  # residuals fall by their squares
             is_last = expected < _LAST * least
             guess = guess.moved(change)

@@ -139,10 +139,14 @@ class PeriodMap:
 
     def gradient_along(self, march: Marched, crossings: Passages) -> Array:
         """Return the gradient (N, N) [SI] of a march that is done, over the length of the map, from its crossings."""
-        initial = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
-        for k, piece in zip(self.system.places, march.initial, strict=True):
-            initial[k] = int(piece)
-        return variation(self.flow, tuple(initial), crossings, end=self.length).gradient()
+        return variation(self.flow, self.pieces_of(march.initial), crossings, end=self.length).gradient()
+
+    def pieces_of(self, watched: IntArray) -> Pieces:
+        """Return the pieces of laws and auxiliaries, from those (W,) of all that may cross."""
+        pieces = [0] * (len(self.system.laws) + len(self.system.auxiliaries))
+        for k, piece in zip(self.system.places, watched.tolist(), strict=True):
+            pieces[k] = piece
+        return tuple(pieces)
 
     def turned(self, march: Marched, row: int) -> Array:
         """Return how far the reference inertia of every free train has turned (R,) [rad], up to a sample of a march."""

@@ -65,6 +65,7 @@ class Point:
     free: int  # number of directions in which neighbouring motions repeat as well, at the same parameter
     orientation: float  # det [dF/du, dF/dp; t]; 0 where there are free directions.
     error: float = 0.0  # estimated error of the state, over its size
+    iterations: int = 0  # motions that Newton's method followed
     length: float = 0.0  # arclength from the start of the branch
     touch: Touch | None = None
     later: Later | None = None  # of a motion that was followed in parts; None: it was followed as a whole.

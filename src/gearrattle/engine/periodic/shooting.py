@@ -12,14 +12,20 @@ R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import shortest_solution
-from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
-from gearrattle.engine.periodic.multiple_shooting import LARGEST_SYSTEM, shoot_in_parts
+from gearrattle.engine.periodic.motion import Pass, State, joined, multipliers_of
+from gearrattle.engine.periodic.multiple_shooting import (
+    LARGEST_SYSTEM,
+    maps_of_parts,
+    newton_step_in_parts,
+    residual_of_parts,
+)
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.wording import counted
@@ -30,9 +36,10 @@ TOLERANCE = 1e-12
 """Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
 _ROUNDING = 1e-10  # largest residual accepted where a sensitive motion magnifies rounding
 _LARGE = 1e4  # norm of M, balanced, from which several periods are followed one by one
-_MOST_PASSES = 60  # of one attempt
 _SETTLING = 8  # passes, the first time
-_HALVINGS = 6
+# passes of one attempt, and halvings of a step: of whole motions, and of motions in parts
+_MOST_PASSES = (60, 40)
+_HALVINGS = (6, 8)
 
 
 @dataclass(frozen=True)
@@ -109,17 +116,36 @@ def _newton(
     motion = period_map(state)
     if _is_sensitive(period_map, motion):
         return shoot_in_parts(period_map, motion.start, tolerance)
-    residual = residual_of(period_map, motion)
+    return _closed(period_map, [period_map], [motion], tolerance, is_quick=is_quick)
+
+
+def shoot_in_parts(
+    period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
+) -> tuple[Pass, float, int]:
+    """Return the motion near a state by multiple shooting, its residual, and how many passes were used."""
+    maps = maps_of_parts(period_map, parts_of_period)
+    parts = [maps[0](state)]
+    for part_map in maps[1:]:
+        parts.append(part_map(parts[-1].end))
+    return _closed(period_map, maps, parts, tolerance)
+
+
+def _closed(
+    period_map: PeriodMap, maps: Sequence[PeriodMap], parts: list[Pass], tolerance: float, *, is_quick: bool = False
+) -> tuple[Pass, float, int]:
+    """Newton's method from a motion, as a whole or in parts; see ``_newton``."""
+    is_parted = len(maps) > 1
+    residual = residual_of_parts(period_map, parts)
     passes = 1
-    while residual > tolerance and passes < _MOST_PASSES:
-        trial, taken, tried = _shortened(period_map, motion, residual, 0 if is_quick else _HALVINGS)
+    while residual > tolerance and passes < _MOST_PASSES[is_parted]:
+        trial, taken, tried = _shortened(maps, parts, residual, 0 if is_quick else _HALVINGS[is_parted])
         passes += tried
         is_slow = is_quick and taken > 0.5 * residual
         if trial is None or is_slow:
             break
-        motion = trial
+        parts = trial
         residual = taken
-    return motion, residual, passes
+    return joined(parts, period_map.system.inputs.period, period_map.cycles), residual, passes
 
 
 def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
@@ -130,8 +156,7 @@ def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
 
 def residual_of(period_map: PeriodMap, motion: Pass) -> float:
     """Return the distance between end and start of a motion, over the largest corner or the size of the state."""
-    size = max(period_map.size, float(np.linalg.norm(motion.start.y * period_map.scale)))
-    return float(np.linalg.norm(motion.gap * period_map.scale)) / size
+    return residual_of_parts(period_map, [motion])
 
 
 def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
@@ -143,20 +168,23 @@ def newton_step(period_map: PeriodMap, motion: Pass) -> tuple[Array, Array]:
 
 
 def _shortened(
-    period_map: PeriodMap, motion: Pass, residual: float, most_halvings: int
-) -> tuple[Pass | None, float, int]:
-    """The motion after a step of Newton's method, half of it, a quarter, ...: the first whose residual falls, or None.
+    maps: Sequence[PeriodMap], parts: list[Pass], residual: float, most_halvings: int
+) -> tuple[list[Pass] | None, float, int]:
+    """The parts after a step of Newton's method, half of it, a quarter, ...: the first whose residual falls, or None.
 
-    Also returns its residual, and how many steps were tried.
+    Also returns that residual, and how many steps were tried.
     """
-    step = newton_step(period_map, motion)[0]
+    is_parted = len(parts) > 1
+    steps = newton_step_in_parts(maps[0].scale, parts) if is_parted else newton_step(maps[0], parts[0])[:1]
+    pieces = [parts[i - 1].end.auxiliary_pieces for i in range(len(parts))]
     for halvings in range(most_halvings + 1):
-        state = State(motion.start.y + 0.5**halvings * step, motion.end.auxiliary_pieces)
+        share = 0.5**halvings
+        starts = [part.start.y + share * step for part, step in zip(parts, steps, strict=True)]
         try:
-            trial = period_map(state)
+            trial = [maps[i](State(y, pieces[i])) for i, y in enumerate(starts)]
         except ConvergenceError:
             continue
-        taken = residual_of(period_map, trial)
+        taken = residual_of_parts(maps[0], trial)
         if taken < residual:
             return trial, taken, halvings + 1
     return None, residual, most_halvings + 1

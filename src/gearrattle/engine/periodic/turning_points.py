@@ -1,7 +1,7 @@
 """What the turning points of a motion tell of the branch: which one grazes next, what two motions hide between them.
 
 Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
-(``kernels.course``).
+(``kernels.depths``).
 
 *Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
@@ -23,9 +23,8 @@ slopes on both sides: along the first step beyond it may become a few times as s
 
     P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
 
-The depth of a turning point (``kernels.course``) and its gradient are exact and smooth on the
-side without contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so
-no motion touches.
+The depth of a turning point and its gradient (``kernels.approach``) are exact and smooth on the side without contact,
+and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion touches.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.motion import Dips, Pass, Touch, Turns
+from gearrattle.engine.periodic.motion import OF_TURNS, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess, Point, turned_around
 from gearrattle.errors import ConvergenceError
@@ -74,29 +73,16 @@ _LEAST_OF_STEP = 0.01
 _MOST_OF_STEP = 0.3
 
 
-class _Depths(NamedTuple):
-    """The depths of turning points that two motions have in common [SI], and their slopes over the whole step."""
-
-    before: Array
-    after: Array
-    slope_before: Array
-    slope_after: Array
-    bends: NDArray[np.bool_]  # whether one motion grazes there and the other one touches: slopes differ on both sides
-    single: Array  # how far from the corner those are that only one of both motions has
-    nearing: Array  # by how much these come nearer to it towards the other motion, over the whole step
-
-
 def hidden_between(before: Point, after: Point) -> float | None:
     """Return the share of the way at which a touch may have come or gone; None: there is none."""
-    one = before.motion.turns
-    other = after.motion.turns
-    if one is None or other is None:
+    known = _common(before, after)
+    if known is None:
         return None
-    if min(_way_beyond(before, after), _way_beyond(after, before)) < 0.0:
+    if min(way_beyond(before, after), way_beyond(after, before)) < 0.0:
         return 0.5
     length = length_between(before, after)
-    one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in (one, other))
-    common = _same(before, after, one, other)
+    one, other = (turns._replace(dips=_near_corners(turns.dips, length)) for turns in known[:2])
+    common = known[2]
     dips = _same(before, after, one.dips, other.dips)
     if before.word == after.word and _passes_corner(before, after, one, other, common):
         return 0.5
@@ -171,14 +157,8 @@ def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[In
 
 def _without(turns: Turns, chosen: IntArray) -> Turns:
     """Turning points but for some, with all dips."""
-    return turns._replace(
-        watch=np.delete(turns.watch, chosen),
-        upward=np.delete(turns.upward, chosen),
-        time=np.delete(turns.time, chosen),
-        depth=np.delete(turns.depth, chosen),
-        slope=np.delete(turns.slope, chosen),
-        time_slope=np.delete(turns.time_slope, chosen),
-    )
+    kept = {name: np.delete(getattr(turns, name), chosen) for name in OF_TURNS}
+    return turns._replace(dips=turns.dips, **kept)
 
 
 def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> float:
@@ -187,7 +167,7 @@ def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> floa
     A rate that reaches zero has become two turning points: where the other motion has those, nothing is lost.
     """
     dips = ours.dips
-    apart = _times_between(dips.time + length * dips.time_slope, theirs.time, cycles)
+    apart = times_between(dips.time + length * dips.time_slope, theirs.time, cycles)
     is_there = (dips.watch[:, None] == theirs.watch) & (apart < _BORN)
     is_lost = is_there.sum(axis=1) < 2
     depth = np.concatenate([ours.depth, dips.depth[is_lost]])
@@ -202,16 +182,26 @@ def agreeing_step(before: Point, after: Point) -> float:
     of one motion alone comes nearer to its corner grows in proportion to it. A depth counts if its slope could take it
     to the corner within a few steps. Parameters are those of ``hidden_between``.
     """
-    depths = _depths_of(before, after)
-    if depths is None:
+    known = _common(before, after)
+    if known is None:
         return np.inf
-    steepest = np.maximum(np.abs(depths.slope_before), np.abs(depths.slope_after))
-    counts = steepest > _COUNTS * np.minimum(np.abs(depths.before), np.abs(depths.after))
-    counts &= ~depths.bends
-    mean = 0.5 * (depths.slope_before + depths.slope_after)
-    defect = (np.abs(depths.after - depths.before - mean)[counts] / (_DEFECT * steepest[counts])).max(initial=0.0)
-    single = (depths.nearing / np.maximum(_COUNTS * depths.single, _FLAT)).max(initial=0.0)
-    return float(1.0 / max(np.sqrt(defect), single, 1e-9))
+    one, other, (i, j) = known
+    length = length_between(before, after)
+    # turning points that both motions have: the change of the depth and the mean of its slopes
+    slope = length * one.slope
+    slope_after = length * other.slope
+    mean = 0.5 * (slope[i] + slope_after[j])
+    steepest = np.maximum(np.abs(slope[i]), np.abs(slope_after[j]))
+    counts = steepest > _COUNTS * np.minimum(np.abs(one.depth[i]), np.abs(other.depth[j]))
+    # where one motion grazes and the other one touches slopes differ on both sides
+    counts &= ~(grazes(before, one)[i] & (other.depth[j] > 0.0) & (slope[i] > 0.0))
+    counts &= ~(grazes(after, other)[j] & (one.depth[i] > 0.0) & (slope_after[j] < 0.0))
+    defect = (np.abs(other.depth[j] - one.depth[i] - mean)[counts] / (_DEFECT * steepest[counts])).max(initial=0.0)
+    # turning points that one motion has alone: by how much they come nearer to the corner towards the other one
+    single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
+    nearing = -np.sign(single) * np.concatenate([np.delete(slope, i), -np.delete(slope_after, j)])
+    share = (nearing / np.maximum(_COUNTS * np.abs(single), _FLAT)).max(initial=0.0)
+    return float(1.0 / max(np.sqrt(defect), share, 1e-9))
 
 
 class Passed(NamedTuple):
@@ -225,11 +215,10 @@ class Passed(NamedTuple):
 
 def passed_between(apart: Point, touching: Point) -> Passed | None:
     """Return the only turning point with a negative depth in one motion and a positive one in the other, or None."""
-    one = apart.motion.turns
-    other = touching.motion.turns
-    if one is None or other is None:
+    known = _common(apart, touching)
+    if known is None:
         return None
-    i, j = _same(apart, touching, one, other)
+    one, other, (i, j) = known
     touches = np.flatnonzero((one.depth[i] < 0.0) & (other.depth[j] > 0.0))
     if touches.size != 1:
         return None
@@ -239,50 +228,28 @@ def passed_between(apart: Point, touching: Point) -> Passed | None:
     return Passed(touch, float(one.depth[k]), float(length * one.slope[k]), float(length * one.time_slope[k]))
 
 
-def _depths_of(before: Point, after: Point) -> _Depths | None:
-    """What two motions have in common; None where their turning points are not known."""
-    one = before.motion.turns
-    other = after.motion.turns
-    if one is None or other is None:
-        return None
-    i, j = _same(before, after, one, other)
-    length = length_between(before, after)
-    first = length * one.slope
-    second = length * other.slope
-    single = np.concatenate([np.delete(one.depth, i), np.delete(other.depth, j)])
-    nearing = -np.sign(single) * np.concatenate([np.delete(first, i), -np.delete(second, j)])
-    bends = grazes(before, one)[i] & (other.depth[j] > 0.0) & (first[i] > 0.0)
-    bends |= grazes(after, other)[j] & (one.depth[i] > 0.0) & (second[j] < 0.0)
-    return _Depths(one.depth[i], other.depth[j], first[i], second[j], bends, np.abs(single), nearing)
+def way_beyond(grazing: Point, other: Point) -> float:
+    """Return by how much a depth would grow from a motion that grazes to another one [SI]; 0 if that does not touch.
 
-
-def touches_beyond(grazing: Point, other: Point) -> bool:
-    """Return whether another motion touches the corner that one of the branch grazes, as the depth's slope tells."""
-    return _way_beyond(grazing, other) > 0.0
-
-
-def _way_beyond(grazing: Point, other: Point) -> float:
-    """By how much a depth would grow from a motion that grazes to another one [SI]; 0 if that one does not touch."""
-    turns = grazing.motion.turns
-    others = other.motion.turns
-    if grazing.touch is None or turns is None or others is None:
+    Where it is positive the other motion touches what the first one grazes, as the slope of the depth tells.
+    """
+    known = _common(grazing, other)
+    if grazing.touch is None or known is None:
         return 0.0
-    i, j = _same(grazing, other, turns, others)
+    turns, others, (i, j) = known
     ours = i[grazes(grazing, turns)[i] & (others.depth[j] > 0.0)]
     return length_between(grazing, other) * float(turns.slope[ours].sum())
 
 
 def rise_beyond(grazing: Point, touching: Point) -> float:
     """Return how many times as steep as at a motion that grazes its depth is at one that touches; 1 at least."""
-    turns = grazing.motion.turns
-    others = touching.motion.turns
-    if turns is None or others is None:
+    known = _common(grazing, touching)
+    if known is None:
         return 1.0
-    i, j = _same(grazing, touching, turns, others)
+    turns, others, (i, j) = known
     ours = grazes(grazing, turns)[i] & (others.depth[j] > 0.0)
-    slope = np.abs(turns.slope[i[ours]])
-    slope_beyond = np.abs(others.slope[j[ours]])
-    return float((slope_beyond / np.maximum(slope, _FLAT)).max(initial=1.0))
+    slope = np.maximum(np.abs(turns.slope[i[ours]]), _FLAT)
+    return float((np.abs(others.slope[j[ours]]) / slope).max(initial=1.0))
 
 
 def grazes(point: Point, turns: Turns) -> NDArray[np.bool_]:
@@ -299,6 +266,13 @@ def length_between(one: Point, other: Point) -> float:
     return float(np.copysign(np.linalg.norm(step), step @ one.tangent))
 
 
+def _common(before: Point, after: Point) -> tuple[Turns, Turns, tuple[IntArray, IntArray]] | None:
+    """The turning points of two motions, and which of them are the same; None where they are not known."""
+    one = before.motion.turns
+    other = after.motion.turns
+    return None if one is None or other is None else (one, other, _same(before, after, one, other))
+
+
 def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -> tuple[IntArray, IntArray]:
     """Which turning points of two motions are the same: by the corner, and each the nearest of the other in time.
 
@@ -309,7 +283,7 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     length = length_between(before, after)
     middle = one.time + 0.5 * length * one.time_slope
     other_middle = other.time - 0.5 * length * other.time_slope
-    apart = _times_between(middle, other_middle, cycles)
+    apart = times_between(middle, other_middle, cycles)
     kinds, other_kinds = (_KINDS * turns.watch + turns.upward for turns in (one, other))
     apart[(kinds[:, None] != other_kinds) | ~(apart <= _MOVED)] = np.inf
     if not apart.size:
@@ -320,8 +294,8 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
     return i[is_mutual], j[is_mutual]
 
 
-def _times_between(times: Array, others: Array, cycles: int) -> Array:
-    """How far apart instants of a motion are from others, whichever way round its periods."""
+def times_between(times: Array, others: Array, cycles: int) -> Array:
+    """Return how far apart instants of a motion are from others, whichever way round its periods."""
     apart = times[:, None] - others
     return np.asarray(np.abs(apart - cycles * np.rint(apart / cycles)))
 
@@ -423,7 +397,7 @@ class _Landing:
             row = self._point.tangent if self._is_near else None
             motion, slope = self._corrector.followed(self._guess, touch, row)
             approach = motion.approach
-            if approach is None or approach.slope is None or approach.time_slope is None or approach.depth > 0.0:
+            if approach is None or approach.depth > 0.0:
                 if not self._retreat():
                     return None
                 continue

@@ -60,11 +60,11 @@ from gearrattle.engine.periodic.events.pattern import View, exchange_between, ex
 from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between, det_minus, nearest_to_one
 from gearrattle.engine.periodic.grazing_depth import with_corner
-from gearrattle.engine.periodic.motion import Approach, Touch
+from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
-from gearrattle.engine.periodic.turning_points import hidden_between, touches_beyond
+from gearrattle.engine.periodic.turning_points import hidden_between, way_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
@@ -102,9 +102,10 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
             parts = pairwise([before, *sides, after])
             return [event for pair in parts for event in events_between(curve, *pair, depth + 1)]
     if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
+        # the gradient jumps: what happens there is known by the signs of the test functions on either side
         left, right = _sides(curve, before, after, changes[0].point)
         smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
-        changes += _collisions(left, right, changes[0])
+        changes += [Event(kind, changes[0].point, is_collision=True) for kind in _changed(left, right)]
     else:
         smooth = _smooth_events(curve, before, after, changes)
     return sorted([*changes, *smooth], key=lambda event: event.point.length)
@@ -315,12 +316,6 @@ def _sides(curve: Continuation, before: Point, after: Point, change: Point) -> t
     return left, right
 
 
-def _collisions(left: Point, right: Point, grazing: Event) -> list[Event]:
-    """What happens to the motion in a jump of the gradient, by the signs of the test functions on either side."""
-    kinds = [kind for kind in changes_between(left, right) if kind not in (GRAZING, PATTERN)]
-    return [Event(kind, grazing.point, is_collision=True) for kind in kinds]
-
-
 def _located(curve: Continuation, before: Point, after: Point, kind: str, test: Callable[[Point], float]) -> Event:
     """The event where a test function changes its sign."""
     if kind == BREAKING:
@@ -348,7 +343,7 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         yield replace(event, watch=patterns.watch_of(lone[0]), is_collision=False)
         return
     if len(one) != len(other):  # by more than two crossings: several touch at once
-        yield _grazing(curve, before, after, view)
+        yield _event_of_grazing(curve, *Search(curve, before, after, view).grazing())
         return
     swaps = patterns.swaps(one, other)
     if not swaps:
@@ -371,22 +366,16 @@ def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touc
     """The one of two points that grazes what the other one touches, and the touch; None if neither does."""
     for apart, touching in ((before, after), (after, before)):
         is_longer = len(view(touching)) == len(view(apart)) + 2
-        if apart.touch is not None and is_longer and touches_beyond(apart, touching):
+        if apart.touch is not None and is_longer and way_beyond(apart, touching) > 0.0:
             return apart, apart.touch
     return None
 
 
-def _grazing(curve: Continuation, before: Point, after: Point, view: View) -> Event:
-    """The grazing between two points."""
-    search = Search(curve, before, after, view)
-    return _event_of_grazing(curve, *search.grazing(), search.nearby)
-
-
-def _event_of_grazing(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Event:
+def _event_of_grazing(curve: Continuation, point: Point, touch: Touch) -> Event:
     """The event of a motion that grazes."""
     if touch.watch < curve.family.clearances:
         touch = with_corner(curve.family.map_at(point.parameter), point.motion, touch)
-    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch, nearby))
+    return Event(GRAZING, point, touch.watch, touch=touch, grazing=grazing_of(curve, point, touch))
 
 
 def _sign(holds: bool) -> float:

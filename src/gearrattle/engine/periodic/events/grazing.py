@@ -49,7 +49,7 @@ from gearrattle.engine.periodic.events.location import Stretch
 from gearrattle.engine.periodic.events.pattern import View, touch_between
 from gearrattle.engine.periodic.events.slider_release import is_release
 from gearrattle.engine.periodic.grazing_depth import before_touch, depth, pieces_before, without_touch
-from gearrattle.engine.periodic.motion import Approach, Touch
+from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.flow import Flow, Pieces
@@ -68,7 +68,6 @@ RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
 _AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
 _ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
-_APART = 1e-4  # arclength from a grazing, on its side without contact, to motions whose depth tells its slope
 _MOST = 40  # motions followed
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
 _FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
@@ -83,7 +82,7 @@ _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does 
 _LITTLE = 1e-4
 _LITTLE_ARC = 1e-10
 _MISSED = 1e-9  # arclength by which a grazing may be missed
-_SAME = 1e-4  # periods between the instants of one extremum, whose search has ended a little before it is located
+_SAME = 1e-9  # change of w below which a motion is the same
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
 _NOT_LOCATED = "the motion that grazes is not reached"
 
@@ -111,11 +110,9 @@ class _Effect(NamedTuple):
     gain: float = np.nan  # of the trace of the gradient for a second beyond the corner [1/s]
 
 
-def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach | None = None) -> Grazing:
+def grazing_of(curve: Continuation, point: Point, touch: Touch) -> Grazing:
     """Return the kind of a grazing and the strength of its square root."""
     family = curve.family
-    known = [approach for approach in (point.motion.approach, nearby) if approach is not None]
-    approach = min(known, key=lambda approach: abs(approach.depth), default=None)
     if touch.watch >= family.clearances:
         system = family.map_at(point.parameter).system
         is_slider = system.auxiliaries[touch.watch - len(system.clearances)].kind == "slider"
@@ -123,11 +120,11 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch, nearby: Approach
     with suppress(ConvergenceError):
         if family.memories and is_release(family.map_at(point.parameter), point, touch):
             return Grazing(RELEASE)
-    without_contact = apart(curve, point, touch) if family.map_at(point.parameter).system.auxiliaries else point
+    without_contact = apart(curve, point, touch)
     effect = _effect_of(family.map_at(without_contact.parameter), without_contact, touch)
     if np.sqrt(8.0 * RESOLVED) * point.motion.period * effect.rate > 1.0:
         return Grazing(RIGID)
-    steep = _slope(curve, point, touch, approach)
+    steep = _slope(curve, without_contact, touch)
     return Grazing(COMPLIANT, float(effect.gain * np.sqrt(8.0 * steep / abs(effect.acceleration))))
 
 
@@ -152,27 +149,17 @@ def _is_apart(point: Point, touch: Touch) -> bool:
     return len(without_touch(point.motion, touch).time) == len(point.motion.crossings.time)
 
 
-def _slope(curve: Continuation, point: Point, touch: Touch, approach: Approach | None) -> float:
+def _slope(curve: Continuation, point: Point, touch: Touch) -> float:
     """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]))
     if along < VERTICAL:
         return np.nan
-    if approach is not None and approach.slope is not None:
-        change = point.change_of(approach.part) * np.append(point.size / point.scale, curve.family.unit)
-        return abs(float(approach.slope @ change)) / (along * curve.family.unit)
-    for side in (-_APART, _APART):
-        slopes = []
-        for distance in (side, 2.0 * side):
-            try:
-                motion = curve.moved_along(point, distance)
-                deep = depth(curve.family.map_at(motion.parameter), motion.motion.start, touch)[0]
-            except ConvergenceError:
-                break
-            if deep < 0.0 and motion.parameter != point.parameter:
-                slopes.append(-deep / abs(motion.parameter - point.parameter))
-        if len(slopes) == 2 and 2.0 * slopes[0] > slopes[1]:
-            return 2.0 * slopes[0] - slopes[1]
-    return np.nan
+    own = point if point.motion.approach else curve.near(point.w, point.tangent, point, slack=_SAME, touch=touch)
+    approach = own.motion.approach
+    if approach is None:
+        return np.nan
+    change = own.change_of(approach.part) * np.append(own.size / own.scale, curve.family.unit)
+    return abs(float(approach.slope @ change)) / (along * curve.family.unit)
 
 
 def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
@@ -187,7 +174,7 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     (stiffness, damping), (other, more) = (_slopes(flow, element, p) for p in (pieces, beyond))
     rate = float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
     try:
-        located = _located(period_map, point, touch)
+        located = depth(period_map, point.motion.start, touch)[1]
         begin = replace(located, time=located.time - _AT_ONCE)
         z, last, since = before_touch(period_map, point.motion.start, begin, is_located=True)
     except ConvergenceError:
@@ -210,14 +197,6 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
     gain = -float(flow.deflection[element, :n] @ grown) / period
     return _Effect(rate, float(acceleration), gain)
-
-
-def _located(period_map: PeriodMap, point: Point, touch: Touch) -> Touch:
-    """A touch with the instant of its extremum: that of its approach, where that is known."""
-    approach = point.motion.approach
-    if approach is not None and abs(approach.time % point.motion.cycles - touch.time) < _SAME:
-        return replace(touch, time=approach.time % point.motion.cycles)
-    return depth(period_map, point.motion.start, touch)[1]
 
 
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
@@ -274,15 +253,11 @@ class _Depth(NamedTuple):
 
 
 class Search:
-    """The search for a grazing between two points that follow one another.
-
-    is_after: whether the motions after the grazing touch.
-    nearby: the touch of the last motion followed that does not touch; None: not known.
-    """
+    """The search for a grazing between two points that follow one another."""
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
         is_after = len(view(after)) > len(view(before))
-        self.is_after = is_after
+        self._curve = curve
         self._stretch = Stretch(curve, before, after)
         self._view = view
         self._inner, self._outer = (1.0, 0.0) if is_after else (0.0, 1.0)
@@ -295,7 +270,6 @@ class Search:
         self._velocities = [(self._inner, velocity)]
         self._touch = touch
         self._depths: list[_Depth] = []
-        self.nearby: Approach | None = None
         self._left = _NEARER
         passed = turning_points.passed_between(apart, touching)
         if passed is None:
@@ -424,21 +398,14 @@ class Search:
         raise ConvergenceError(_NOT_LOCATED)
 
     def _is_at_corner(self, share: float, point: Point) -> bool:
-        """Whether a motion is as near to its corner as a grazing can be located, as its depth tells.
-
-        By rounding it may lie beyond the corner, and its approach be that to another one.
-        """
+        """Whether a motion is as near to its corner as a grazing can be located, as its depth tells."""
         first = self._depths[0]
-        approach = point.motion.approach
         way = self._stretch.distance * abs(share - first.share)
-        at_most = _MISSED
-        if approach is not None and abs(approach.depth) * way <= at_most * abs(approach.depth - first.depth):
-            return True
         try:
-            own = depth(self._stretch.map_at(point.parameter), point.motion.start, self._touch)[0]
+            own = depth(self._curve.family.map_at(point.parameter), point.motion.start, self._touch)[0]
         except ConvergenceError:
             return False
-        return abs(own) * way <= at_most * abs(own - first.depth)
+        return abs(own) * way <= _MISSED * abs(own - first.depth)
 
     def _is_apart(self, point: Point) -> bool:
         """Whether a motion has the pattern of those that do not touch.
@@ -455,7 +422,7 @@ class Search:
         """Ask the nearest motion without contact for its depth at a touch."""
         near = self._nearest
         self._touch = touch
-        self._add_depth(self._outer, self._stretch.again(near, touch))
+        self._add_depth(self._outer, self._curve.near(near.w, near.tangent, near, slack=_SAME, touch=touch))
 
     def _add_depth(self, share: float, point: Point) -> None:
         """Note the depth of a motion that does not touch.
@@ -470,7 +437,6 @@ class Search:
             return
         self._depths.append(_Depth(share, approach.depth, approach.time))
         self._touch = replace(self._touch, time=approach.time)
-        self.nearby = approach
 
     def _time_at(self, share: float) -> float:
         """When the touch is expected in a motion, from the last two whose depths are known [periods]."""

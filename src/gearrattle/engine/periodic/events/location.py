@@ -17,7 +17,6 @@ from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.motion import Touch
-from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, interpolated
 
 Array = NDArray[np.float64]
@@ -27,7 +26,6 @@ _SLACK = 0.1  # change of w that a trial may be off by, over the square of the d
 _LEAST_ALONG = 0.02  # cosine between normal and tangent from which a prediction goes along the tangent
 _TURNED_BACK = -0.1  # cosine between chord and tangent below which the branch has turned back
 _CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
-_SAME = 1e-9  # change of w below which a motion is the same
 _FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
 _JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
 _CHECKS = 6  # searches for one zero
@@ -73,14 +71,6 @@ class Stretch:
         following = self._curve.on_the_way(self.before, replace(following, length=length), self.after)
         self._known.append((share, following))
         return following
-
-    def map_at(self, parameter: float) -> PeriodMap:
-        """Return the period map of one driveline of the stretch."""
-        return self._curve.family.map_at(parameter)
-
-    def again(self, point: Point, touch: Touch) -> Point:
-        """Return a motion of the stretch once more, with its approach to a corner; errors as in ``at``."""
-        return self._curve.near(point.w, point.tangent, point, slack=_SAME, touch=touch)
 
     def _predicted(self, share: float, known: list[tuple[float, Point]]) -> Array:
         """(N + 1,) a prediction in the plane of a share, from known motions, the nearest first."""

@@ -99,18 +99,14 @@ def may_hide_pair(before: Point, after: Point) -> bool:
     if m.size < _FEWEST or is_conservative(before):
         return False
     one, other = linear_sum_assignment(np.abs(m[:, None] - n))
-    m = m[one]
-    n = n[other]
-    is_pair = (np.abs(m.imag) > REAL) | (np.abs(n.imag) > REAL)
-    if not is_pair.any():
-        return False
-    m = m[is_pair]
-    n = n[is_pair]
+    is_pair = (np.abs(m[one].imag) > REAL) | (np.abs(n[other].imag) > REAL)
+    m = m[one][is_pair]
+    n = n[other][is_pair]
     size = np.abs(m)
-    following = np.abs(n)
-    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, following), 1.0)
-    leaves = (size < 1.0) & (following > 1.0)
-    enters = (size > 1.0) & (following < 1.0)
+    size_after = np.abs(n)
+    goes_far = np.abs(n - m) > _FAR * np.maximum(np.maximum(size, size_after), 1.0)
+    leaves = (size < 1.0) & (size_after > 1.0)
+    enters = (size > 1.0) & (size_after < 1.0)
     return bool(goes_far.any() or (leaves.any() and enters.any()))
 
 

@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.turning_points import beyond_zero, length_between
+from gearrattle.engine.periodic.turning_points import beyond_zero, length_between, times_between
 from gearrattle.engine.system.passages import Passages
 from gearrattle.errors import ConvergenceError
 
@@ -118,9 +118,7 @@ def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
     ours = view.crossings(touching)
     theirs = view.crossings(apart)
     times = ours.time / touching.motion.period
-    others = theirs.time / apart.motion.period
-    away = times[:, None] - others
-    away = np.abs(away - touching.motion.cycles * np.rint(away / touching.motion.cycles))
+    away = times_between(times, theirs.time / apart.motion.period, touching.motion.cycles)
     is_other = (ours.watch[:, None] != theirs.watch) | (ours.upward[:, None] != theirs.upward)
     away[is_other] = touching.motion.cycles  # no two are farther apart
     rows, columns = linear_sum_assignment(away)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.engine.periodic.multipliers import nearest_to
 from gearrattle.engine.periodic.point import Point
 
 
@@ -14,6 +15,4 @@ def det_plus(point: Point) -> float:
 
 def nearest_to_minus_one(point: Point) -> tuple[complex, float]:
     """Return the multiplier nearest to -1, and how near it is."""
-    away = np.abs(point.multipliers + 1.0)
-    nearest = int(np.argmin(away))
-    return complex(point.multipliers[nearest]), float(away[nearest])
+    return nearest_to(-1.0, point.multipliers)

@@ -58,21 +58,20 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
     """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does."""
     visits = _visits(period_map, last)
-    earlier = _visits(period_map, before)
-    if not visits or not earlier:
+    earlier_visits = _visits(period_map, before)
+    if not visits or not earlier_visits:
         return None
-    (touch, speed), (earlier_touch, earlier_speed) = (
-        min(known, key=lambda visit: visit[1]) for known in (visits, earlier)
-    )
-    if touch.watch != earlier_touch.watch or speed > _FASTER * earlier_speed:
+    touch, speed = min(visits, key=lambda visit: visit[1])
+    earlier, earlier_speed = min(earlier_visits, key=lambda visit: visit[1])
+    if touch.watch != earlier.watch or speed > _FASTER * earlier_speed:
         return None
     share = speed / (earlier_speed - speed)
     change = share * (last.w - before.w)
-    way = share * (last.parameter - before.parameter)
     distance = float(np.linalg.norm(change))
     if distance > _NEAR:
         return None
-    return replace(last, w=last.w + change, parameter=last.parameter + way, length=last.length + distance), touch
+    parameter = last.parameter + share * (last.parameter - before.parameter)
+    return replace(last, w=last.w + change, parameter=parameter, length=last.length + distance), touch
 
 
 def is_near_release(period_map: PeriodMap, point: Point) -> bool:

@@ -18,7 +18,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.location import zero_between
 from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.families import are_symmetric, half_of
-from gearrattle.engine.periodic.multipliers import not_free
+from gearrattle.engine.periodic.multipliers import nearest_to, not_free
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 
@@ -127,6 +127,4 @@ def det_minus(point: Point) -> float:
 
 def nearest_to_one(point: Point) -> tuple[complex, float]:
     """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
-    values = not_free(point)
-    away = np.abs(values - 1.0)
-    return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)
+    return nearest_to(1.0, not_free(point))
