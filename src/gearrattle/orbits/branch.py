@@ -166,6 +166,7 @@ class Branch(Result):
         """
         import xarray as xr
 
+        # multipliers, the largest first; those of the trains that turn freely are 1
         points = self.points
         names = assemble(self.model).layout.clearance_names
         turning = len(relative_coordinates(assemble(self.model).system).references)
@@ -173,6 +174,7 @@ class Branch(Result):
         multipliers = np.array(modes).reshape(len(points), len(modes[0]) if modes else 0)
         order = np.argsort(-np.round(np.abs(multipliers), 12), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
+        # deflections
         known = [one.deflections for levels in self._levels for one in levels]
         low, high, mean = np.stack(known, axis=1) if known else np.zeros((3, 0, len(names)))
         unit = {"units": "1" if self.model.units != "SI" else "rad, or m for a mesh"}

@@ -147,6 +147,7 @@ class MotionMap(Result):
         """
         import xarray as xr
 
+        # the cells
         dims = ("second", "value")
         names = Cell._fields[:-1]
         counts = {
@@ -157,6 +158,7 @@ class MotionMap(Result):
         value_unit, second_unit = (
             {"units": path_label(name, self.model).unit or "1"} for name in (self.path, self.second)
         )
+        # the curves of events, and their special points
         points = [(b, v, s) for b in self.borders for v, s in zip(b.value.tolist(), b.second.tolist(), strict=True)]
         special = self.special_points
         along = "border_point"

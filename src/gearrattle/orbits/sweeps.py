@@ -158,6 +158,7 @@ class Sweeps:
         def of_clearances(name: str) -> NDArray[np.float64]:
             return np.array([getattr(run, name) for run in runs]).reshape(len(runs), clearances)
 
+        # the motions of both directions, and the jumps
         motions = {
             "swept_value": (along, np.array([run.value for run in runs]), of_value),
             "swept_upward": (along, np.arange(len(runs)) < len(self.up)),

@@ -134,6 +134,7 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
     side = 0
     last = end
     for i in range(100):
+        # the next instant, and the distance from the corner there
         at = b - high * (b - a) / (high - low) if i % 4 != 3 else 0.5 * (a + b)
         if not a < at < b:
             at = 0.5 * (a + b)
@@ -142,6 +143,7 @@ def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
         value = s.deflection[k] - corner
         if value == 0.0 or abs(at - last) <= 4e-16 * abs(at) or b - a <= 4e-16 * abs(b):
             return at
+        # the half in which the sign changes; an end that stays twice counts half
         last = at
         if (value > 0.0) == rises:
             low = 0.5 * low if side == 1 else low

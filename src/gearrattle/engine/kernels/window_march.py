@@ -144,6 +144,7 @@ def _search_all(driveline, sweep, buffers, low):
     whole = buffers.whole
     gap = buffers.gap
     end = 1.0 - sweep.clock[0]
+    # from the instant reached to the end of the window
     for c in range(side.size):
         k = clearances[c]
         p = first[k] + piece[c]

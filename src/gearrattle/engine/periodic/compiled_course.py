@@ -220,6 +220,7 @@ def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
 
 def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: Passages, end: float) -> Path:
     """The crossings of a motion that ends after so many periods."""
+    # corners of the pieces in every interval, and how they move with the parameter
     flow = setting.flow
     count = len(regions)
     system = flow.system
@@ -231,6 +232,7 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         own, shift = setting.corners(element)
         corners[:2, :, k] = own[:, pieces[:, k]]
         corners[2:, :, k] = shift[:, pieces[:, k]]
+    # what crosses, and whether a law alone changes there
     rows = np.zeros((2, count - 1, setting.sizes.size))
     numbers = np.zeros((2, count - 1))
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
@@ -242,6 +244,7 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         if not np.isfinite(bound):
             numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
         is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
+    # memories that are known where an interval begins
     known, known_shift = (np.array(part) for part in zip(*map(setting.known, regions), strict=True))
     return Path(
         time=time,

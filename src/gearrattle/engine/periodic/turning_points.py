@@ -393,6 +393,7 @@ class _Landing:
         for _ in range(_ITERATIONS):
             if np.linalg.norm(self._guess.w - self._point.w) > farthest:
                 return None
+            # the motion, and its extremum near the corner
             touch = replace(self._ahead.touch, time=self._time)
             row = self._point.tangent if self._is_near else None
             motion, slope = self._corrector.followed(self._guess, touch, row)
@@ -401,6 +402,7 @@ class _Landing:
                 if not self._retreat():
                     return None
                 continue
+            # the equations: it repeats, and the depth is the one that is sought
             residual = self._corrector.residual(motion)
             matrix = self._corrector.matrix(motion, slope)
             row, time_row = (
@@ -412,6 +414,7 @@ class _Landing:
             is_motion = np.linalg.norm(residual) <= self._corrector.least(self._guess, matrix)
             if is_motion and -now <= _CLOSE * steep and motion.turns is not None:
                 return self._point_at(motion, slope, matrix)
+            # Newton's step
             target = self._next_target(now, _CLOSE * steep)
             right = np.append(-residual, (target - now) / steep)
             change = Bordered(matrix, row / steep).solution(right)
