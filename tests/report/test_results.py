@@ -121,6 +121,7 @@ def test_a_result_says_what_its_presentation_says(case: str, presentation: Prese
     assert [table.head for table in of.tables()] == [table.head for table in presentation.tables()]
     assert [chart.key for chart in of.charts()] == [chart.key for chart in presentation.charts()]
     assert isinstance(of.data, xr.Dataset)
+    assert len(repr(of)) < 200 + len(of.sentence), "a few words, not every number of it"
 
 
 def test_a_folder_holds_page_summary_numbers_and_figures(presentation: Presentation[Any], folder: Path) -> None:
