@@ -25,7 +25,7 @@ from gearrattle.measured.identification.identifiability import (
     undetermined,
 )
 from gearrattle.measured.identification.modal_problem import Residual
-from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum, watched
 from gearrattle.measured.identification.profile import LEVEL
 from gearrattle.measured.identification.profile import profile as profile_of
 from gearrattle.model import Model
@@ -207,22 +207,15 @@ def _profiles(
     progress: Progress | None,
 ) -> list[tuple[float, float] | None]:
     """Return the 95 % interval of every parameter, in SI; 0 or inf where the bound comes first."""
-
-    def residuals(y: Array) -> tuple[Array, Array]:
-        if progress is not None:
-            progress(share)
-        return problem.residuals(y)
-
     spread, rises = errors
     intervals: list[tuple[float, float] | None] = []
     for p, start in enumerate(parameters.start.tolist()):
-        share = p / problem.count
         if math.isinf(spread[p]):
             intervals.append((0.0, math.inf))
             continue
-        low, high = profile_of(
-            residuals, x, p, parameters.box, errors=(float(spread[p]), float(rises[p])), effort=effort
-        )
+        residuals = watched(problem.residuals, progress, p / problem.count)
+        errors_of_one = float(spread[p]), float(rises[p])
+        low, high = profile_of(residuals, x, p, parameters.box, errors_of_one, effort=effort)
         intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
     return intervals
 

@@ -79,6 +79,12 @@ def null_space(jacobian: Array) -> Array:
     return np.asarray(vectors[rank:].T)
 
 
+def complement(null: Array) -> Array:
+    """(P, P - q) an orthonormal basis of the directions across those of (P, q)."""
+    count, dimension = null.shape
+    return np.linalg.svd(null, full_matrices=True)[0][:, dimension:] if dimension else np.eye(count)
+
+
 class Open(NamedTuple):
     """A null space (P, q) split in three, each (P, .) with orthonormal columns."""
 
@@ -122,10 +128,9 @@ def covariance(jacobian: Array, null: Array) -> Array:
     null
         (P, q) directions without information.
     """
-    count = jacobian.shape[1]
-    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
+    kept = complement(null)
     if not kept.shape[1]:
-        return np.diag(np.full(count, np.inf))
+        return np.diag(np.full(len(null), np.inf))
     values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
     root = kept @ (vectors.T / values)
     matrix = root @ root.T

@@ -97,8 +97,7 @@ def search(
     """
     optima: list[tuple[Array, float, Array]] = []
     for k, point in enumerate(points):
-        watched = _watched(residuals, progress, k / len(points))
-        ended = local(watched, point, box, effort, rough=True)
+        ended = local(watched(residuals, progress, k / len(points)), point, box, effort, rough=True)
         if ended is not None:
             optima.append(_settled(residuals, ended, box))
     if progress is not None:
@@ -169,15 +168,9 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
     # search the others with these on their bounds
     if held.any():
         whole = np.where(low, box[0], np.where(high, box[1], x))
-
-        def reduced(y: Array) -> tuple[Array, Array]:
-            whole[~held] = y
-            there = residuals(whole)
-            return there[0], there[1][:, ~held]
-
         if not held.all():
             part = box[0][~held], box[1][~held]
-            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
+            ended = _descend(of_free(residuals, whole, ~held), np.clip(x[~held], *_inside(part)), part, effort)
             whole[~held] = ended.x
             converged = bool(ended.status > 0)
         # keep the point if it fits no worse and the bounds still hold
@@ -236,7 +229,19 @@ def _flat(rows: Array, jacobian: Array) -> bool:
     return bool(gain @ gain <= 1e-8 * (rows @ rows) or gain @ gain <= 1e-16 * rows.size)
 
 
-def _watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
+def of_free(residuals: Residuals, x: Array, free: NDArray[np.bool_]) -> Residuals:
+    """Return residuals as a function of the (F,) free parameters, the others as in x."""
+
+    def reduced(y: Array) -> tuple[Array, Array]:
+        whole = x.copy()
+        whole[free] = y
+        rows, jacobian = residuals(whole)
+        return rows, jacobian[:, free]
+
+    return reduced
+
+
+def watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
     """Return residuals that report progress at every evaluation."""
     if progress is None:
         return residuals
@@ -266,7 +271,6 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
 
 def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
     """Merge equal minima."""
-    low, high = box
     groups: list[tuple[Array, float, Array, int]] = []
     for x, chi, spread in sorted(optima, key=lambda item: item[1]):
         for k, (y, best, error, times) in enumerate(groups):
@@ -275,8 +279,11 @@ def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]
                 break
         else:
             groups.append((x, chi, spread, 1))
+    return tuple(Minimum(x, chi, times, at_bounds(x, box)) for x, chi, _, times in groups)
+
+
+def at_bounds(x: Array, box: tuple[Array, Array]) -> NDArray[np.int64]:
+    """(P,) -1 at the lower bound, +1 at the upper, 0 inside."""
+    low, high = box
     edge = _EDGE * (high - low)
-    return tuple(
-        Minimum(x, chi, times, np.where(x <= low + edge, -1, np.where(x >= high - edge, 1, 0)).astype(np.int64))
-        for x, chi, _, times in groups
-    )
+    return np.where(x <= low + edge, -1, np.where(x >= high - edge, 1, 0)).astype(np.int64)

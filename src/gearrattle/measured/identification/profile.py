@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.multi_start import EXACT, Effort, Residuals, local
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Residuals, local, of_free
 
 Array = NDArray[np.float64]
 
@@ -64,13 +64,7 @@ def _raised(
     latest = [x[others]]
 
     def above(value: float) -> float:
-        def reduced(y: Array) -> tuple[Array, Array]:
-            whole = np.empty(x.size)
-            whole[others] = y
-            whole[parameter] = value
-            rows, jacobian = residuals(whole)
-            return rows, jacobian[:, others]
-
+        reduced = of_free(residuals, np.where(others, x, value), others)
         if others.any():
             ended = local(reduced, latest[0], (box[0][others], box[1][others]), effort)
             latest[0] = latest[0] if ended is None else ended
