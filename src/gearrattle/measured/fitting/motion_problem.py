@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.measured.fitting.covariance import Covariance, chance, spread
+from gearrattle.measured.identification.data_problem import DataProblem, Residual
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.model import Model
 
 Array = NDArray[np.float64]
@@ -210,7 +210,7 @@ class MotionProblem:
 
 
 @dataclass(frozen=True)
-class Judged:
+class Judged(DataProblem):
     """A motion problem with derivatives, for a search and for standard errors."""
 
     of: MotionProblem
@@ -230,15 +230,6 @@ class Judged:
         """Number of delays between the clocks that are fitted as well."""
         return self.of.recorded.delays
 
-    @property
-    def assumed(self) -> Sequence[str]:
-        """What had no standard error of its own: nothing, the cycles scatter."""
-        return ()
-
-    def data_residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals of the data and (N, P) Jacobian."""
-        raise NotImplementedError
-
     def covariance_of_rows(self, _x: Array) -> Covariance:
         """Return the covariance of the residuals."""
         return self.of.recorded.covariance
@@ -247,13 +238,6 @@ class Judged:
         """Return the covariance of the residuals for intervals: scatter from few samples is widened."""
         return self.of.recorded.covariance_for_values
 
-    def residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
-        rows, jacobian = self.data_residuals(x)
-        if self.prior is None:
-            return rows, jacobian
-        return np.concatenate([rows, x / self.prior]), np.vstack([jacobian, np.eye(x.size) / self.prior])
-
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
         """Every datum beside its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0])
@@ -261,10 +245,6 @@ class Judged:
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
         """(F, F) covariance of the free x, the others held."""
         return spread(self.residuals(x)[1][:, free], self.covariance_for_values(x))
-
-    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """Notes on these data alone."""
-        raise NotImplementedError
 
     def chance(self, x: Array, freedom: int) -> float:
         """Probability of a chi-square of the data this large or larger."""

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from gearrattle.measured.fitting.covariance import Covariance, widening
 from gearrattle.measured.fitting.line_choice import Chosen, of_fitted
-from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.validation import cycle_clock, level_agreement, order_agreement
 from gearrattle.measured.validation.block_bootstrap import Draws, draws
 from gearrattle.measured.validation.cycles import Cycles

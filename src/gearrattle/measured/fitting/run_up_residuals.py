@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from gearrattle.measured.fitting.angle_offset import angle_offset
 from gearrattle.measured.fitting.covariance import Covariance, widening
-from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.track import Track
 from gearrattle.recording import Channel
 

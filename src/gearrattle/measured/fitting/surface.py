@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError
 from gearrattle.measured.fitting.covariance import Covariance
 from gearrattle.measured.fitting.motion_problem import Differences, Judged, MotionProblem, seen
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.measured.identification.multi_start import Minimum, at_bounds, search
 from gearrattle.wording import counted
 

@@ -1,30 +1,23 @@
-"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes.
-
-Whatever was measured - modes, responses, a motion - is a ``DataProblem`` here: residuals in standard errors with their
-Jacobian by x = ln(p / start), a covariance, and words.
-"""
+"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.identification.data_problem import DataProblem
 from gearrattle.measured.identification.fitted import RIVAL, UNLIKELY, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import (
-    Combination,
-    covariance,
     null_space,
     split,
     undetermined,
 )
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum, watched
 from gearrattle.measured.identification.profile import LEVEL
 from gearrattle.measured.identification.profile import profile as profile_of
@@ -36,44 +29,6 @@ Progress = Callable[[float], None]
 
 FACTOR = 3.0
 STARTS = 16
-
-
-class DataProblem(Protocol):
-    """A least-squares problem: data against a model at logarithms x of its P parameters."""
-
-    @property
-    def count(self) -> int:
-        """P."""
-
-    @property
-    def prior(self) -> float | None:
-        """Standard deviation of every x, as if the start had been measured; None: no prior."""
-
-    @property
-    def scales(self) -> int:
-        """Number of values that are fitted besides the parameters: each costs a degree of freedom."""
-
-    @property
-    def assumed(self) -> Sequence[str]:
-        """Data without a standard error of their own, in words."""
-
-    def residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
-
-    def data_residuals(self, x: Array) -> tuple[Array, Array]:
-        """The same without the prior."""
-
-    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
-
-    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
-        """(F, F) covariance of the free x, the others held."""
-
-    def chance(self, x: Array, freedom: int) -> float:
-        """Probability of a chi-square of the data this large or larger."""
-
-    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """Notes on these data alone."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +82,7 @@ def estimates(
     covariances = scale**2 * _covariance(problem, best, null)
     spread = np.sqrt(np.diag(covariances))
     # profile-likelihood intervals
-    ends: list[tuple[float, float] | None] = [None] * problem.count
+    ends: list[tuple[float, float] | None] = [None] * best.x.size
     if profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
         ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
@@ -172,7 +127,7 @@ def estimates(
 def _covariance(problem: DataProblem, best: Minimum, null: Array) -> Array:
     """(P, P) covariance of the logarithms with parameters on a bound held there."""
     inside = best.at_bound == 0
-    matrix = np.full((problem.count, problem.count), np.nan)
+    matrix = np.full((inside.size, inside.size), np.nan)
     matrix[np.ix_(inside, inside)] = problem.covariance(best.x, inside)
     if problem.prior is None:
         for p in np.flatnonzero(np.any(np.abs(null) > 1e-5, axis=1) & inside):
@@ -189,9 +144,8 @@ def _widened(problem: DataProblem, best: Minimum, spread: Array, scale: float) -
     squared where one of both variances is not known.
     """
     inside = best.at_bound == 0
-    jacobian = problem.residuals(best.x)[1][:, inside]
-    alone = np.full(problem.count, np.nan)
-    alone[inside] = np.diag(covariance(jacobian, null_space(jacobian)))
+    alone = np.full(best.x.size, np.nan)
+    alone[inside] = np.diag(problem.independent(best.x, inside))
     with np.errstate(invalid="ignore", divide="ignore"):
         widened = spread**2 / alone
     return np.where(np.isfinite(widened) & (widened > 0.0), widened, scale**2)
@@ -213,7 +167,7 @@ def _profiles(
         if math.isinf(spread[p]):
             intervals.append((0.0, math.inf))
             continue
-        residuals = watched(problem.residuals, progress, p / problem.count)
+        residuals = watched(problem.residuals, progress, p / x.size)
         errors_of_one = float(spread[p]), float(rises[p])
         low, high = profile_of(residuals, x, p, parameters.box, errors_of_one, effort=effort)
         intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.json_types import Json, json_value
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.model import Model
 from gearrattle.result import Result
 
