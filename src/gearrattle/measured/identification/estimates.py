@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +27,31 @@ from gearrattle.model.value_kinds import SEED, Count, argument_problems
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-FACTOR = 3.0
-STARTS = 16
+
+@dataclass(frozen=True)
+class Settings:
+    """How values are searched and judged, whatever was measured; meanings as of ``fit``.
+
+    Raises
+    ------
+    ModelError
+        settings that no search can have, all of them.
+    """
+
+    bounds: Mapping[str, tuple[float | str, float | str]]
+    factor: float
+    starts: int
+    seed: int
+    prior: float | None
+    profile: bool
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        problems = argument_problems({"starts": (Count(1), self.starts), "seed": (SEED, self.seed)})
+        if self.prior is not None and not (self.prior > 0.0 and math.isfinite(self.prior)):
+            problems.append(Problem("prior", f"{self.prior:g}", "must be a finite number greater than zero"))
+        if problems:
+            raise ModelError(problems)
 
 
 @dataclass(frozen=True)
@@ -41,30 +64,14 @@ class Searched:
     effort: Effort = EXACT
 
 
-def check_settings(starts: int, seed: int, prior: float | None) -> None:
-    """Refuse settings that no search can have.
-
-    Raises
-    ------
-    ModelError
-        all of them.
-    """
-    problems = argument_problems({"starts": (Count(1), starts), "seed": (SEED, seed)})
-    if prior is not None and not (prior > 0.0 and math.isfinite(prior)):
-        problems.append(Problem("prior", f"{prior:g}", "must be a finite number greater than zero"))
-    if problems:
-        raise ModelError(problems)
-
-
 def estimates(
     model: Model,
     problem: DataProblem,
     parameters: Parameters,
     searched: Searched,
+    settings: Settings,
     *,
-    notes: Sequence[str] = (),
-    profile: bool = False,
-    progress: Progress | None = None,
+    notes: Sequence[str],
 ) -> Fit:
     """Return the fit at the best minimum: errors, intervals, open combinations and notes."""
     # residuals, and the directions without information, at the best minimum
@@ -83,8 +90,9 @@ def estimates(
     spread = np.sqrt(np.diag(covariances))
     # profile-likelihood intervals
     ends: list[tuple[float, float] | None] = [None] * best.x.size
-    if profile:
+    if settings.profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
+        progress = settings.progress
         ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
     # the parameters, those on a bound named
     values = parameters.values(best.x)
