@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.measured.fitting.motion_problem import ROUGH, Judged, Measured, MotionProblem, Simulates
+from gearrattle.measured.fitting.measured_motion import Measured
+from gearrattle.measured.fitting.motion_problem import ROUGH, Judged, MotionProblem, Simulates
 from gearrattle.measured.fitting.recording_table import RecordingTable
 from gearrattle.measured.fitting.run_up_motion import run_up_motion, run_up_problems
 from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp

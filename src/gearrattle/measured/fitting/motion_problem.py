@@ -14,13 +14,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.measured.fitting.covariance import Covariance, chance, spread
+from gearrattle.measured.fitting.measured_motion import Compared, Measured, Samples
 from gearrattle.measured.identification.data_problem import DataProblem, Residual
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import Combination
@@ -41,12 +42,6 @@ _FAR = 0.5  # standard error of a logarithm above which no straight line is expe
 _SURE = 1.6  # times the value by noise alone
 
 
-Samples = Any
-"""What is kept of one simulation: its cycles, or its blocks."""
-Compared = Any
-"""What of it is compared."""
-
-
 class Simulates(Protocol):
     """Simulation of a model's motion, and its reading."""
 
@@ -58,59 +53,6 @@ class Simulates(Protocol):
 
     def remarks(self, samples: Samples, /) -> list[str]:
         """Return notes on the simulated motion."""
-
-
-class Measured(Protocol):
-    """A measured motion with its standard errors, and its residuals against a simulated one."""
-
-    @property
-    def delays(self) -> int:
-        """Number of delays between the clocks that are fitted as well."""
-
-    @property
-    def freedom(self) -> float:
-        """Degrees of freedom of the standard errors."""
-
-    @property
-    def errors(self) -> Array:
-        """(N,) standard error of every row."""
-
-    @property
-    def own_values(self) -> Array:
-        """(N,) values of the measured motion."""
-
-    @property
-    def covariance(self) -> Covariance:
-        """Covariance of the rows in standard errors."""
-
-    @property
-    def covariance_for_values(self) -> Covariance:
-        """The same covariance, as used for intervals."""
-
-    @property
-    def remarks_on_scatter(self) -> list[str]:
-        """Notes on a simulated motion that scatters from run to run."""
-
-    def rows(self, motion: Compared, /) -> Array:
-        """(N,) residuals of a simulated motion in standard errors."""
-
-    def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
-
-    def judged_by(self, fitted: Compared, /) -> Measured:
-        """Return this motion with the choice of lines and errors that a fitted motion gives."""
-
-    def with_scatter_of(self, samples: Samples, /, seed: int) -> Measured:
-        """Return this motion with the scatter of a simulated one in the standard errors."""
-
-    def without_scatter(self) -> Measured:
-        """Return this motion without the scatter of a simulated one."""
-
-    def compares_as(self, other: Any, /) -> bool:
-        """Whether another measured motion has the same compared values and standard errors."""
-
-    def remarks(self, fitted: Compared, /) -> list[str]:
-        """Return notes on the comparison."""
 
 
 @dataclass(frozen=True)
