@@ -69,10 +69,10 @@ def derivatives(solution: Solved, fixed: frozenset[tuple[str, int]], known: Spre
         other = solution.coefficients.copy()
         other[j] += step
         columns.append((solution._replace(coefficients=other), step))
-    for side in (DRIVE, COAST):
-        for i, value in enumerate(solution.shape.breaks(side)):
-            step = _STEP * value
-            columns.append((solution._replace(shape=solution.shape.with_break(side, i, value + step)), step))
+    for side, i in solution.shape.every_break():
+        value = solution.shape.breaks(side)[i]
+        step = _STEP * value
+        columns.append((solution._replace(shape=solution.shape.with_break(side, i, value + step)), step))
     for slider in known.sliders:
         value = solution.shape.reach_of(slider, np.nan)
         moved_shape: Shape = solution.shape.with_reach(slider, value * np.exp(_STEP))
