@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_problem import DataProblem
-from gearrattle.measured.identification.fitted import RIVAL, UNLIKELY, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.fitted import UNLIKELY, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import (
     null_space,
@@ -200,10 +200,10 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             "standard error or the model is wrong, and the standard errors of the parameters are too small."
         )
     # other minima that fit as well
-    rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
+    rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < LEVEL * scale**2]
     if rivals:
         notes.append(
-            f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
+            f"sets of parameters far from this one that fit as well (chi-square within {LEVEL * scale**2:.3g}): "
             f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
     # searches that failed, and parameters on a bound

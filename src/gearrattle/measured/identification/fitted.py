@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-RIVAL = 3.841
-"""Minima whose chi-square exceeds the best by less than this (95 % of one degree of freedom) fit as well."""
-
 UNLIKELY = 0.01
 """A probability of chi-square below this means that the model does not explain the data."""
 FAR = 5.0

@@ -98,11 +98,21 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
         dense = np.flatnonzero(density > _FLAT * density.max())
         low = places[max(dense[0] - 1, 0)]
         high = places[min(dense[-1] + 1, places.size - 1)]
-    share = np.diff(places) * 0.5 * (density[1:] + density[:-1])
-    share /= share.sum()
-    ends = np.interp([0.025, 0.975], np.concatenate([[0.0], np.cumsum(share)]), places)
+    ends = quantiles(places, density, np.array([0.025, 0.975]))
+    share = _masses(places, density)
     middle = 0.5 * (places[1:] + places[:-1])
     return np.array([*ends, np.sqrt(share @ (middle - share @ middle) ** 2)])
+
+
+def quantiles(places: Array, density: Array, shares: Array) -> Array:
+    """Places up to which some shares of a density lie."""
+    return np.interp(shares, np.concatenate([[0.0], np.cumsum(_masses(places, density))]), places)
+
+
+def _masses(places: Array, density: Array) -> Array:
+    """(K - 1,) shares of a density between neighbouring places."""
+    masses = np.diff(places) * 0.5 * (density[1:] + density[:-1])
+    return np.asarray(masses / masses.sum(), dtype=np.float64)
 
 
 def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
@@ -117,7 +127,7 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     bare = solution._replace(coefficients=np.where(own, 0.0, solution.coefficients))
     column = slopes_in(linear.loop, bare, ())[:, first - len(solution.labels)]
     curvature, pull = _yielding(linear.with_column(first, column).normal(), first)
-    variance = solution.left / loop.torque.size
+    variance = moments.variance(solution)
     room = _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
     reach = solution.shape.reach_of(slider, moments.reach)

@@ -68,6 +68,10 @@ class Moments:
         """Solve for the coefficients of a shape, without some sliders."""
         return self.regression(shape).solve(shape, without)
 
+    def variance(self, solution: Solved) -> float:
+        """Return the mean square of what a law leaves of the samples [(N m)^2]."""
+        return solution.left / self.loop.torque.size
+
     def between(self, sign: float, way: float, low: float, high: float) -> Loop:
         """Samples between two deflections counted outward, from low to high [rad].
 

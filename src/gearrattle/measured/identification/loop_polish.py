@@ -69,7 +69,7 @@ class Polish:
     def smooth(self, solution: Solved) -> Solved:
         """Step to the nearest minimum."""
         damping = 1e-3
-        gain = _GAIN * solution.left / self.loop.torque.size
+        gain = _GAIN * self.moments.variance(solution)
         for _ in range(_STEPS):
             sliders = self.free(solution)
             if not sliders and not solution.shape.drive and not solution.shape.coast:

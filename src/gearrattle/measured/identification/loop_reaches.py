@@ -23,10 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_errors import Spread
+from gearrattle.measured.identification.loop_jumps import quantiles
 from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Shape, Slider, Solved, heights_of
 from gearrattle.measured.identification.loop_polish import Polish
 from gearrattle.measured.identification.loop_search import reach_bounds
 from gearrattle.measured.identification.loop_slopes import slopes_in
+from gearrattle.measured.identification.profile import LEVEL
 
 Array = NDArray[np.float64]
 
@@ -39,7 +41,7 @@ _COOLING = 8
 _KEPT = 14
 _HOT = 30.0
 _STARTS = 6
-_OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound that dense is no end
+_OPEN = math.exp(-0.5 * LEVEL)  # of the highest density: a bound that dense is no end
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,7 @@ class Density:
 
     def at(self, shares: Array) -> Array:
         """Quantiles of the reach for some shares of the density [rad]."""
-        parts = np.diff(self.logs) * 0.5 * (self.density[1:] + self.density[:-1])
-        below = np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
-        return np.asarray(np.exp(np.interp(shares, below, self.logs)), dtype=np.float64)
+        return np.asarray(np.exp(quantiles(self.logs, self.density, shares)), dtype=np.float64)
 
     def _falls(self, last: int, way: int) -> float:
         """Whether the density falls below the level of an open end."""

@@ -48,7 +48,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     for _ in range(_ROUNDS):
         made, starts = densities(polish, solution, spread(polish, solution))
         best = least((solution, *(polish.smooth(polish.at(start)) for start in starts)))
-        if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
+        if solution.left - best.left < _BETTER * polish.moments.variance(solution):
             break
         solution = polish.whole(best)
     # sliders whose stick stiffness the samples leave open keep the default
@@ -63,7 +63,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
 def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> list[Slider]:
     """Sliders that get the default."""
     made = []
-    variance = solution.left / polish.loop.torque.size
+    variance = polish.moments.variance(solution)
     for slider, stretch in sticks.items():
         slope = slope_of(solution, slider)
         height = heights_of(solution)[slider]
