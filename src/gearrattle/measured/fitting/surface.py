@@ -23,7 +23,7 @@ from gearrattle.measured.fitting.covariance import Covariance
 from gearrattle.measured.fitting.motion_problem import Differences, Judged, MotionProblem, seen
 from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.multi_start import Minimum, at_bounds, search
+from gearrattle.measured.identification.multi_start import Minimum, at_bounds, latin_hypercube, search
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -175,17 +175,14 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
     ConvergenceError
         the region has no room within the bounds.
     """
-    from scipy.stats import qmc
-
     low, high = problem.parameters.box
     low = np.maximum(low, centre - half)
     high = np.minimum(high, centre + half)
     if np.any(high <= low):
         raise ConvergenceError("the region around the best start has no room within the bounds")
-    share = qmc.LatinHypercube(centre.size, rng=np.random.default_rng(seed)).random(runs)
     middle = 0.5 * (low + high)
     width = 0.5 * (high - low)
-    u = 2.0 * share - 1.0
+    u = 2.0 * latin_hypercube(runs, centre.size, seed) - 1.0
     design = np.column_stack([np.ones(runs), u, u**2])
     rows = np.array([problem.rows(middle + width * row) for row in u])
     inverse = np.linalg.inv(design.T @ design)

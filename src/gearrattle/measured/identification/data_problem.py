@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.identifiability import Combination, covariance, null_space
+from gearrattle.measured.identification.identifiability import Combination, gain
 
 Array = NDArray[np.float64]
 
@@ -83,8 +83,8 @@ class DataProblem(ABC):
 
     def independent(self, x: Array, free: NDArray[np.bool_]) -> Array:
         """(F, F) covariance of the free x, the others held, by independent residuals of size one."""
-        jacobian = self.residuals(x)[1][:, free]
-        return covariance(jacobian, null_space(jacobian))
+        by_row = gain(self.residuals(x)[1][:, free])
+        return np.asarray(by_row @ by_row.T)
 
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
         """(F, F) covariance of the free x, the others held."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
-from gearrattle.measured.identification.identifiability import null_space, split
+from gearrattle.measured.identification.identifiability import gain, null_space, split
 
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
@@ -128,11 +128,15 @@ def spread_out(box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
     low, high = box
     points = [np.zeros(low.size)]
     if count > 1:
-        from scipy.stats import qmc
-
-        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
-        points += list(low + share * (high - low))
+        points += list(low + latin_hypercube(count - 1, low.size, seed) * (high - low))
     return points
+
+
+def latin_hypercube(count: int, dimension: int, seed: int) -> Array:
+    """(count, dimension) points within 0 ... 1."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(count))
 
 
 def local(
@@ -263,10 +267,7 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) + _LEVEL**2:
             x = moved
             (rows, jacobian) = there
-    values, vectors = np.linalg.svd(jacobian, full_matrices=False)[1:]
-    known = values > 1e-12 * values.max(initial=0.0)
-    spread = np.sqrt(np.sum((vectors[known].T / values[known]) ** 2, axis=1))
-    return x, float(rows @ rows), spread
+    return x, float(rows @ rows), np.linalg.norm(gain(jacobian), axis=1)
 
 
 def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
