@@ -5,7 +5,7 @@ second difference of the residuals over a step of 1e-7 is rounding where the mot
 simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
 central difference is best at the step h = (3 e / S)^(1/3).
 
-The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up`` (orders over speed).
+The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up_residuals`` (orders over speed).
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ and s_k of the simulated one,
     r = Re(s_k exp(i w_k d) conj(z_k) / |z_k|) - |z_k|,   Im(s_k exp(i w_k d) conj(z_k) / |z_k|),   over sigma_k,
 
 in phase with the measured line and in quadrature; without phases the difference of the sizes, that of the simulated one
-raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; ``choice`` tells
-which ones count. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the
+raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; ``line_choice``
+tells which lines count. The rms of a channel, which unknown noise raises, counts where its noise is stated. d is the
 delay of the clocks with the least sum of squares, one more value that is fitted; or it is known.
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +104,7 @@ class Recorded(Measured):
         return replace(self, scatter=0.0)
 
     def judged_by(self, fitted: Motion) -> Recorded:
-        """Return this motion with the lines that are strong in a fitted one (``choice``), which repeats itself."""
+        """Return this motion with the lines that are strong in a fitted one (``line_choice``), which repeats itself."""
         lines = lines_of(self.cycles, self.draws)
         omega = 2.0 * np.pi * np.arange(1, len(lines.mean) + 1) / self.period
         there = fitted.lines * np.exp(1j * omega * self.delay(fitted))[:, None]
@@ -169,7 +170,7 @@ class Recorded(Measured):
     def _deviations(self) -> Array:
         """(R, N) deviations of the measured replicates in every row."""
         turned = (self._replicates - self.measured) * np.conj(self.direction)
-        parts = [turned.real, turned.imag] if self.chosen.phases else [turned.real]
+        parts = self._in_parts(turned.real, turned.imag)
         power = self.motion.power[self.chosen.by_rms]
         squares = level_agreement.mean_squares(self.cycles)[:, self.chosen.by_rms]
         squares = squares * (power / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
@@ -181,20 +182,23 @@ class Recorded(Measured):
         """(N,) error of every row by resampling."""
         strongest = np.abs(self.motion.lines).max(axis=0)
         lines = RESAMPLED * strongest[self.chosen.channel]
-        return np.concatenate([*([lines] * (2 if self.chosen.phases else 1)), np.full(self.noise.size, RESAMPLED)])
+        return np.concatenate([*self._in_parts(lines, lines), np.full(self.noise.size, RESAMPLED)])
 
     @cached_property
     def _gains(self) -> Array:
         """(C, N) error of every row by the calibration, a channel each."""
         size = np.abs(self.measured) * self.calibration[self.chosen.channel]
-        both = [size, np.zeros_like(size)] if self.chosen.phases else [size]
-        whole = np.concatenate([*both, self.calibration[self.chosen.by_rms]])
+        parts = self._in_parts(size, np.zeros_like(size))
+        whole = np.concatenate([*parts, self.calibration[self.chosen.by_rms]])
         return np.where(np.arange(len(self.channels))[:, None] == self._channel_of_row, whole, 0.0)
 
     @cached_property
     def _channel_of_row(self) -> NDArray[np.int64]:
-        lines = [self.chosen.channel] * (2 if self.chosen.phases else 1)
-        return np.concatenate([*lines, self.chosen.by_rms])
+        return np.concatenate([*self._in_parts(self.chosen.channel, self.chosen.channel), self.chosen.by_rms])
+
+    def _in_parts(self, in_phase: NDArray[Any], in_quadrature: NDArray[Any]) -> list[NDArray[Any]]:
+        """Rows of the lines: in phase and, where phases are compared, in quadrature."""
+        return [in_phase, in_quadrature] if self.chosen.phases else [in_phase]
 
     @cached_property
     def errors(self) -> Array:
@@ -239,15 +243,15 @@ class Recorded(Measured):
         """(N,) of a simulated motion, in the unit of every row; of the best delay of the clocks unless stated."""
         shift = self.delay(motion) if delay is None else delay
         turned = self._of(motion) * np.exp(1j * self.omega * shift) * np.conj(self.direction)
-        parts = [turned.real, turned.imag] if self.chosen.phases else [np.hypot(np.abs(turned), self._raises)]
+        in_phase = turned.real if self.chosen.phases else np.hypot(np.abs(turned), self._raises)
         power = np.maximum(motion.power[self.chosen.by_rms], np.finfo(float).tiny)
-        return np.concatenate([*parts, 0.5 * np.log(power)])
+        return np.concatenate([*self._in_parts(in_phase, turned.imag), 0.5 * np.log(power)])
 
     @cached_property
     def own_values(self) -> Array:
         """(N,) of the measured motion."""
         size = np.abs(self.measured)
-        parts = [size, np.zeros_like(size)] if self.chosen.phases else [size]
+        parts = self._in_parts(size, np.zeros_like(size))
         return np.concatenate([*parts, 0.5 * np.log(self.motion.power[self.chosen.by_rms] - self.noise)])
 
     def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:

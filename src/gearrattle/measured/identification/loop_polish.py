@@ -5,7 +5,8 @@ Steps are those of Levenberg and Marquardt (D. W. Marquardt, SIAM Journal on App
 in coefficients, breaks and logarithms of reaches; the coefficients are solved for anew at every trial. Breaks with a
 jump then move to the best place by what ``loop_jumps`` tells, and the steps begin again. Behind a turn only the sum of
 all sliders is seen, so reaches have several minima: they begin at those found and at sliders that all stick alike;
-``loop_reaches`` finds more.
+``loop_reaches`` finds more. The search of other fits (``multi_start``), which sees no jumps, ended in five of six loops
+2 to 4 variances above this one or nowhere, from the same stages.
 """
 
 from __future__ import annotations
