@@ -12,6 +12,7 @@ from tests.measured.identification import made
 DRAWS = 40
 OMEGA = np.concatenate([np.linspace(200.0, 400.0, 30), np.linspace(1000.0, 12000.0, 60)])
 MODAL = ["inertia.hub.J", "inertia.wheel.J", "coupling.clutch.stiffness", "coupling.spline.stiffness"]
+FULL = np.concatenate([np.linspace(150.0, 3000.0, 40), np.linspace(3200.0, 30000.0, 60)])
 DAMPED = ["coupling.clutch.stiffness", "coupling.clutch.damping", "mesh.mesh.stiffness", "mesh.mesh.damping"]
 
 
@@ -119,3 +120,20 @@ def test_the_ends_of_a_profile_have_the_chi_square_they_should() -> None:
     for end in actual.parameters[0].interval:
         held = gr.identification.fit(actual.model.with_({free[0]: end}), data, free[1:], starts=1)
         assert held.chi_square - actual.chi_square == pytest.approx(3.8415, abs=0.01)
+
+
+def test_the_profile_of_a_value_on_its_bound_begins_there_and_is_as_wide_as_that_of_a_free_one() -> None:
+    """The first step of its search goes far, and the others must come back to their minimum from there."""
+    truth = made.train()
+    rows = [made.response_row(truth, at, "gear", FULL) for at in ("flywheel", "wheel", "gear")]
+    random = np.random.default_rng(3)
+    for row in rows:
+        row["value"] = row["value"] * (1.0 + 0.02 * (random.standard_normal((2, FULL.size)) * [[1.0], [1.0j]]).sum(0))
+    free, bounds = gr.identification.fit(truth, {"response": rows}, MODAL, starts=1), {MODAL[0]: (0.002, 0.01)}
+    held = gr.identification.fit(truth, {"response": rows}, MODAL, starts=1, bounds=bounds, profile=True).parameters[0]
+    assert (held.at_bound, held.interval[0]) == ("lower", 0.0)
+    assert free.parameters[0].value < held.value
+    # the best of the others' fits rises from the bound on as the parabola of the free one does
+    away = np.log(held.value / free.parameters[0].value) / free.parameters[0].relative_error
+    end = np.log(held.interval[1] / free.parameters[0].value) / free.parameters[0].relative_error
+    assert end**2 - away**2 == pytest.approx(3.8415, rel=0.02)

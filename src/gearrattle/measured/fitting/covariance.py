@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.identifiability import null_space
+from gearrattle.measured.identification.identifiability import gain
 from gearrattle.measured.validation.block_bootstrap import CONFIDENCE
 
 Array = NDArray[np.float64]
@@ -93,12 +93,9 @@ def spread(jacobian: Array, covariance: Covariance) -> Array:
     covariance
         of the first N rows.
     """
-    null = null_space(jacobian)
-    count = jacobian.shape[1]
-    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
-    gain = kept @ np.linalg.pinv(jacobian @ kept)
+    by_row = gain(jacobian)
     n = covariance.factor.shape[1]
-    return np.asarray(covariance.of(gain[:, :n].T) + gain[:, n:] @ gain[:, n:].T)
+    return np.asarray(covariance.of(by_row[:, :n].T) + by_row[:, n:] @ by_row[:, n:].T)
 
 
 def widening(freedom: float) -> float:

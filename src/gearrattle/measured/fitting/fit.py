@@ -13,7 +13,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.fitting.motion_fit import fit_motion
 from gearrattle.measured.fitting.recording_table import RecordingTable, RecordingTables
 from gearrattle.measured.identification.data_file import Data
-from gearrattle.measured.identification.estimates import FACTOR, STARTS, Progress
+from gearrattle.measured.identification.estimates import Progress, Settings
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.modes_fit import fit_modes
 from gearrattle.measured.read import read
@@ -32,10 +32,10 @@ def fit(
     free: Sequence[str],
     *,
     bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
-    factor: float = FACTOR,
+    factor: float = 3.0,
     contact_ratio: Mapping[str, float] | None = None,
     region: Mapping[str, int] | None = None,
-    starts: int = STARTS,
+    starts: int = 16,
     seed: int = 0,
     prior: float | None = None,
     profile: bool = False,
@@ -115,11 +115,18 @@ def fit(
     check_model(model)
     check_arguments(profile=(FLAG, profile), progress=(CALLBACK, progress))
     recorded = recording_of(data)
-    arguments: dict[str, Any] = {"bounds": bounds, "factor": factor, "starts": starts, "seed": seed, "prior": prior}
-    arguments |= {"profile": profile, "progress": progress}
+    settings = Settings(
+        bounds=bounds or {},
+        factor=factor,
+        starts=starts,
+        seed=seed,
+        prior=prior,
+        profile=profile,
+        progress=progress,
+    )
     if recorded is None:
         assert isinstance(data, str | os.PathLike | Mapping)
-        return fit_modes(model, data, free, contact_ratio=contact_ratio, region=region, **arguments)
+        return fit_modes(model, data, free, settings, contact_ratio=contact_ratio, region=region)
     states = {"contact_ratio": contact_ratio, "region": region}
     problems = [
         Problem(name, "", "is a state of modes and responses; a recorded motion passes through its own", "leave it out")
@@ -129,7 +136,7 @@ def fit(
     if problems:
         raise ModelError(problems)
     recordings, table = recorded
-    return fit_motion(model, recordings, table, free, **arguments)
+    return fit_motion(model, recordings, table, free, settings)
 
 
 Recorded = tuple[Sequence[Recording], RecordingTable]

@@ -7,27 +7,21 @@ response surface (``surface``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.measured.fitting.motion_problem import ROUGH, Judged, Measured, MotionProblem, Simulates
+from gearrattle.measured.fitting.measured_motion import Measured
+from gearrattle.measured.fitting.motion_problem import ROUGH, Judged, MotionProblem, Simulates
 from gearrattle.measured.fitting.recording_table import RecordingTable
 from gearrattle.measured.fitting.run_up_motion import run_up_motion, run_up_problems
 from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.fitting.steady_motion import steady_motion
 from gearrattle.measured.fitting.surface import Surface, settle
-from gearrattle.measured.identification.estimates import (
-    FACTOR,
-    STARTS,
-    Progress,
-    Searched,
-    check_settings,
-    estimates,
-)
+from gearrattle.measured.identification.estimates import Progress, Searched, Settings, estimates
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.free_parameters import free_parameters
 from gearrattle.measured.identification.multi_start import Effort, Minimum, search, spread_out
@@ -57,14 +51,7 @@ def fit_motion(
     recordings: Sequence[Recording],
     table: RecordingTable,
     free: Sequence[str],
-    *,
-    bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
-    factor: float = FACTOR,
-    starts: int = STARTS,
-    seed: int = 0,
-    prior: float | None = None,
-    profile: bool = False,
-    progress: Progress | None = None,
+    settings: Settings,
 ) -> Fit:
     """Find the parameters with which the simulated motion agrees with a recorded one best; arguments as of ``fit``.
 
@@ -76,18 +63,17 @@ def fit_motion(
         no start converged, or the start has no motion.
     """
     # check the arguments
-    check_settings(starts, seed, prior)
-    wanted = table.wanted(seed)
+    wanted = table.wanted(settings.seed)
     problems = [*problems_of(wanted), *run_up_problems(table, len(recordings), model.excitation.sweep is not None)]
     if problems:
         raise ModelError(problems)
     # free parameters, and pairs of measured and simulated channels
-    parameters = free_parameters(model, free, bounds or {}, factor, sets_the_period)
+    parameters = free_parameters(model, free, settings.bounds, settings.factor, sets_the_period)
     pairings = [paired(recording, to_be_recorded(model), wanted.match) for recording in recordings]
     for pairing in pairings:
         check_names(pairing, wanted)
     # the start's motion, and its compared values
-    steps = Steps(starts, len(parameters.paths), progress)
+    steps = Steps(settings.starts, len(parameters.paths), settings.progress)
     run = simulate(model, **table.settings, audit=False, progress=steps.watch)
     measured: Measured
     simulator: Simulates
@@ -96,11 +82,11 @@ def fit_motion(
     else:
         measured, simulator, notes = run_up_motion(run, recordings, (pairings, wanted), table, steps.watch)
     # the least-squares problem, its search and the notes of it
-    problem = MotionProblem(measured, simulator, model, parameters, prior, steps.count)
+    problem = MotionProblem(measured, simulator, model, parameters, settings.prior, steps.count)
     steps.count()
-    searched, judged, said = _searched(problem, starts, seed)
-    is_smooth = not isinstance(judged, Surface)
-    if profile and not is_smooth:
+    searched, judged, said = _searched(problem, settings.starts, settings.seed)
+    if settings.profile and isinstance(judged, Surface):
+        settings = replace(settings, profile=False)
         said = [
             *said,
             "no profiles: of a motion that does not repeat itself only slopes are known, over a small range.",
@@ -109,13 +95,12 @@ def fit_motion(
     of_records = [note for pair in zip(pairings, recordings, strict=True) for one in pair for note in one.notes]
     said = [*notes, *said, *dict.fromkeys(of_records)]
     # standard errors and intervals at the minimum
-    has_profile = profile and is_smooth
-    fitted = estimates(model, judged, parameters, searched, notes=said, profile=has_profile, progress=progress)
+    fitted = estimates(model, judged, parameters, searched, settings, notes=said)
     if isinstance(judged.of.recorded, MeasuredRunUp):
         names = [channel.name for channel in pairings[0].simulated]
         fitted = replace(fitted, tracks=judged.of.recorded.tracks(judged.of.motion(searched.minima[0].x), names))
-    if progress is not None:
-        progress(1.0)
+    if settings.progress is not None:
+        settings.progress(1.0)
     return fitted
 
 

@@ -5,7 +5,7 @@ second difference of the residuals over a step of 1e-7 is rounding where the mot
 simulated scatter where it is chaotic. With that jitter e and residuals that bend as much as they are large, S, the
 central difference is best at the step h = (3 e / S)^(1/3).
 
-The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up`` (orders over speed).
+The residuals come from ``recorded`` (lines of a mean cycle) or from ``run_up_residuals`` (orders over speed).
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.measured.fitting.covariance import Covariance, chance, spread
+from gearrattle.measured.fitting.measured_motion import Compared, Measured, Samples
+from gearrattle.measured.identification.data_problem import DataProblem, Residual
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.model import Model
 
 Array = NDArray[np.float64]
@@ -41,12 +42,6 @@ _FAR = 0.5  # standard error of a logarithm above which no straight line is expe
 _SURE = 1.6  # times the value by noise alone
 
 
-Samples = Any
-"""What is kept of one simulation: its cycles, or its blocks."""
-Compared = Any
-"""What of it is compared."""
-
-
 class Simulates(Protocol):
     """Simulation of a model's motion, and its reading."""
 
@@ -58,59 +53,6 @@ class Simulates(Protocol):
 
     def remarks(self, samples: Samples, /) -> list[str]:
         """Return notes on the simulated motion."""
-
-
-class Measured(Protocol):
-    """A measured motion with its standard errors, and its residuals against a simulated one."""
-
-    @property
-    def delays(self) -> int:
-        """Number of delays between the clocks that are fitted as well."""
-
-    @property
-    def freedom(self) -> float:
-        """Degrees of freedom of the standard errors."""
-
-    @property
-    def errors(self) -> Array:
-        """(N,) standard error of every row."""
-
-    @property
-    def own_values(self) -> Array:
-        """(N,) values of the measured motion."""
-
-    @property
-    def covariance(self) -> Covariance:
-        """Covariance of the rows in standard errors."""
-
-    @property
-    def covariance_for_values(self) -> Covariance:
-        """The same covariance, as used for intervals."""
-
-    @property
-    def remarks_on_scatter(self) -> list[str]:
-        """Notes on a simulated motion that scatters from run to run."""
-
-    def rows(self, motion: Compared, /) -> Array:
-        """(N,) residuals of a simulated motion in standard errors."""
-
-    def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
-
-    def judged_by(self, fitted: Compared, /) -> Measured:
-        """Return this motion with the choice of lines and errors that a fitted motion gives."""
-
-    def with_scatter_of(self, samples: Samples, /, seed: int) -> Measured:
-        """Return this motion with the scatter of a simulated one in the standard errors."""
-
-    def without_scatter(self) -> Measured:
-        """Return this motion without the scatter of a simulated one."""
-
-    def compares_as(self, other: Any, /) -> bool:
-        """Whether another measured motion has the same compared values and standard errors."""
-
-    def remarks(self, fitted: Compared, /) -> list[str]:
-        """Return notes on the comparison."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +152,7 @@ class MotionProblem:
 
 
 @dataclass(frozen=True)
-class Judged:
+class Judged(DataProblem):
     """A motion problem with derivatives, for a search and for standard errors."""
 
     of: MotionProblem
@@ -230,15 +172,6 @@ class Judged:
         """Number of delays between the clocks that are fitted as well."""
         return self.of.recorded.delays
 
-    @property
-    def assumed(self) -> Sequence[str]:
-        """What had no standard error of its own: nothing, the cycles scatter."""
-        return ()
-
-    def data_residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals of the data and (N, P) Jacobian."""
-        raise NotImplementedError
-
     def covariance_of_rows(self, _x: Array) -> Covariance:
         """Return the covariance of the residuals."""
         return self.of.recorded.covariance
@@ -247,13 +180,6 @@ class Judged:
         """Return the covariance of the residuals for intervals: scatter from few samples is widened."""
         return self.of.recorded.covariance_for_values
 
-    def residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
-        rows, jacobian = self.data_residuals(x)
-        if self.prior is None:
-            return rows, jacobian
-        return np.concatenate([rows, x / self.prior]), np.vstack([jacobian, np.eye(x.size) / self.prior])
-
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
         """Every datum beside its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0])
@@ -261,10 +187,6 @@ class Judged:
     def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
         """(F, F) covariance of the free x, the others held."""
         return spread(self.residuals(x)[1][:, free], self.covariance_for_values(x))
-
-    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """Notes on these data alone."""
-        raise NotImplementedError
 
     def chance(self, x: Array, freedom: int) -> float:
         """Probability of a chi-square of the data this large or larger."""

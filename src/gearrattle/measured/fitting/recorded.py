@@ -6,8 +6,8 @@ and s_k of the simulated one,
     r = Re(s_k exp(i w_k d) conj(z_k) / |z_k|) - |z_k|,   Im(s_k exp(i w_k d) conj(z_k) / |z_k|),   over sigma_k,
 
 in phase with the measured line and in quadrature; without phases the difference of the sizes, that of the simulated one
-raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; ``choice`` tells
-which ones count. The rms of a channel, which unknown noise raises, counts only where its noise is stated. d is the
+raised as noise raises it. Lines of a mean are free of bias by noise, and smooth where the motion is; ``line_choice``
+tells which lines count. The rms of a channel, which unknown noise raises, counts where its noise is stated. d is the
 delay of the clocks with the least sum of squares, one more value that is fitted; or it is known.
 
 sigma_k^2 adds up the scatter of the measured cycles, what resampling leaves open, the calibration as stated and, of a
@@ -18,13 +18,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.fitting.covariance import Covariance, widening
+from gearrattle.measured.fitting.covariance import Covariance
 from gearrattle.measured.fitting.line_choice import Chosen, of_fitted
-from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.fitting.measured_motion import Complex, Measured, directions
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.validation import cycle_clock, level_agreement, order_agreement
 from gearrattle.measured.validation.block_bootstrap import Draws, draws
 from gearrattle.measured.validation.cycles import Cycles
@@ -32,7 +34,6 @@ from gearrattle.measured.validation.order_agreement import lines_of
 from gearrattle.recording import Channel
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 RESAMPLED = 1e-4
 """Of the strongest line of a channel: what resampling leaves open (``signals.conditioning``)."""
@@ -55,7 +56,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class Recorded(Measured):
     """The measured motion with its standard errors, and its residuals against a simulated one.
 
     Attributes
@@ -103,7 +104,7 @@ class Recorded:
         return replace(self, scatter=0.0)
 
     def judged_by(self, fitted: Motion) -> Recorded:
-        """Return this motion with the lines that are strong in a fitted one (``choice``), which repeats itself."""
+        """Return this motion with the lines that are strong in a fitted one (``line_choice``), which repeats itself."""
         lines = lines_of(self.cycles, self.draws)
         omega = 2.0 * np.pi * np.arange(1, len(lines.mean) + 1) / self.period
         there = fitted.lines * np.exp(1j * omega * self.delay(fitted))[:, None]
@@ -118,11 +119,7 @@ class Recorded:
     def compares_as(self, other: Recorded) -> bool:
         """Whether another measured motion has the same compared lines and standard errors."""
         same = (self.chosen.line, other.chosen.line), (self.chosen.channel, other.chosen.channel)
-        return all(np.array_equal(*pair) for pair in same) and np.array_equal(self.errors, other.errors)
-
-    def remarks(self, _fitted: Motion) -> list[str]:
-        """Return no notes: all of them are known before the fit."""
-        return []
+        return all(np.array_equal(*pair) for pair in same) and super().compares_as(other)
 
     @property
     def delays(self) -> int:
@@ -162,8 +159,7 @@ class Recorded:
     @cached_property
     def direction(self) -> Complex:
         """(n,) unit vectors along them."""
-        size = np.abs(self.measured)
-        return np.asarray(np.where(size > 0.0, self.measured / np.where(size > 0.0, size, 1.0), 1.0))
+        return directions(self.measured)
 
     @cached_property
     def _replicates(self) -> Complex:
@@ -174,7 +170,7 @@ class Recorded:
     def _deviations(self) -> Array:
         """(R, N) deviations of the measured replicates in every row."""
         turned = (self._replicates - self.measured) * np.conj(self.direction)
-        parts = [turned.real, turned.imag] if self.chosen.phases else [turned.real]
+        parts = self._in_parts(turned.real, turned.imag)
         power = self.motion.power[self.chosen.by_rms]
         squares = level_agreement.mean_squares(self.cycles)[:, self.chosen.by_rms]
         squares = squares * (power / np.maximum(squares.mean(axis=0), np.finfo(float).tiny))
@@ -186,20 +182,23 @@ class Recorded:
         """(N,) error of every row by resampling."""
         strongest = np.abs(self.motion.lines).max(axis=0)
         lines = RESAMPLED * strongest[self.chosen.channel]
-        return np.concatenate([*([lines] * (2 if self.chosen.phases else 1)), np.full(self.noise.size, RESAMPLED)])
+        return np.concatenate([*self._in_parts(lines, lines), np.full(self.noise.size, RESAMPLED)])
 
     @cached_property
     def _gains(self) -> Array:
         """(C, N) error of every row by the calibration, a channel each."""
         size = np.abs(self.measured) * self.calibration[self.chosen.channel]
-        both = [size, np.zeros_like(size)] if self.chosen.phases else [size]
-        whole = np.concatenate([*both, self.calibration[self.chosen.by_rms]])
+        parts = self._in_parts(size, np.zeros_like(size))
+        whole = np.concatenate([*parts, self.calibration[self.chosen.by_rms]])
         return np.where(np.arange(len(self.channels))[:, None] == self._channel_of_row, whole, 0.0)
 
     @cached_property
     def _channel_of_row(self) -> NDArray[np.int64]:
-        lines = [self.chosen.channel] * (2 if self.chosen.phases else 1)
-        return np.concatenate([*lines, self.chosen.by_rms])
+        return np.concatenate([*self._in_parts(self.chosen.channel, self.chosen.channel), self.chosen.by_rms])
+
+    def _in_parts(self, in_phase: NDArray[Any], in_quadrature: NDArray[Any]) -> list[NDArray[Any]]:
+        """Rows of the lines: in phase and, where phases are compared, in quadrature."""
+        return [in_phase, in_quadrature] if self.chosen.phases else [in_phase]
 
     @cached_property
     def errors(self) -> Array:
@@ -218,17 +217,8 @@ class Recorded:
         widened = 1.0 / (1.0 - self.draws.block / self.draws.weights.shape[1])
         return np.asarray(widened * away.T @ away / len(away))
 
-    @cached_property
-    def covariance(self) -> Covariance:
-        """Covariance of the rows in standard errors: scatter, common calibration, resampling."""
-        return self._with_scatter(1.0)
-
-    @cached_property
-    def covariance_for_values(self) -> Covariance:
-        """The same covariance, widened as few cycles determine their scatter poorly."""
-        return self._with_scatter(widening(self.freedom))
-
-    def _with_scatter(self, times: float) -> Covariance:
+    def with_times_scatter(self, times: float) -> Covariance:
+        """Return the covariance of the rows in standard errors: scatter, common calibration, resampling."""
         matrix = times * self.scattered + np.diag((self._open / self.errors) ** 2)
         return Covariance.dense(matrix, self._gains / self.errors)
 
@@ -249,41 +239,38 @@ class Recorded:
         """(n,) noise s in either part of a line: it raises the mean of a size a to (a^2 + s^2)^(1/2), if a > 2 s."""
         return self.draws.error_of_parts(self._replicates)
 
-    def values(self, motion: Motion, delay: float) -> Array:
-        """(N,) of a simulated motion, in the unit of every row."""
-        turned = self._of(motion) * np.exp(1j * self.omega * delay) * np.conj(self.direction)
-        parts = [turned.real, turned.imag] if self.chosen.phases else [np.hypot(np.abs(turned), self._raises)]
+    def values(self, motion: Motion, delay: float | None = None) -> Array:
+        """(N,) of a simulated motion, in the unit of every row; of the best delay of the clocks unless stated."""
+        shift = self.delay(motion) if delay is None else delay
+        turned = self._of(motion) * np.exp(1j * self.omega * shift) * np.conj(self.direction)
+        in_phase = turned.real if self.chosen.phases else np.hypot(np.abs(turned), self._raises)
         power = np.maximum(motion.power[self.chosen.by_rms], np.finfo(float).tiny)
-        return np.concatenate([*parts, 0.5 * np.log(power)])
+        return np.concatenate([*self._in_parts(in_phase, turned.imag), 0.5 * np.log(power)])
 
     @cached_property
     def own_values(self) -> Array:
         """(N,) of the measured motion."""
         size = np.abs(self.measured)
-        parts = [size, np.zeros_like(size)] if self.chosen.phases else [size]
+        parts = self._in_parts(size, np.zeros_like(size))
         return np.concatenate([*parts, 0.5 * np.log(self.motion.power[self.chosen.by_rms] - self.noise)])
 
-    def rows(self, motion: Motion) -> Array:
-        """(N,) residuals of a simulated motion in standard errors."""
-        return np.asarray((self.values(motion, self.delay(motion)) - self.own_values) / self.errors)
-
     def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
-        errors = self.errors * widened
-        fitted = self.own_values + rows * errors
-        made = []
-        for label, unit, is_level, *numbers in zip(*self._labels, self.own_values, fitted, errors, rows, strict=True):
-            one, other, error, residual = (float(number) for number in numbers)
-            if is_level:
-                one = float(np.exp(one))
-                other = float(np.exp(other))
-                error *= one
-            made.append(Residual(label, unit, one, other, error, residual))
-        return tuple(made)
+        """Every datum beside its fitted value; residuals of levels are of their logarithms."""
+        made = super().records(rows, widened)
+        of_levels = len(made) - self.noise.size
+        levels = [
+            replace(
+                one,
+                measured=float(np.exp(one.measured)),
+                fitted=float(np.exp(one.fitted)),
+                standard_error=one.standard_error * float(np.exp(one.measured)),
+            )
+            for one in made[of_levels:]
+        ]
+        return (*made[:of_levels], *levels)
 
-    @cached_property
-    def _labels(self) -> tuple[list[str], list[str], list[bool]]:
-        """Name, unit and whether it is the logarithm of a level, of every row."""
+    def labels(self) -> list[tuple[str, str]]:
+        """(N,) label and unit of every row."""
         names = [
             f"{self.channels[c].name}: order {self.base * (k + 1):.6g}"
             for k, c in zip(self.chosen.line.tolist(), self.chosen.channel.tolist(), strict=True)
@@ -291,8 +278,7 @@ class Recorded:
         parts = ("in phase", "in quadrature") if self.chosen.phases else ("amplitude",)
         labels = [f"{name}, {part}" for part in parts for name in names]
         labels += [f"{self.channels[c].name}: rms" for c in self.chosen.by_rms.tolist()]
-        units = [self.channels[c].unit for c in self._channel_of_row.tolist()]
-        return labels, units, [False] * (len(labels) - self.noise.size) + [True] * self.noise.size
+        return [(label, self.channels[c].unit) for label, c in zip(labels, self._channel_of_row.tolist(), strict=True)]
 
 
 def motion_of(cycles: Cycles, lowest: float) -> Motion:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.fitting.measured_motion import Complex
 from gearrattle.measured.fitting.recording_table import RecordingTable
-from gearrattle.measured.fitting.run_up_residuals import Complex, MeasuredRunUp
+from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.fitting.simulated_cycles import band_limited
 from gearrattle.measured.fitting.steady_motion import calibration_of
 from gearrattle.measured.validation.pairing import Pairing

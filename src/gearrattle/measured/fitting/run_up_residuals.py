@@ -31,12 +31,11 @@ from numpy.typing import NDArray
 
 from gearrattle.measured.fitting.angle_offset import angle_offset
 from gearrattle.measured.fitting.covariance import Covariance, widening
-from gearrattle.measured.identification.modal_problem import Residual
+from gearrattle.measured.fitting.measured_motion import Complex, Measured, directions
 from gearrattle.measured.track import Track
 from gearrattle.recording import Channel
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 
 SHARED = 1.0 / 6.0
@@ -51,7 +50,7 @@ _SURE = 4.0  # standard errors
 
 
 @dataclass(frozen=True)
-class MeasuredRunUp:
+class MeasuredRunUp(Measured):
     """Measured orders over speed with their standard errors, and their residuals against simulated ones.
 
     Attributes
@@ -115,15 +114,6 @@ class MeasuredRunUp:
         """Return this run-up without the scatter of a simulated one."""
         return replace(self, simulated_noise=np.zeros_like(self.simulated_noise))
 
-    def compares_as(self, other: MeasuredRunUp) -> bool:
-        """Whether the standard errors are the same."""
-        return bool(np.array_equal(self.errors, other.errors))
-
-    @property
-    def remarks_on_scatter(self) -> list[str]:
-        """Return no notes: orders alone are compared."""
-        return []
-
     @property
     def delays(self) -> int:
         """Number of angles between the zeros of shafts that are fitted."""
@@ -152,8 +142,7 @@ class MeasuredRunUp:
     @cached_property
     def direction(self) -> Complex:
         """(B, m) unit vectors along the measured amplitudes."""
-        size = np.abs(self.amplitude)
-        return np.asarray(np.where(size > 0.0, self.amplitude / np.where(size > 0.0, size, 1.0), 1.0))
+        return directions(self.amplitude)
 
     @cached_property
     def _variance(self) -> Array:
@@ -207,22 +196,13 @@ class MeasuredRunUp:
         """(B, m) sizes of simulated amplitudes, raised as noise raises the measured ones."""
         return np.asarray(np.hypot(np.abs(motion), np.sqrt(0.5 * self._variance)))
 
-    def rows(self, motion: Complex) -> Array:
-        """(N,) residuals of a simulated motion in standard errors."""
-        return np.asarray((self.values(motion) - self.own_values) / self.errors)
-
     # covariance of the rows
-
-    @cached_property
-    def covariance(self) -> Covariance:
-        """Covariance of the rows in standard errors: scatter, common calibration, fit over blocks."""
-        return self._with_scatter(1.0)
 
     @cached_property
     def covariance_for_values(self) -> Covariance:
         """Covariance from the repeats, if there are any; else from the scatter of blocks, widened for few."""
         if not self.repeated or self.misfit is None:
-            return self._with_scatter(widening(self.freedom))
+            return self.with_times_scatter(widening(self.freedom))
         count = len(self._records)
         along = self.misfit * np.conj(self.direction) if self.phases else self.misfit
         rows = self._rows_of(along.real, along.imag) / self.errors
@@ -257,7 +237,8 @@ class MeasuredRunUp:
         lower = np.concatenate([along.imag, along.real], axis=2)
         return np.asarray(0.5 * np.concatenate([upper, lower], axis=1))
 
-    def _with_scatter(self, times: float) -> Covariance:
+    def with_times_scatter(self, times: float) -> Covariance:
+        """Return the covariance of the rows in standard errors: scatter, common calibration, fit over blocks."""
         noise = self.noise + self.simulated_noise
         shared = SHARED * 0.5 * (noise[:-1] + noise[1:])
         shared[self.record[1:] != self.record[:-1]] = 0.0
@@ -271,16 +252,8 @@ class MeasuredRunUp:
 
     # words
 
-    def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
-        errors = self.errors * widened
-        fitted = self.own_values + rows * errors
-        columns = zip(self._labels, self.own_values, fitted, errors, rows, strict=True)
-        return tuple(Residual(*label, *(float(number) for number in numbers)) for label, *numbers in columns)
-
-    @cached_property
-    def _labels(self) -> list[tuple[str, str]]:
-        """Label and unit of every row."""
+    def labels(self) -> list[tuple[str, str]]:
+        """(N,) label and unit of every row."""
         parts = (", in phase", ", in quadrature") if self.phases else ("",)
         factor, unit = (30.0 / np.pi, " rpm") if self.per_minute else (1.0, "")
         labels = []

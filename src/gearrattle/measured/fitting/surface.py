@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError
 from gearrattle.measured.fitting.covariance import Covariance
 from gearrattle.measured.fitting.motion_problem import Differences, Judged, MotionProblem, seen
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
-from gearrattle.measured.identification.multi_start import EXACT, Minimum, search
+from gearrattle.measured.identification.multi_start import Minimum, at_bounds, latin_hypercube, search
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -145,6 +145,11 @@ class Surface(Judged):
         weight = 1.0 / np.sqrt(1.0 + of_mean)
         return replace(self, coefficients=self.coefficients * weight, left=self.left * weight, weight=weight)
 
+    def least_from(self, x: Array) -> Minimum:
+        """Return the minimum of the parabola in its region."""
+        minima, _ = search(self.residuals, [np.clip(x, *self.box)], self.box)
+        return minima[0]
+
     def remarks(self, _x: Array, _open_ones: Sequence[Combination], /) -> list[str]:
         """Return the note that the motion does not repeat itself, and how it was fitted."""
         wide = 100.0 * float(np.expm1(self.half.max()))
@@ -170,17 +175,14 @@ def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed:
     ConvergenceError
         the region has no room within the bounds.
     """
-    from scipy.stats import qmc
-
     low, high = problem.parameters.box
     low = np.maximum(low, centre - half)
     high = np.minimum(high, centre + half)
     if np.any(high <= low):
         raise ConvergenceError("the region around the best start has no room within the bounds")
-    share = qmc.LatinHypercube(centre.size, rng=np.random.default_rng(seed)).random(runs)
     middle = 0.5 * (low + high)
     width = 0.5 * (high - low)
-    u = 2.0 * share - 1.0
+    u = 2.0 * latin_hypercube(runs, centre.size, seed) - 1.0
     design = np.column_stack([np.ones(runs), u, u**2])
     rows = np.array([problem.rows(middle + width * row) for row in u])
     inverse = np.linalg.inv(design.T @ design)
@@ -201,7 +203,7 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
         region = x, half, runs, seed
         # the parabola over runs in the region, and its minimum
         smooth = surface(problem.of, *region)
-        (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
+        least = smooth.least_from(x)
         # a minimum that the runs do not keep: a smaller region
         if problem.of.level(least.x) > problem.of.level(x) and np.any(half > _NARROW):
             half = np.maximum(0.5 * half, _NARROW)  # the parabola promised more than the runs keep
@@ -236,8 +238,5 @@ def settle(problem: Differences, best: Minimum) -> tuple[Minimum, Surface]:
     # the final parabola, weighted by the errors of its runs
     plain = replace(problem.of, recorded=problem.of.recorded.without_scatter())  # the mean of runs scatters less
     smooth = surface(plain, *(clearest or region)).weighted()
-    (least, *_), _ = search(smooth.residuals, [np.clip(x, *smooth.box)], smooth.box, EXACT)
-    # parameters on a bound
-    low, high = plain.parameters.box
-    at = np.where(least.x <= low, -1, np.where(least.x >= high, 1, 0)).astype(np.int64)
-    return Minimum(least.x, least.chi_square, best.times, at), smooth
+    least = smooth.least_from(x)
+    return replace(least, times=best.times, at_bound=at_bounds(least.x, plain.parameters.box)), smooth

@@ -1,31 +1,24 @@
-"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes.
-
-Whatever was measured - modes, responses, a motion - is a ``DataProblem`` here: residuals in standard errors with their
-Jacobian by x = ln(p / start), a covariance, and words.
-"""
+"""A ``Fit`` from the local minima of a least-squares problem: errors, intervals, open combinations and notes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.fitted import RIVAL, UNLIKELY, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.data_problem import DataProblem
+from gearrattle.measured.identification.fitted import UNLIKELY, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import (
-    Combination,
-    covariance,
     null_space,
     split,
     undetermined,
 )
-from gearrattle.measured.identification.modal_problem import Residual
-from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Minimum, watched
 from gearrattle.measured.identification.profile import LEVEL
 from gearrattle.measured.identification.profile import profile as profile_of
 from gearrattle.model import Model
@@ -34,46 +27,31 @@ from gearrattle.model.value_kinds import SEED, Count, argument_problems
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-FACTOR = 3.0
-STARTS = 16
 
+@dataclass(frozen=True)
+class Settings:
+    """How values are searched and judged, whatever was measured; meanings as of ``fit``.
 
-class DataProblem(Protocol):
-    """A least-squares problem: data against a model at logarithms x of its P parameters."""
+    Raises
+    ------
+    ModelError
+        settings that no search can have, all of them.
+    """
 
-    @property
-    def count(self) -> int:
-        """P."""
+    bounds: Mapping[str, tuple[float | str, float | str]]
+    factor: float
+    starts: int
+    seed: int
+    prior: float | None
+    profile: bool
+    progress: Progress | None
 
-    @property
-    def prior(self) -> float | None:
-        """Standard deviation of every x, as if the start had been measured; None: no prior."""
-
-    @property
-    def scales(self) -> int:
-        """Number of values that are fitted besides the parameters: each costs a degree of freedom."""
-
-    @property
-    def assumed(self) -> Sequence[str]:
-        """Data without a standard error of their own, in words."""
-
-    def residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
-
-    def data_residuals(self, x: Array) -> tuple[Array, Array]:
-        """The same without the prior."""
-
-    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
-
-    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
-        """(F, F) covariance of the free x, the others held."""
-
-    def chance(self, x: Array, freedom: int) -> float:
-        """Probability of a chi-square of the data this large or larger."""
-
-    def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:
-        """Notes on these data alone."""
+    def __post_init__(self) -> None:
+        problems = argument_problems({"starts": (Count(1), self.starts), "seed": (SEED, self.seed)})
+        if self.prior is not None and not (self.prior > 0.0 and math.isfinite(self.prior)):
+            problems.append(Problem("prior", f"{self.prior:g}", "must be a finite number greater than zero"))
+        if problems:
+            raise ModelError(problems)
 
 
 @dataclass(frozen=True)
@@ -86,30 +64,14 @@ class Searched:
     effort: Effort = EXACT
 
 
-def check_settings(starts: int, seed: int, prior: float | None) -> None:
-    """Refuse settings that no search can have.
-
-    Raises
-    ------
-    ModelError
-        all of them.
-    """
-    problems = argument_problems({"starts": (Count(1), starts), "seed": (SEED, seed)})
-    if prior is not None and not (prior > 0.0 and math.isfinite(prior)):
-        problems.append(Problem("prior", f"{prior:g}", "must be a finite number greater than zero"))
-    if problems:
-        raise ModelError(problems)
-
-
 def estimates(
     model: Model,
     problem: DataProblem,
     parameters: Parameters,
     searched: Searched,
+    settings: Settings,
     *,
-    notes: Sequence[str] = (),
-    profile: bool = False,
-    progress: Progress | None = None,
+    notes: Sequence[str],
 ) -> Fit:
     """Return the fit at the best minimum: errors, intervals, open combinations and notes."""
     # residuals, and the directions without information, at the best minimum
@@ -127,9 +89,10 @@ def estimates(
     covariances = scale**2 * _covariance(problem, best, null)
     spread = np.sqrt(np.diag(covariances))
     # profile-likelihood intervals
-    ends: list[tuple[float, float] | None] = [None] * problem.count
-    if profile:
+    ends: list[tuple[float, float] | None] = [None] * best.x.size
+    if settings.profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
+        progress = settings.progress
         ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
     # the parameters, those on a bound named
     values = parameters.values(best.x)
@@ -172,7 +135,7 @@ def estimates(
 def _covariance(problem: DataProblem, best: Minimum, null: Array) -> Array:
     """(P, P) covariance of the logarithms with parameters on a bound held there."""
     inside = best.at_bound == 0
-    matrix = np.full((problem.count, problem.count), np.nan)
+    matrix = np.full((inside.size, inside.size), np.nan)
     matrix[np.ix_(inside, inside)] = problem.covariance(best.x, inside)
     if problem.prior is None:
         for p in np.flatnonzero(np.any(np.abs(null) > 1e-5, axis=1) & inside):
@@ -189,9 +152,8 @@ def _widened(problem: DataProblem, best: Minimum, spread: Array, scale: float) -
     squared where one of both variances is not known.
     """
     inside = best.at_bound == 0
-    jacobian = problem.residuals(best.x)[1][:, inside]
-    alone = np.full(problem.count, np.nan)
-    alone[inside] = np.diag(covariance(jacobian, null_space(jacobian)))
+    alone = np.full(best.x.size, np.nan)
+    alone[inside] = np.diag(problem.independent(best.x, inside))
     with np.errstate(invalid="ignore", divide="ignore"):
         widened = spread**2 / alone
     return np.where(np.isfinite(widened) & (widened > 0.0), widened, scale**2)
@@ -207,22 +169,15 @@ def _profiles(
     progress: Progress | None,
 ) -> list[tuple[float, float] | None]:
     """Return the 95 % interval of every parameter, in SI; 0 or inf where the bound comes first."""
-
-    def residuals(y: Array) -> tuple[Array, Array]:
-        if progress is not None:
-            progress(share)
-        return problem.residuals(y)
-
     spread, rises = errors
     intervals: list[tuple[float, float] | None] = []
     for p, start in enumerate(parameters.start.tolist()):
-        share = p / problem.count
         if math.isinf(spread[p]):
             intervals.append((0.0, math.inf))
             continue
-        low, high = profile_of(
-            residuals, x, p, parameters.box, errors=(float(spread[p]), float(rises[p])), effort=effort
-        )
+        residuals = watched(problem.residuals, progress, p / x.size)
+        errors_of_one = float(spread[p]), float(rises[p])
+        low, high = profile_of(residuals, x, p, parameters.box, errors_of_one, effort=effort)
         intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
     return intervals
 
@@ -245,10 +200,10 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             "standard error or the model is wrong, and the standard errors of the parameters are too small."
         )
     # other minima that fit as well
-    rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
+    rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < LEVEL * scale**2]
     if rivals:
         notes.append(
-            f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
+            f"sets of parameters far from this one that fit as well (chi-square within {LEVEL * scale**2:.3g}): "
             f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
     # searches that failed, and parameters on a bound

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.json_types import Json, json_value
+from gearrattle.measured.identification.data_problem import Residual
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.modal_problem import Residual
 from gearrattle.model import Model
 from gearrattle.result import Result
 
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from gearrattle.measured.track import Track
 
 Array = NDArray[np.float64]
-
-RIVAL = 3.841
-"""Minima whose chi-square exceeds the best by less than this (95 % of one degree of freedom) fit as well."""
 
 UNLIKELY = 0.01
 """A probability of chi-square below this means that the model does not explain the data."""

@@ -16,8 +16,8 @@ weak
     directions v of the singular value decomposition J = U diag(s) V^T whose standard error 1/s exceeds ``WEAK``: the
     data bound them, but not to within a factor of e.
 
-The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a part
-in a structural direction has no standard error.
+The covariance of the others is (J^T J)^+ = J^+ J^+^T (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter
+with a part in a structural direction has no standard error.
 """
 
 from __future__ import annotations
@@ -79,6 +79,14 @@ def null_space(jacobian: Array) -> Array:
     return np.asarray(vectors[rank:].T)
 
 
+def gain(jacobian: Array) -> Array:
+    """(P, N) change of the least-squares estimate with the residuals: J^+, none in directions without information."""
+    null = null_space(jacobian)
+    count, dimension = null.shape
+    kept = np.linalg.svd(null, full_matrices=True)[0][:, dimension:] if dimension else np.eye(count)
+    return np.asarray(kept @ np.linalg.pinv(jacobian @ kept))
+
+
 class Open(NamedTuple):
     """A null space (P, q) split in three, each (P, .) with orthonormal columns."""
 
@@ -110,30 +118,6 @@ def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Arr
     seen = np.linalg.svd(rest.T @ near)[0]
     curved = max(0, min(near.shape[1], dimension) - exact.shape[1])
     return Open(exact, rest @ seen[:, :curved], rest @ seen[:, curved:])
-
-
-def covariance(jacobian: Array, null: Array) -> Array:
-    """(P, P) covariance of the logarithms; inf on the diagonal of those with a part in the null space.
-
-    Parameters
-    ----------
-    jacobian
-        (N, P) in standard errors, a prior's rows included.
-    null
-        (P, q) directions without information.
-    """
-    count = jacobian.shape[1]
-    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
-    if not kept.shape[1]:
-        return np.diag(np.full(count, np.inf))
-    values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
-    root = kept @ (vectors.T / values)
-    matrix = root @ root.T
-    open_ones = np.any(np.abs(null) > _WHOLE, axis=1)
-    matrix[open_ones] = np.nan
-    matrix[:, open_ones] = np.nan
-    matrix[open_ones, open_ones] = np.inf
-    return np.asarray(matrix)
 
 
 def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:

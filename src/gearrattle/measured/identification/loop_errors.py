@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.loop_law import Regression, Solved, heights_of
-from gearrattle.measured.identification.loop_linear import Linear, Slider
+from gearrattle.measured.identification.loop_law import Regression, Slider, Solved, heights_of
+from gearrattle.measured.identification.loop_linear import Linear, Normal
 from gearrattle.measured.identification.loop_moments import Moments
 from gearrattle.measured.identification.loop_polish import Polish
 
@@ -73,23 +73,21 @@ def rubbing(solution: Solved) -> tuple[Slider, ...]:
 def spread(polish: Polish, solution: Solved) -> Spread:
     """Return the covariance of a law over every sample."""
     sliders = rubbing(solution)
-    samples = Regression(polish.loop, 0, polish.moments.reach)
-    residual = samples.torque - samples.table(solution.shape, solution.labels) @ solution.coefficients
+    residual = Regression(polish.loop, 0, polish.moments.reach).residual(solution)
     linear = Linear(polish.moments, solution, sliders)
     tau = autocorrelation(residual)
     number = linear.columns.shape[1]
     variance = float(residual @ residual) / max(1, residual.size - number) * tau
-    return Spread(_covariance(linear.normal()[0], variance), sliders, residual, tau, variance)
+    return Spread(_covariance(linear.normal(), variance), sliders, residual, tau, variance)
 
 
-def _covariance(normal: Array, variance: float) -> Array:
+def _covariance(normal: Normal, variance: float) -> Array:
     """Covariance of all parameters; those with an empty column are open."""
-    size = np.sqrt(np.diag(normal))
-    used = size > 0.0
-    scaled = normal[np.ix_(used, used)] / size[used][:, None] / size[used]
-    covariance = np.zeros(normal.shape)
+    used = np.diag(normal.matrix) > 0.0
+    scaled, size = normal.scaled(used)
+    covariance = np.zeros(normal.matrix.shape)
     inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True)
-    covariance[np.ix_(used, used)] = variance * inverse / size[used][:, None] / size[used]
+    covariance[np.ix_(used, used)] = variance * inverse / size[:, None] / size
     covariance[~used, ~used] = np.inf
     return covariance
 
@@ -112,9 +110,8 @@ def autocorrelation(residual: Array) -> float:
 def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
     """Fit a law again to its own torque with blocks of residuals in another order."""
     loop = polish.loop
-    whole = Regression(loop, 0, polish.moments.reach)
-    fitted = whole.table(solution.shape, solution.labels) @ solution.coefficients
-    residual = loop.torque - fitted
+    residual = Regression(loop, 0, polish.moments.reach).residual(solution)
+    fitted = loop.torque - residual
     length = max(8, math.ceil(4.0 * autocorrelation(residual) * residual.size ** (1.0 / 3.0)))
     blocks = -(-residual.size // length)
     random = np.random.default_rng(seed)

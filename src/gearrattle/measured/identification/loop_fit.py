@@ -19,13 +19,13 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.loop_data import Loop, read_loop
 from gearrattle.measured.identification.loop_errors import resampled, rubbing, spread
 from gearrattle.measured.identification.loop_intervals import NORMAL, intervals, places, smaller
-from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Solved
+from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Slider, Solved
 from gearrattle.measured.identification.loop_moments import Moments
 from gearrattle.measured.identification.loop_polish import Polish
 from gearrattle.measured.identification.loop_result import FittedStage, LoopFit
 from gearrattle.measured.identification.loop_search import MOST, REACH, idle, select
 from gearrattle.measured.identification.loop_settle import STICK, settle, with_defaults
-from gearrattle.measured.identification.loop_values import derivatives, values_of
+from gearrattle.measured.identification.loop_values import KEYS, derivatives, values_of
 from gearrattle.model.value_kinds import SEED, argument_problems
 
 Array = NDArray[np.float64]
@@ -130,8 +130,8 @@ def _fitted(
     return LoopFit(
         name=coupling[0],
         between=coupling[1],
-        stages=_stages(values, "stages"),
-        coast_stages=_stages(values, "coast_stages"),
+        stages=_stages(values, KEYS[DRIVE]),
+        coast_stages=_stages(values, KEYS[COAST]),
         preload=values["preload"],
         values=values,
         errors=errors,
@@ -173,7 +173,7 @@ def _stages(law: Mapping[str, float], key: str) -> tuple[FittedStage, ...]:
     )
 
 
-def _remarks(solution: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
+def _remarks(solution: Solved, fixed: frozenset[Slider], loop: Loop) -> list[str]:
     notes = ["a slow loop says nothing of damping: it is left at 0"]
     words = ["the centre" if side == CENTRE else f"{side} stage {index}" for side, index in sorted(fixed)]
     if words:

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_errors import Spread
 from gearrattle.measured.identification.loop_jumps import SHARES, interval
-from gearrattle.measured.identification.loop_law import COAST, DRIVE
 from gearrattle.measured.identification.loop_reaches import Stretch
 from gearrattle.measured.identification.loop_settle import Settled
-from gearrattle.measured.identification.loop_values import stick_sliders
+from gearrattle.measured.identification.loop_values import KEYS, stick_sliders
 
 Array = NDArray[np.float64]
 
@@ -33,11 +32,10 @@ def places(settled: Settled, known: Spread) -> dict[str, Array]:
     """Return ends of the interval and standard deviation of every break [rad] by its name in a coupling."""
     made = {}
     linear = settled.polish.linear(settled.law)
-    for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
-        for i in range(len(settled.law.shape.breaks(side))):
-            density = settled.reaches.get((side, i + 1))
-            reaches = np.empty(0) if density is None else density.at(SHARES)
-            made[f"{key}.{i}.until"] = interval(linear, settled.law, (side, i), known.variance, reaches)
+    for side, i in settled.law.shape.every_break():
+        density = settled.reaches.get((side, i + 1))
+        reaches = np.empty(0) if density is None else density.at(SHARES)
+        made[f"{KEYS[side]}.{i}.until"] = interval(linear, settled.law, (side, i), known.variance, reaches)
     return made
 
 

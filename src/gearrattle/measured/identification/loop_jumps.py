@@ -28,10 +28,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.loop_data import Loop
 from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Solved, heights_of
-from gearrattle.measured.identification.loop_linear import Linear
-from gearrattle.measured.identification.loop_moments import Moments
+from gearrattle.measured.identification.loop_linear import Linear, Normal
 from gearrattle.measured.identification.loop_slopes import carried, slopes_in
 
 Array = NDArray[np.float64]
@@ -100,11 +98,21 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
         dense = np.flatnonzero(density > _FLAT * density.max())
         low = places[max(dense[0] - 1, 0)]
         high = places[min(dense[-1] + 1, places.size - 1)]
-    share = np.diff(places) * 0.5 * (density[1:] + density[:-1])
-    share /= share.sum()
-    ends = np.interp([0.025, 0.975], np.concatenate([[0.0], np.cumsum(share)]), places)
+    ends = quantiles(places, density, np.array([0.025, 0.975]))
+    share = _masses(places, density)
     middle = 0.5 * (places[1:] + places[:-1])
     return np.array([*ends, np.sqrt(share @ (middle - share @ middle) ** 2)])
+
+
+def quantiles(places: Array, density: Array, shares: Array) -> Array:
+    """Places up to which some shares of a density lie."""
+    return np.interp(shares, np.concatenate([[0.0], np.cumsum(_masses(places, density))]), places)
+
+
+def _masses(places: Array, density: Array) -> Array:
+    """(K - 1,) shares of a density between neighbouring places."""
+    masses = np.diff(places) * 0.5 * (density[1:] + density[:-1])
+    return np.asarray(masses / masses.sum(), dtype=np.float64)
 
 
 def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
@@ -118,8 +126,8 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     own = np.array([label == ("slider", *slider) for label in solution.labels])
     bare = solution._replace(coefficients=np.where(own, 0.0, solution.coefficients))
     column = slopes_in(linear.loop, bare, ())[:, first - len(solution.labels)]
-    curvature, pull = _yielding(*linear.with_column(first, column).normal(), first, solution)
-    variance = solution.left / loop.torque.size
+    curvature, pull = _yielding(linear.with_column(first, column).normal(), first)
+    variance = moments.variance(solution)
     room = _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
     reach = solution.shape.reach_of(slider, moments.reach)
@@ -128,15 +136,9 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     for way in (1.0, -1.0):
         more = min(4.0 * reach, room) if way > 0.0 else 0.0
         part = moments.between(sign, way, here - wide, here + wide + more)
-        parts.append((sign * part.deflection, _residual(moments, solution, part), carried(part, solution, side, index)))
+        residual = Regression(part, 0, moments.reach).residual(solution)
+        parts.append((sign * part.deflection, residual, carried(part, solution, side, index)))
     return _Near(here, curvature, pull, wide, parts[0][:2], parts[1], sign * height, reach)
-
-
-def _residual(moments: Moments, solution: Solved, part: Loop) -> Array:
-    over = Regression(part, 0, moments.reach)
-    return np.asarray(
-        part.torque - over.table(solution.shape, solution.labels) @ solution.coefficients, dtype=np.float64
-    )
 
 
 def _places(near: _Near, low: float, high: float) -> Array:
@@ -176,17 +178,14 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
     return np.asarray(raised, dtype=np.float64)
 
 
-def _yielding(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
+def _yielding(normal: Normal, first: int) -> tuple[float, float]:
     """Curvature C and pull G in one parameter with the others eliminated: Schur complement of the normal matrix."""
-    free = np.diag(matrix) > 0.0
-    number = solution.coefficients.size
-    free[1:number] &= solution.coefficients[1:] > 0.0
-    if not free[first]:
+    others = normal.free
+    if not others[first]:
         return 0.0, 0.0
-    others = np.flatnonzero(free & (np.arange(free.size) != first))
-    size = np.sqrt(np.diag(matrix))[others]
-    inner = matrix[np.ix_(others, others)] / size[:, None] / size
-    row = matrix[first, others] / size
-    solved = np.linalg.lstsq(inner, np.stack([row, right[others] / size], axis=1), rcond=1e-12)[0]
-    curvature, pull = np.array([matrix[first, first], right[first]]) - row @ solved
+    others[first] = False
+    inner, size = normal.scaled(others)
+    row = normal.matrix[first, others] / size
+    solved = np.linalg.lstsq(inner, np.stack([row, normal.right[others] / size], axis=1), rcond=1e-12)[0]
+    curvature, pull = np.array([normal.matrix[first, first], normal.right[first]]) - row @ solved
     return max(float(curvature), 0.0), float(pull) if curvature > 0.0 else 0.0

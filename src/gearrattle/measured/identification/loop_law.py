@@ -16,7 +16,7 @@ be negative; the coefficients are the least squares within that, a quadratic pro
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from gearrattle.measured.identification.loop_data import Loop
 
 Array = NDArray[np.float64]
+Slider = tuple[str, int]
 
 DRIVE = "drive"
 COAST = "coast"
@@ -50,13 +51,17 @@ class Shape:
     coast: tuple[float, ...] = ()
     parted: bool = False
     rubs: str = ""
-    reach: tuple[tuple[tuple[str, int], float], ...] = ()
+    reach: tuple[tuple[Slider, float], ...] = ()
 
     def breaks(self, side: str) -> tuple[float, ...]:
         """Breaks of one side."""
         return self.drive if side == DRIVE else self.coast
 
-    def sliders(self) -> Iterator[tuple[str, int]]:
+    def every_break(self) -> Iterator[tuple[str, int]]:
+        """Yield side and index of all breaks, drive side first."""
+        yield from ((side, i) for side in (DRIVE, COAST) for i in range(len(self.breaks(side))))
+
+    def sliders(self) -> Iterator[Slider]:
         """Yield the sliders that the stages may have, that of the centre first."""
         yield CENTRE, 0
         for side in (DRIVE, COAST):
@@ -64,13 +69,17 @@ class Shape:
                 if i > 0 or self.rubs == side:
                     yield side, i
 
-    def reach_of(self, slider: tuple[str, int], default: float) -> float:
+    def reach_of(self, slider: Slider, default: float) -> float:
         """Reach of a slider, or a default."""
         return dict(self.reach).get(slider, default)
 
-    def with_reach(self, slider: tuple[str, int], value: float) -> Shape:
+    def with_reach(self, slider: Slider, value: float) -> Shape:
         """Return a shape with another reach of one slider."""
-        return replace(self, reach=tuple({**dict(self.reach), slider: value}.items()))
+        return self.with_reaches({slider: value})
+
+    def with_reaches(self, reaches: Mapping[Slider, float]) -> Shape:
+        """Return a shape with other reaches of some sliders."""
+        return replace(self, reach=tuple({**dict(self.reach), **reaches}.items()))
 
     def with_break(self, side: str, index: int, value: float) -> Shape:
         """Return a shape with one break moved."""
@@ -95,7 +104,12 @@ class Solved(NamedTuple):
     left: float
 
 
-def heights_of(solution: Solved) -> dict[tuple[str, int], float]:
+def least(candidates: Iterable[Solved]) -> Solved:
+    """Return the first of those with the least sum of squares."""
+    return min(candidates, key=lambda candidate: candidate.left)
+
+
+def heights_of(solution: Solved) -> dict[Slider, float]:
     """H of every slider [N m]."""
     pairs = zip(solution.labels, solution.coefficients.tolist(), strict=True)
     return {(side, index): value for (kind, side, index), value in pairs if kind == "slider"}
@@ -110,7 +124,7 @@ def slopes_of(solution: Solved, side: str) -> list[float]:
     ]
 
 
-def slope_of(solution: Solved, slider: tuple[str, int]) -> float:
+def slope_of(solution: Solved, slider: Slider) -> float:
     """Slope of the stage whose stick stiffness a slider takes [N m/rad]."""
     side, index = slider
     if side == CENTRE:
@@ -162,7 +176,7 @@ class Regression:
         self._root = np.sqrt(weight)
         self._pull = self._root * self.torque
 
-    def labels(self, shape: Shape, without: frozenset[tuple[str, int]]) -> tuple[tuple[str, str, int], ...]:
+    def labels(self, shape: Shape, without: frozenset[Slider]) -> tuple[tuple[str, str, int], ...]:
         """Labels of the columns of a shape; ``without`` leaves some sliders out."""
         first = [("slope", side, 0) for side in ((DRIVE, COAST) if shape.parted else (CENTRE,))]
         more = [("slope", side, i + 1) for side in (DRIVE, COAST) for i in range(len(shape.breaks(side)))]
@@ -173,7 +187,11 @@ class Regression:
         """(M, C) the columns, sliders with height 1."""
         return np.stack([self._column(shape, label) for label in labels], axis=1)
 
-    def solve(self, shape: Shape, without: frozenset[tuple[str, int]] = frozenset()) -> Solved:
+    def residual(self, solution: Solved) -> Array:
+        """(M,) torque less that of a law [N m]."""
+        return np.asarray(self.torque - self.table(solution.shape, solution.labels) @ solution.coefficients)
+
+    def solve(self, shape: Shape, without: frozenset[Slider] = frozenset()) -> Solved:
         """Least squares with slopes and heights that are not negative."""
         labels = self.labels(shape, without)
         scaled = np.array([self._column(shape, label) for label in labels]) * self._root
@@ -242,13 +260,25 @@ def stretch(loop: Loop, side: str, start: float, reach: float) -> Array:
     if side == CENTRE:
         behind = np.abs(loop.deflection - loop.turn)
         return np.asarray(loop.way * np.minimum(behind / reach - 1.0, 1.0), dtype=np.float64)
-    way = 1.0 if side == DRIVE else -1.0
-    delta = way * loop.deflection
-    turn = way * loop.turn
-    outward = way * loop.way > 0.0
+    sign, delta, turn, is_outward = outward(loop, side)
     top = np.minimum(turn - start, reach)
-    free = np.where(outward, np.minimum(delta - start, reach), np.maximum(top - (turn - delta), -reach))
-    return np.asarray(way * np.where(delta > start, free, 0.0) / reach, dtype=np.float64)
+    free = np.where(is_outward, np.minimum(delta - start, reach), np.maximum(top - (turn - delta), -reach))
+    return np.asarray(sign * np.where(delta > start, free, 0.0) / reach, dtype=np.float64)
+
+
+class Outward(NamedTuple):
+    """Samples counted outward on one side: its sign, (N,) deflections, turns [rad], and whether they go outward."""
+
+    sign: float
+    delta: Array
+    turn: Array
+    is_outward: NDArray[np.bool_]
+
+
+def outward(loop: Loop, side: str) -> Outward:
+    """Return the samples of a loop counted outward on one side."""
+    sign = -1.0 if side == COAST else 1.0
+    return Outward(sign, sign * loop.deflection, sign * loop.turn, sign * loop.way > 0.0)
 
 
 def _within(gram: Array, right: Array) -> Array:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_data import Loop
-from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Regression, Shape, Solved
+from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Regression, Shape, Slider, Solved
 
 Array = NDArray[np.float64]
 
@@ -64,9 +64,13 @@ class Moments:
         points = replace(self.loop, deflection=deflection, torque=torque, way=way, turn=turn, leg=way.astype(np.int64))
         return Regression.over(points, weight, self.whole, self.reach)
 
-    def at(self, shape: Shape, without: frozenset[tuple[str, int]]) -> Solved:
+    def at(self, shape: Shape, without: frozenset[Slider]) -> Solved:
         """Solve for the coefficients of a shape, without some sliders."""
         return self.regression(shape).solve(shape, without)
+
+    def variance(self, solution: Solved) -> float:
+        """Return the mean square of what a law leaves of the samples [(N m)^2]."""
+        return solution.left / self.loop.torque.size
 
     def between(self, sign: float, way: float, low: float, high: float) -> Loop:
         """Samples between two deflections counted outward, from low to high [rad].

@@ -23,10 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_errors import Spread
-from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Shape, Solved, heights_of
-from gearrattle.measured.identification.loop_linear import Slider
+from gearrattle.measured.identification.loop_jumps import quantiles
+from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Shape, Slider, Solved, heights_of
 from gearrattle.measured.identification.loop_polish import Polish
+from gearrattle.measured.identification.loop_search import reach_bounds
 from gearrattle.measured.identification.loop_slopes import slopes_in
+from gearrattle.measured.identification.profile import LEVEL
 
 Array = NDArray[np.float64]
 
@@ -39,7 +41,7 @@ _COOLING = 8
 _KEPT = 14
 _HOT = 30.0
 _STARTS = 6
-_OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound that dense is no end
+_OPEN = math.exp(-0.5 * LEVEL)  # of the highest density: a bound that dense is no end
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,7 @@ class Density:
 
     def at(self, shares: Array) -> Array:
         """Quantiles of the reach for some shares of the density [rad]."""
-        parts = np.diff(self.logs) * 0.5 * (self.density[1:] + self.density[:-1])
-        below = np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
-        return np.asarray(np.exp(np.interp(shares, below, self.logs)), dtype=np.float64)
+        return np.asarray(np.exp(quantiles(self.logs, self.density, shares)), dtype=np.float64)
 
     def _falls(self, last: int, way: int) -> float:
         """Whether the density falls below the level of an open end."""
@@ -165,14 +165,8 @@ def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Sli
     # densities of the logarithms, and the best starts
     heights = summed / np.exp(widths)
     made = {s: Density(tables.logs[i], heights[i] / heights[i].max()) for i, s in enumerate(tables.sliders)}
-    return made, [_shape(solution, tables, key) for key in sorted(starts, key=lambda key: starts[key])[:_STARTS]]
-
-
-def _shape(solution: Solved, tables: _Tables, state: tuple[int, ...]) -> Shape:
-    shape = solution.shape
-    for i, (slider, position) in enumerate(zip(tables.sliders, state, strict=True)):
-        shape = shape.with_reach(slider, math.exp(tables.logs[i, position]))
-    return shape
+    best = sorted(starts, key=lambda key: starts[key])[:_STARTS]
+    return made, [_shape_at(solution.shape, tables.sliders, tables.logs[range(number), key]) for key in best]
 
 
 def _draw(logs: Array, random: np.random.Generator) -> NDArray[np.int64]:
@@ -193,7 +187,7 @@ def _close(sliders: tuple[Slider, ...]) -> list[tuple[int, int]]:
 
 def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
     # grids of log r: the whole range, and finer about the value found
-    bounds = [math.log(bound) for bound in polish.bounds()]
+    bounds = [math.log(bound) for bound in reach_bounds(polish.loop)]
     first = known.covariance.shape[0] - len(known.sliders)
     grids = []
     for n, slider in enumerate(known.sliders):
@@ -227,9 +221,7 @@ def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
 
 
 def _shape_at(shape: Shape, sliders: tuple[Slider, ...], logs: Array) -> Shape:
-    for slider, value in zip(sliders, logs.tolist(), strict=True):
-        shape = shape.with_reach(slider, math.exp(value))
-    return shape
+    return shape.with_reaches(dict(zip(sliders, map(math.exp, logs.tolist()), strict=True)))
 
 
 def _moved(points: Regression, solution: Solved, slider: Slider, logs: Array) -> Array:

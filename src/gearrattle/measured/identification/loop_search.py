@@ -18,7 +18,17 @@ from dataclasses import replace
 import numpy as np
 
 from gearrattle.measured.identification.loop_data import Loop
-from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Shape, Solved, heights_of, slope_of
+from gearrattle.measured.identification.loop_law import (
+    COAST,
+    DRIVE,
+    Regression,
+    Shape,
+    Slider,
+    Solved,
+    heights_of,
+    least,
+    slope_of,
+)
 
 MOST = 6
 """Stages that a side may have."""
@@ -35,7 +45,7 @@ _FIRST = 24
 _TRIALS = 9
 _CLOSE = 5e-4  # of the range: how closely breaks are searched
 _CLOSE_LOG = 0.15  # how closely the logarithms of reaches are searched
-_RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
+RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
 
 
 class Search:
@@ -46,10 +56,11 @@ class Search:
     """
 
     def __init__(self, loop: Loop) -> None:
+        self.loop = loop
         self.low, self.high = loop.ends
         self.span = self.high - self.low
         self.regression = Regression(loop, _CELLS, REACH * self.span)
-        self.without: frozenset[tuple[str, int]] = frozenset()
+        self.without: frozenset[Slider] = frozenset()
 
     def at(self, shape: Shape) -> Solved:
         """Solve for the coefficients of a shape."""
@@ -70,10 +81,9 @@ class Search:
         for turn in range(rounds):
             before = solution.left
             width = 0.02 if near or turn else 1.0
-            for side in (DRIVE, COAST):
-                for i in range(len(solution.shape.breaks(side))):
-                    solution = self._move_break(solution, side, i, width)
-            for slider in list(solution.shape.sliders()):
+            for side, i in solution.shape.every_break():
+                solution = self._move_break(solution, side, i, width)
+            for slider in solution.shape.sliders():
                 if slider not in self.without:
                     solution = self._move_reach(solution, slider)
             if before - solution.left < 1e-5 * before:
@@ -87,24 +97,21 @@ class Search:
         after another leads nowhere.
         """
         best = solution
-        for ratio in _RATIOS:
+        for ratio in RATIOS:
             other = solution
             for _ in range(3):
-                shape = other.shape
-                for slider, reach in stuck(other, ratio).items():
-                    shape = shape.with_reach(slider, min(max(reach, SHORTEST * self.span), LONGEST * self.span))
-                other = self.at(shape)
-            best = min(best, self.refine(other, 2, near=True), key=lambda candidate: candidate.left)
+                other = self.at(stuck(other, ratio, self.loop))
+            best = least((best, self.refine(other, 2, near=True)))
         return best
 
     def room(self, shape: Shape, side: str, index: int) -> tuple[float, float]:
         """Between which deflections, in magnitude, a break may lie."""
         breaks = shape.breaks(side)
         end = self.high if side == DRIVE else -self.low
-        least = LEAST * self.span
+        narrowest = LEAST * self.span
         below = breaks[index - 1] if index > 0 else 0.0
         above = breaks[index + 1] if index + 1 < len(breaks) else end
-        return below + least, above - least
+        return below + narrowest, above - narrowest
 
     def _move_break(self, solution: Solved, side: str, index: int, width: float) -> Solved:
         def trial(value: float) -> Solved:
@@ -114,13 +121,13 @@ class Search:
         here = solution.shape.breaks(side)[index]
         return _closer(solution, trial, here, (low, high), (width * self.span, _CLOSE * self.span))
 
-    def _move_reach(self, solution: Solved, slider: tuple[str, int]) -> Solved:
+    def _move_reach(self, solution: Solved, slider: Slider) -> Solved:
         def trial(value: float) -> Solved:
             return self.at(solution.shape.with_reach(slider, math.exp(value)))
 
         here = math.log(solution.shape.reach_of(slider, REACH * self.span))
-        ends = math.log(SHORTEST * self.span), math.log(LONGEST * self.span)
-        return _closer(solution, trial, here, ends, (2.0, _CLOSE_LOG))
+        shortest, longest = reach_bounds(self.loop)
+        return _closer(solution, trial, here, (math.log(shortest), math.log(longest)), (2.0, _CLOSE_LOG))
 
     def with_more(self, solution: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
         """Yield the best of every way to add one thing to a shape."""
@@ -129,14 +136,14 @@ class Search:
             if len(shape.breaks(side)) + 1 < most:
                 added = [self.at(shape.with_breaks(side, breaks)) for breaks in self._added(shape, side)]
                 if added:
-                    yield min(added, key=lambda candidate: candidate.left)
+                    yield least(added)
         yield from (self.at(richer) for richer in with_centre(shape))
 
     def _added(self, shape: Shape, side: str) -> Iterator[tuple[float, ...]]:
         end = self.high if side == DRIVE else -self.low
-        least = LEAST * self.span
+        narrowest = LEAST * self.span
         for value in np.linspace(0.0, max(end, 0.0), 2 * _FIRST)[1:-1].tolist():
-            if all(abs(value - other) >= least for other in (0.0, end, *shape.breaks(side))):
+            if all(abs(value - other) >= narrowest for other in (0.0, end, *shape.breaks(side))):
                 yield tuple(sorted((*shape.breaks(side), value)))
 
 
@@ -156,9 +163,9 @@ def _closer(
     widths: tuple[float, float],
 ) -> Solved:
     """Try values about the best one, from as far as the first width down to the second; return the best."""
-    width, least = widths
+    width, narrowest = widths
     number = _FIRST
-    while width > least:
+    while width > narrowest:
         low = max(ends[0], here - width)
         high = min(ends[1], here + width)
         if not low < high:
@@ -198,7 +205,22 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
     return solution, steps
 
 
-def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
+def reach_bounds(loop: Loop) -> tuple[float, float]:
+    """Shortest and longest reach [rad]."""
+    low, high = loop.ends
+    return SHORTEST * (high - low), LONGEST * (high - low)
+
+
+def stuck(solution: Solved, ratio: float, loop: Loop, held: frozenset[Slider] = frozenset()) -> Shape:
+    """Return the shape with all sliders but those held ``ratio`` times as stiff as their stages, within bounds."""
+    shortest, longest = reach_bounds(loop)
+    reaches = default_reaches(solution, ratio).items()
+    return solution.shape.with_reaches(
+        {slider: min(max(reach, shortest), longest) for slider, reach in reaches if slider not in held}
+    )
+
+
+def default_reaches(solution: Solved, ratio: float) -> dict[Slider, float]:
     """Reach of every slider that is ``ratio`` times as stiff as its stage [rad]."""
     return {
         slider: height / (ratio * slope)
@@ -207,7 +229,7 @@ def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
     }
 
 
-def idle(solution: Solved) -> Iterator[tuple[str, int]]:
+def idle(solution: Solved) -> Iterator[Slider]:
     """Yield the sliders whose height is negligible beside the highest."""
     heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))

@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.measured.identification.loop_errors import spread
-from gearrattle.measured.identification.loop_law import Solved, heights_of, slope_of
-from gearrattle.measured.identification.loop_linear import Slider
+from gearrattle.measured.identification.loop_law import Slider, Solved, heights_of, least, slope_of
 from gearrattle.measured.identification.loop_polish import Polish
 from gearrattle.measured.identification.loop_reaches import Density, Stretch, densities, stretched
-from gearrattle.measured.identification.loop_search import REACH, idle
+from gearrattle.measured.identification.loop_search import REACH, default_reaches, idle
 
 STICK = 20.0
 """Stick stiffness over the stage's slope where the loop does not tell it: the default of the model file."""
@@ -40,19 +39,16 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     # least squares with a reach for every slider
     low, high = polish.loop.ends
     shape = shape_from.shape
-    for slider in shape.sliders():
-        shape = shape.with_reach(slider, shape.reach_of(slider, REACH * (high - low)))
-    solution = polish.best(polish.at(shape))
+    reaches = {slider: shape.reach_of(slider, REACH * (high - low)) for slider in shape.sliders()}
+    solution = polish.best(polish.at(shape.with_reaches(reaches)))
     polish = replace(polish, without=polish.without | frozenset(idle(solution)))
     solution = polish.whole(polish.at(solution.shape))
     # density of the reaches; a better start that it shows is fitted again
     made: dict[Slider, Density] = {}
     for _ in range(_ROUNDS):
         made, starts = densities(polish, solution, spread(polish, solution))
-        best = min(
-            (polish.smooth(polish.at(start)) for start in starts), key=lambda start: start.left, default=solution
-        )
-        if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
+        best = least((solution, *(polish.smooth(polish.at(start)) for start in starts)))
+        if solution.left - best.left < _BETTER * polish.moments.variance(solution):
             break
         solution = polish.whole(best)
     # sliders whose stick stiffness the samples leave open keep the default
@@ -67,7 +63,7 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
 def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> list[Slider]:
     """Sliders that get the default."""
     made = []
-    variance = solution.left / polish.loop.torque.size
+    variance = polish.moments.variance(solution)
     for slider, stretch in sticks.items():
         slope = slope_of(solution, slider)
         height = heights_of(solution)[slider]
@@ -85,11 +81,7 @@ def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> li
 def with_defaults(polish: Polish, solution: Solved) -> Solved:
     """Fit with the default stick stiffness of the sliders held, whose reaches then follow from their heights."""
     for _ in range(4):
-        shape = solution.shape
-        heights = heights_of(solution)
-        for slider in polish.held:
-            slope = slope_of(solution, slider)
-            if slope > 0.0 and heights.get(slider, 0.0) > 0.0:
-                shape = shape.with_reach(slider, heights[slider] / (STICK * slope))
+        reaches = default_reaches(solution, STICK)
+        shape = solution.shape.with_reaches({slider: reaches[slider] for slider in polish.held if slider in reaches})
         solution = polish.smooth(polish.at(shape))
     return polish.whole(solution)

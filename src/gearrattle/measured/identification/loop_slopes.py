@@ -16,16 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_data import Loop
-from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Solved, heights_of, slopes_of
+from gearrattle.measured.identification.loop_law import CENTRE, Slider, Solved, heights_of, outward, slopes_of
 
 Array = NDArray[np.float64]
 
 
-def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]) -> Array:
+def slopes_in(loop: Loop, solution: Solved, sliders: tuple[Slider, ...]) -> Array:
     """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches."""
-    columns = [
-        _in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))
-    ]
+    columns = [_in_break(loop, solution, *where) for where in solution.shape.every_break()]
     columns += [_in_reach(loop, solution, slider) for slider in sliders]
     return np.stack(columns, axis=1) if columns else np.empty((loop.torque.size, 0))
 
@@ -36,42 +34,36 @@ def carried(loop: Loop, solution: Solved, side: str, index: int) -> Array:
     slider = (side, index + 1)
     height = heights_of(solution).get(slider, 0.0)
     reach = solution.shape.reach_of(slider, np.nan)
-    way = 1.0 if side == DRIVE else -1.0
-    beyond = way * loop.turn - start
+    sign, _, turn, is_outward = outward(loop, side)
+    beyond = turn - start
     left = np.maximum(np.minimum(beyond, reach) - beyond, -reach) / reach if height > 0.0 else 0.0
-    return np.asarray(np.where(way * loop.way < 0.0, way * height * left, 0.0), dtype=np.float64)
+    return np.asarray(np.where(is_outward, 0.0, sign * height * left), dtype=np.float64)
 
 
 def _in_break(loop: Loop, solution: Solved, side: str, index: int) -> Array:
-    way = 1.0 if side == DRIVE else -1.0
+    sign, delta, turn, is_outward = outward(loop, side)
     start = solution.shape.breaks(side)[index]
     slopes = slopes_of(solution, side)
-    delta = way * loop.deflection
-    turn = way * loop.turn
-    outward = way * loop.way > 0.0
     change = np.full(delta.size, slopes[index] - slopes[index + 1])
     height = heights_of(solution).get((side, index + 1), 0.0)
     if height > 0.0:
         reach = solution.shape.reach_of((side, index + 1), np.nan)
         short = (turn - start < reach) & (turn - start - (turn - delta) > -reach)
-        change -= height / reach * np.where(outward, delta - start < reach, short)
-    return np.asarray(way * np.where(delta > start, change, 0.0), dtype=np.float64)
+        change -= height / reach * np.where(is_outward, delta - start < reach, short)
+    return np.asarray(sign * np.where(delta > start, change, 0.0), dtype=np.float64)
 
 
-def _in_reach(loop: Loop, solution: Solved, slider: tuple[str, int]) -> Array:
+def _in_reach(loop: Loop, solution: Solved, slider: Slider) -> Array:
     side, index = slider
     height = heights_of(solution)[slider]
     reach = solution.shape.reach_of(slider, np.nan)
     if side == CENTRE:
         behind = np.abs(loop.deflection - loop.turn) / reach
         return np.asarray(-height * loop.way * np.where(behind < 2.0, behind, 0.0), dtype=np.float64)
-    way = 1.0 if side == DRIVE else -1.0
+    sign, delta, turn, is_outward = outward(loop, side)
     start = 0.0 if index == 0 else solution.shape.breaks(side)[index - 1]
-    delta = way * loop.deflection
-    turn = way * loop.turn
-    outward = way * loop.way > 0.0
     top = np.minimum(turn - start, reach)
     back = (top - (turn - delta)) / reach
     out = (delta - start) / reach
-    change = np.where(outward, np.where(out < 1.0, -out, 0.0), np.where(back > -1.0, (top >= reach) - back, 0.0))
-    return np.asarray(way * height * np.where(delta > start, change, 0.0), dtype=np.float64)
+    change = np.where(is_outward, np.where(out < 1.0, -out, 0.0), np.where(back > -1.0, (top >= reach) - back, 0.0))
+    return np.asarray(sign * height * np.where(delta > start, change, 0.0), dtype=np.float64)

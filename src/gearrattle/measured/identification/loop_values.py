@@ -11,18 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.measured.identification.loop_errors import Spread
-from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Shape, Solved, heights_of, slopes_of
+from gearrattle.measured.identification.loop_law import (
+    CENTRE,
+    COAST,
+    DRIVE,
+    Shape,
+    Slider,
+    Solved,
+    heights_of,
+    slopes_of,
+)
 
 Array = NDArray[np.float64]
 
+KEYS = {DRIVE: "stages", COAST: "coast_stages"}
+"""Key of a coupling's stages by their side."""
 _STEP = 1e-6
 
 
-def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
+def stick_sliders(solution: Solved) -> dict[str, Slider]:
     """The slider of every stick stiffness, by its name in a coupling; sliders without height have none."""
     heights = heights_of(solution)
     made = {}
-    for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
+    for side, key in KEYS.items():
         for i in range(len(solution.shape.breaks(side)) + 1):
             slider = (CENTRE, 0) if i == 0 and heights.get((side, 0), 0.0) == 0.0 else (side, i)
             if heights.get(slider, 0.0) > 0.0:
@@ -30,9 +41,7 @@ def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
     return made
 
 
-def values_of(
-    solution: Solved, fixed: frozenset[tuple[str, int]], sticks: dict[str, tuple[str, int]] | None = None
-) -> dict[str, float]:
+def values_of(solution: Solved, fixed: frozenset[Slider], sticks: dict[str, Slider] | None = None) -> dict[str, float]:
     """Every number of the law by its name in a coupling.
 
     Parameters
@@ -44,7 +53,7 @@ def values_of(
     shape = solution.shape
     behind = stick_sliders(solution) if sticks is None else sticks
     values = {"preload": float(solution.coefficients[0])}
-    for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
+    for side, key in KEYS.items():
         total = heights.get((CENTRE, 0), 0.0)
         slopes = slopes_of(solution, side)
         for i, slope in enumerate(slopes):
@@ -59,7 +68,7 @@ def values_of(
     return values
 
 
-def derivatives(solution: Solved, fixed: frozenset[tuple[str, int]], known: Spread) -> Array:
+def derivatives(solution: Solved, fixed: frozenset[Slider], known: Spread) -> Array:
     """(V, P) derivatives of the law's numbers in the parameters of ``known``."""
     sticks = stick_sliders(solution)
     here = np.array(list(values_of(solution, fixed, sticks).values()))
@@ -69,10 +78,10 @@ def derivatives(solution: Solved, fixed: frozenset[tuple[str, int]], known: Spre
         other = solution.coefficients.copy()
         other[j] += step
         columns.append((solution._replace(coefficients=other), step))
-    for side in (DRIVE, COAST):
-        for i, value in enumerate(solution.shape.breaks(side)):
-            step = _STEP * value
-            columns.append((solution._replace(shape=solution.shape.with_break(side, i, value + step)), step))
+    for side, i in solution.shape.every_break():
+        value = solution.shape.breaks(side)[i]
+        step = _STEP * value
+        columns.append((solution._replace(shape=solution.shape.with_break(side, i, value + step)), step))
     for slider in known.sliders:
         value = solution.shape.reach_of(slider, np.nan)
         moved_shape: Shape = solution.shape.with_reach(slider, value * np.exp(_STEP))

@@ -2,7 +2,7 @@
 
 A *state* says which slope applies to every element (contact ratios, regions) and which elements are taken as rigid.
 Natural frequencies published for a lumped model are data of the full model with some elements rigid. ``data_file``
-reads the data, ``problem`` compares them with a model.
+reads the data, ``modal_problem`` compares them with a model.
 """
 
 from __future__ import annotations

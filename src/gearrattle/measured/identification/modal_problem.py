@@ -3,7 +3,6 @@
     frequency   r = (omega_model - omega) / sigma
     shape       r = -P (y / sigma),  P = 1 - u u^T / u^T u,  u = phi / sigma: what no multiple of phi explains
     response    r = (Re H_model - Re H) / sigma,  (Im H_model - Im H) / sigma
-    prior       r = x / spread, if asked for: ln(parameter / start) as if it had been measured
 
 The scale of a shape is eliminated (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), so it
 costs one degree of freedom and the covariance of the parameters knows it. Modes without a number are those whose
@@ -20,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.identification.data_problem import DataProblem, Residual
 from gearrattle.measured.identification.free_parameters import Coefficients
-from gearrattle.measured.identification.identifiability import Combination, covariance, null_space
+from gearrattle.measured.identification.identifiability import Combination
 from gearrattle.measured.identification.measured import MeasuredMode, MeasuredResponse, Measurements, State
 from gearrattle.measured.identification.modal_sensitivity import Spectrum
 from gearrattle.wording import counted
@@ -30,33 +30,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Residual:
-    """One datum beside its fitted value.
-
-    Attributes
-    ----------
-    label
-        what it is, e.g. ``"mode 2: frequency"``.
-    unit
-        SI unit; empty for amplitudes of a shape.
-    measured, fitted
-        values; of a shape the fitted one is scaled to the measured one.
-    standard_error
-        of the measured value.
-    residual
-        (fitted - measured) / standard_error.
-    """
-
-    label: str
-    unit: str
-    measured: float
-    fitted: float
-    standard_error: float
-    residual: float
-
-
-@dataclass(frozen=True)
-class FitProblem:
+class FitProblem(DataProblem):
     """Data, and the states in which they were measured.
 
     Attributes
@@ -72,16 +46,8 @@ class FitProblem:
     prior: float | None = None
     units: bool = True
 
-    def residuals(self, x: Array) -> tuple[Array, Array]:
-        """(N,) residuals and (N, P) Jacobian, the prior's rows last."""
-        rows, jacobian = self.data_residuals(x)
-        if self.prior is not None:
-            rows = np.concatenate([rows, x / self.prior])
-            jacobian = np.vstack([jacobian, np.eye(self.count) / self.prior])
-        return rows, jacobian
-
     def data_residuals(self, x: Array) -> tuple[Array, Array]:
-        """The same without the prior."""
+        """(N,) residuals of the data and (N, P) Jacobian."""
         blocks = [block for block, _ in self._evaluated(x)]
         return np.concatenate([block[0] for block in blocks]), np.vstack([block[1] for block in blocks])
 
@@ -98,18 +64,6 @@ class FitProblem:
     def assumed(self) -> tuple[str, ...]:
         """Data without a standard error of their own, in words."""
         return self.data.assumed
-
-    def covariance(self, x: Array, free: NDArray[np.bool_]) -> Array:
-        """(F, F) covariance of the free x, the others held."""
-        jacobian = self.residuals(x)[1][:, free]
-        return covariance(jacobian, null_space(jacobian))
-
-    def chance(self, x: Array, freedom: int) -> float:
-        """Probability of a chi-square of the data this large or larger."""
-        from scipy.stats import chi2
-
-        rows = self.data_residuals(x)[0]
-        return float(chi2.sf(rows @ rows, freedom))
 
     def remarks(self, _x: Array, open_ones: Sequence[Combination], /) -> list[str]:
         """Notes on these data alone."""

@@ -12,37 +12,24 @@ from collections.abc import Mapping, Sequence
 from gearrattle.assembly import left_out, refuse_motions
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_file import Data, read_data
-from gearrattle.measured.identification.estimates import (
-    FACTOR,
-    STARTS,
-    Progress,
-    Searched,
-    check_settings,
-    estimates,
-)
+from gearrattle.measured.identification.estimates import Searched, Settings, estimates
 from gearrattle.measured.identification.fitted import Fit
 from gearrattle.measured.identification.free_parameters import coefficients, free_parameters, unused
 from gearrattle.measured.identification.measured import State
 from gearrattle.measured.identification.modal_problem import FitProblem, check_modes
 from gearrattle.measured.identification.multi_start import search
 from gearrattle.measured.identification.multi_start import starts as starts_of
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 
 
 def fit_modes(
     model: Model,
     data: Data,
     free: Sequence[str],
+    settings: Settings,
     *,
-    bounds: Mapping[str, tuple[float | str, float | str]] | None = None,
-    factor: float = FACTOR,
     contact_ratio: Mapping[str, float] | None = None,
     region: Mapping[str, int] | None = None,
-    starts: int = STARTS,
-    seed: int = 0,
-    prior: float | None = None,
-    profile: bool = False,
-    progress: Progress | None = None,
 ) -> Fit:
     """Find the parameters of a model that fit measured modes and frequency responses best; arguments as of ``fit``.
 
@@ -54,11 +41,9 @@ def fit_modes(
     ConvergenceError
         no start converged.
     """
-    # check the arguments, look up the free parameters
-    check_model(model)
-    check_settings(starts, seed, prior)
+    # look up the free parameters
     refuse_motions(model, "a fit")
-    parameters = free_parameters(model, free, bounds or {}, factor)
+    parameters = free_parameters(model, free, settings.bounds, settings.factor)
     # the data, and the coefficients of every state in which they were measured
     default = State(tuple(sorted((contact_ratio or {}).items())), tuple(sorted((region or {}).items())))
     measured = read_data(data, model, default)
@@ -74,9 +59,9 @@ def fit_modes(
         raise ModelError(Problem(f"free: {path}", "", rule, remedy) for path in idle)
     # least squares from many starts
     names = tuple(inertia.name for inertia in model.inertias)
-    problem = FitProblem(measured, names, states, len(parameters.paths), prior, model.units == "SI")
+    problem = FitProblem(measured, names, states, len(parameters.paths), settings.prior, model.units == "SI")
     check_modes(problem)
-    points = starts_of(problem.residuals, parameters.box, starts, seed)
-    minima, failed = search(problem.residuals, points, parameters.box, progress=progress)
-    searched = Searched(minima, starts, failed)
-    return estimates(model, problem, parameters, searched, notes=left_out(model), profile=profile, progress=progress)
+    points = starts_of(problem.residuals, parameters.box, settings.starts, settings.seed)
+    minima, failed = search(problem.residuals, points, parameters.box, progress=settings.progress)
+    searched = Searched(minima, settings.starts, failed)
+    return estimates(model, problem, parameters, searched, settings, notes=left_out(model))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
-from gearrattle.measured.identification.identifiability import null_space, split
+from gearrattle.measured.identification.identifiability import gain, null_space, split
 
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
@@ -97,8 +97,7 @@ def search(
     """
     optima: list[tuple[Array, float, Array]] = []
     for k, point in enumerate(points):
-        watched = _watched(residuals, progress, k / len(points))
-        ended = local(watched, point, box, effort, rough=True)
+        ended = local(watched(residuals, progress, k / len(points)), point, box, effort, rough=True)
         if ended is not None:
             optima.append(_settled(residuals, ended, box))
     if progress is not None:
@@ -129,11 +128,15 @@ def spread_out(box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
     low, high = box
     points = [np.zeros(low.size)]
     if count > 1:
-        from scipy.stats import qmc
-
-        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
-        points += list(low + share * (high - low))
+        points += list(low + latin_hypercube(count - 1, low.size, seed) * (high - low))
     return points
+
+
+def latin_hypercube(count: int, dimension: int, seed: int) -> Array:
+    """(count, dimension) points within 0 ... 1."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(count))
 
 
 def local(
@@ -169,15 +172,9 @@ def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], effort: Ef
     # search the others with these on their bounds
     if held.any():
         whole = np.where(low, box[0], np.where(high, box[1], x))
-
-        def reduced(y: Array) -> tuple[Array, Array]:
-            whole[~held] = y
-            there = residuals(whole)
-            return there[0], there[1][:, ~held]
-
         if not held.all():
             part = box[0][~held], box[1][~held]
-            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, effort)
+            ended = _descend(of_free(residuals, whole, ~held), np.clip(x[~held], *_inside(part)), part, effort)
             whole[~held] = ended.x
             converged = bool(ended.status > 0)
         # keep the point if it fits no worse and the bounds still hold
@@ -236,7 +233,19 @@ def _flat(rows: Array, jacobian: Array) -> bool:
     return bool(gain @ gain <= 1e-8 * (rows @ rows) or gain @ gain <= 1e-16 * rows.size)
 
 
-def _watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
+def of_free(residuals: Residuals, x: Array, free: NDArray[np.bool_]) -> Residuals:
+    """Return residuals as a function of the (F,) free parameters, the others as in x."""
+
+    def reduced(y: Array) -> tuple[Array, Array]:
+        whole = x.copy()
+        whole[free] = y
+        rows, jacobian = residuals(whole)
+        return rows, jacobian[:, free]
+
+    return reduced
+
+
+def watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
     """Return residuals that report progress at every evaluation."""
     if progress is None:
         return residuals
@@ -258,15 +267,11 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
         if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) + _LEVEL**2:
             x = moved
             (rows, jacobian) = there
-    values, vectors = np.linalg.svd(jacobian, full_matrices=False)[1:]
-    known = values > 1e-12 * values.max(initial=0.0)
-    spread = np.sqrt(np.sum((vectors[known].T / values[known]) ** 2, axis=1))
-    return x, float(rows @ rows), spread
+    return x, float(rows @ rows), np.linalg.norm(gain(jacobian), axis=1)
 
 
 def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
     """Merge equal minima."""
-    low, high = box
     groups: list[tuple[Array, float, Array, int]] = []
     for x, chi, spread in sorted(optima, key=lambda item: item[1]):
         for k, (y, best, error, times) in enumerate(groups):
@@ -275,8 +280,11 @@ def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]
                 break
         else:
             groups.append((x, chi, spread, 1))
+    return tuple(Minimum(x, chi, times, at_bounds(x, box)) for x, chi, _, times in groups)
+
+
+def at_bounds(x: Array, box: tuple[Array, Array]) -> NDArray[np.int64]:
+    """(P,) -1 at the lower bound, +1 at the upper, 0 inside."""
+    low, high = box
     edge = _EDGE * (high - low)
-    return tuple(
-        Minimum(x, chi, times, np.where(x <= low + edge, -1, np.where(x >= high - edge, 1, 0)).astype(np.int64))
-        for x, chi, _, times in groups
-    )
+    return np.where(x <= low + edge, -1, np.where(x >= high - edge, 1, 0)).astype(np.int64)

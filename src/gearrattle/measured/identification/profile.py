@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.measured.identification.multi_start import EXACT, Effort, Residuals, local
+from gearrattle.measured.identification.multi_start import EXACT, Effort, Residuals, local, of_free
 
 Array = NDArray[np.float64]
 
@@ -45,12 +45,10 @@ def profile(
         standard error of x[p], for the first step (need not be finite); by how much chi-square rises to the ends.
     """
     spread, rise = errors
-    rows = residuals(x)[0]
-    target = float(rows @ rows) + rise
     ends = []
     for side in (-1, 1):
         limit = float(box[(side + 1) // 2][parameter])
-        above = _raised(residuals, x, parameter, box, (target, effort))
+        above = _raised(residuals, x, parameter, box, (rise, effort))
         ends.append(_end(above, float(x[parameter]), side, limit, spread))
     return ends[0], ends[1]
 
@@ -58,24 +56,27 @@ def profile(
 def _raised(
     residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], wanted: tuple[float, Effort]
 ) -> Callable[[float], float]:
-    """Return the function: value of the parameter to lowest chi-square less the target."""
-    target, effort = wanted
+    """Return the function: value of the parameter to lowest chi-square less that at the ends of the interval.
+
+    The others are searched from where they ended at the nearest value known: from afar a search may end elsewhere.
+    """
+    rise, effort = wanted
     others = np.arange(x.size) != parameter
-    latest = [x[others]]
+    rows = residuals(x)[0]
+    target = float(rows @ rows) + rise
+    known = {float(x[parameter]): (x[others], -rise)}
 
     def above(value: float) -> float:
-        def reduced(y: Array) -> tuple[Array, Array]:
-            whole = np.empty(x.size)
-            whole[others] = y
-            whole[parameter] = value
-            rows, jacobian = residuals(whole)
-            return rows, jacobian[:, others]
-
+        if value in known:
+            return known[value][1]
+        best = known[min(known, key=lambda other: abs(other - value))][0]
+        reduced = of_free(residuals, np.where(others, x, value), others)
         if others.any():
-            ended = local(reduced, latest[0], (box[0][others], box[1][others]), effort)
-            latest[0] = latest[0] if ended is None else ended
-        rows = reduced(latest[0])[0]
-        return float(rows @ rows) - target
+            ended = local(reduced, best, (box[0][others], box[1][others]), effort)
+            best = best if ended is None else ended
+        rows = reduced(best)[0]
+        known[value] = best, float(rows @ rows) - target
+        return known[value][1]
 
     return above
 
