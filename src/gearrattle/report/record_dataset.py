@@ -53,7 +53,7 @@ def record_columns(
             whole = all(isinstance(value, bool | int) for value in values)
             column = np.array([math.nan if value is None else value for value in values], np.int64 if whole else float)
         elif all(isinstance(value, str) for value in values):
-            column = np.array(values, dtype=np.str_)
+            column = texts(values)
         else:
             continue
         unit = (units or {}).get(name)

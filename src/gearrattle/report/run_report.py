@@ -8,7 +8,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from markupsafe import Markup
 
 from gearrattle.model import Model
@@ -27,7 +26,7 @@ from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.plots.verdict_figures import verdict_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import records_dataset
+from gearrattle.report.record_dataset import records_dataset, texts
 from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust
@@ -149,7 +148,7 @@ class VerdictReport(Presentation[Verdict]):
         numbers = [value if isinstance(value, float) else math.nan for value in values]
         words = [value if isinstance(value, str) else "" for value in values]
         entries = records_dataset([row.table_row("criterion") for row in self.result.entries], "entry")
-        return entries.assign(value=("entry", numbers), word=("entry", np.array(words, dtype=np.str_)))
+        return entries.assign(value=("entry", numbers), word=("entry", texts(words)))
 
 
 def _peaks(findings: Findings) -> tuple[Table, ...]:
