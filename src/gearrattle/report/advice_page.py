@@ -15,7 +15,7 @@ from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.row_charts import Series, row_chart
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import record_columns, texts
+from gearrattle.report.record_dataset import number_columns, record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -73,13 +73,11 @@ class AdvicePage(Presentation[Advice]):
     def numbers(self) -> Arrays:
         advice = self.result
         forecasts = record_columns(advice.forecasts, "forecast", names=("quantity", "subject", "by", "unit"))
-        values = [forecast.value for forecast in advice.forecasts]
         lines = {
             "topic": ("line", texts(line.topic for line in advice.lines)),
             "advice": ("line", texts(line.words for line in advice.lines)),
             "evidence": ("line", texts("\n".join(line.evidence) for line in advice.lines)),
-            "value": ("forecast", [math.nan if isinstance(value, str) else value for value in values]),
-            "word": ("forecast", texts(value if isinstance(value, str) else "" for value in values)),
+            **number_columns("value", "word", [forecast.value for forecast in advice.forecasts], "forecast"),
         }
         return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
 

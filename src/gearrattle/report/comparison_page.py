@@ -187,11 +187,10 @@ def _growths(rows: tuple[Row, ...]) -> xr.Dataset:
 
 def _work_precision(precision: WorkPrecision) -> xr.Dataset:
     """Return the points of all curves, that of the exact solution last."""
-    points = [(curve.algorithm, point) for curve in precision.curves for point in curve.points]
-    points.append(("exact", precision.exact))
+    points = [{**vars(point), "algorithm": curve.algorithm} for curve in precision.curves for point in curve.points]
+    points.append({**vars(precision.exact), "algorithm": "exact"})
     units = {"error": precision.unit, "function_calls": "1", "wall_time": "s"}
-    data = records_dataset([point for _, point in points], "run", prefix="work_precision_", units=units)
-    return data.assign(work_precision_algorithm=("run", texts(name for name, _ in points)))
+    return records_dataset(points, "run", prefix="work_precision_", units=units)
 
 
 def _setting(comparison: Comparison) -> str:

@@ -61,6 +61,14 @@ def record_columns(
     return columns
 
 
+def number_columns(name: str, word: str, values: Sequence[float | str], dimension: str) -> dict[str, Any]:
+    """Return values that are numbers or words as two variables: numbers, NaN for a word; and words, else empty."""
+    return {
+        name: (dimension, [math.nan if isinstance(value, str) else value for value in values]),
+        word: (dimension, texts(value if isinstance(value, str) else "" for value in values)),
+    }
+
+
 def stacked(rows: Sequence[Any]) -> Any:
     """Return rows of numbers as one array (m, longest), the shorter ones filled up with NaN."""
     table = np.full((len(rows), max((len(row) for row in rows), default=0)), math.nan)

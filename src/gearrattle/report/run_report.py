@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -26,7 +25,7 @@ from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.plots.verdict_figures import verdict_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import records_dataset, texts
+from gearrattle.report.record_dataset import number_columns, records_dataset
 from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust
@@ -144,11 +143,9 @@ class VerdictReport(Presentation[Verdict]):
 
     def _entries(self) -> xr.Dataset:
         """Return every entry: its number, or its word."""
-        values = [entry.value for entry in self.result.entries]
-        numbers = [value if isinstance(value, float) else math.nan for value in values]
-        words = [value if isinstance(value, str) else "" for value in values]
         entries = records_dataset([row.table_row("criterion") for row in self.result.entries], "entry")
-        return entries.assign(value=("entry", numbers), word=("entry", texts(words)))
+        values = [entry.value for entry in self.result.entries]
+        return entries.assign(number_columns("value", "word", values, "entry"))
 
 
 def _peaks(findings: Findings) -> tuple[Table, ...]:
