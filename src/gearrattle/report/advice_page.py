@@ -9,6 +9,7 @@ import numpy as np
 
 from gearrattle.advice import Advice
 from gearrattle.advice.clearance_advice import LISTED
+from gearrattle.report.advice_tables import value_words
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
 from gearrattle.report.plots.chart import Chart
@@ -96,11 +97,5 @@ class AdvicePage(Presentation[Advice]):
         return Table(head, tuple(rows), frozenset({0, 1, 3}), "Clearances")
 
     def _forecasts(self) -> Table:
-        rows = []
-        for forecast in self.result.forecasts:
-            value = forecast.value
-            if not isinstance(value, str):
-                number = f"{numeral(value, 3)} {forecast.unit}".removesuffix(" 1").strip()
-                value = "to the end" if math.isinf(value) else number
-            rows.append((forecast.quantity, forecast.subject, forecast.by, value))
-        return Table(("quantity", "of", "by", "forecast"), tuple(rows), frozenset({0, 1, 2}))
+        rows = tuple((f.quantity, f.subject, f.by, value_words(f, f.value)) for f in self.result.forecasts)
+        return Table(("quantity", "of", "by", "forecast"), rows, frozenset({0, 1, 2}))
