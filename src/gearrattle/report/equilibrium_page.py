@@ -49,7 +49,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
             )
         )
         tables = (
-            elements_table(rest, "Elements"),
+            elements_table(rest.model, rest, "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
         )
         if not rest.balance:

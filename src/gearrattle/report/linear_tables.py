@@ -16,6 +16,7 @@ from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
     from gearrattle.analysis.statics import Equilibrium, Modes
+    from gearrattle.model import Model
 
 _MOST_NAMED = 16  # bodies in a mode shape
 _THIN = 0.03  # of a mode shape: drawn as a bar of this height, so that it is seen
@@ -23,10 +24,10 @@ _RIGID = 1e-6
 """Below this share of the highest frequency a mode counts as rigid: no energy is stored."""
 
 
-def elements_table(rest: Equilibrium, title: str, note: str = "") -> Table:
+def elements_table(model: Model, rest: Equilibrium, title: str, note: str = "") -> Table:
     """Return the static deflection of every element, with the region it rests in."""
-    si = rest.model.units == "SI"
-    units = {element.name: ("m" if element.along_line else "rad") if si else "" for element in rest.model.elements}
+    si = model.units == "SI"
+    units = {element.name: ("m" if element.along_line else "rad") if si else "" for element in model.elements}
     rows = tuple(
         (name, engineering(deflection, units[name], 4), _region_in_words(rest.region.get(name)))
         for name, deflection in rest.deflection.items()
@@ -46,7 +47,7 @@ def rest_table(findings: Findings) -> Table:
             f"{name} {engineering(value, 'rad/s²' if si else '')}" for name, value in pairs if value != 0.0
         )
         note += "."
-    return elements_table(rest, "Static rest", note)
+    return elements_table(findings.model, rest, "Static rest", note)
 
 
 def _region_in_words(label: int | None) -> str:
