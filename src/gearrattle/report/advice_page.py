@@ -9,13 +9,14 @@ import numpy as np
 
 from gearrattle.advice import Advice
 from gearrattle.advice.clearance_advice import LISTED
+from gearrattle.report.advice_tables import value_words
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.row_charts import Series, row_chart
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import record_columns, texts
+from gearrattle.report.record_dataset import number_columns, record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -73,13 +74,11 @@ class AdvicePage(Presentation[Advice]):
     def numbers(self) -> Arrays:
         advice = self.result
         forecasts = record_columns(advice.forecasts, "forecast", names=("quantity", "subject", "by", "unit"))
-        values = [forecast.value for forecast in advice.forecasts]
         lines = {
             "topic": ("line", texts(line.topic for line in advice.lines)),
             "advice": ("line", texts(line.words for line in advice.lines)),
             "evidence": ("line", texts("\n".join(line.evidence) for line in advice.lines)),
-            "value": ("forecast", [math.nan if isinstance(value, str) else value for value in values]),
-            "word": ("forecast", texts(value if isinstance(value, str) else "" for value in values)),
+            **number_columns("value", "word", [forecast.value for forecast in advice.forecasts], "forecast"),
         }
         return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
 
@@ -98,11 +97,5 @@ class AdvicePage(Presentation[Advice]):
         return Table(head, tuple(rows), frozenset({0, 1, 3}), "Clearances")
 
     def _forecasts(self) -> Table:
-        rows = []
-        for forecast in self.result.forecasts:
-            value = forecast.value
-            if not isinstance(value, str):
-                number = f"{numeral(value, 3)} {forecast.unit}".removesuffix(" 1").strip()
-                value = "to the end" if math.isinf(value) else number
-            rows.append((forecast.quantity, forecast.subject, forecast.by, value))
-        return Table(("quantity", "of", "by", "forecast"), tuple(rows), frozenset({0, 1, 2}))
+        rows = tuple((f.quantity, f.subject, f.by, value_words(f, f.value)) for f in self.result.forecasts)
+        return Table(("quantity", "of", "by", "forecast"), rows, frozenset({0, 1, 2}))

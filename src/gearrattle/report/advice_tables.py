@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from gearrattle.advice import Score
-from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    from gearrattle.advice import Forecast
+    from gearrattle.pipeline import Findings
 
 
 def scores_sentence(findings: Findings) -> str:
@@ -27,8 +30,8 @@ def scores_table(findings: Findings) -> Table:
             s.forecast.quantity,
             s.forecast.subject,
             s.forecast.by,
-            _value(s, s.forecast.value),
-            _value(s, s.happened),
+            value_words(s.forecast, s.forecast.value),
+            value_words(s.forecast, s.happened),
             "right" if s.right else "wrong",
             s.rule,
         )
@@ -38,9 +41,10 @@ def scores_table(findings: Findings) -> Table:
     return Table(head, rows, frozenset({0, 1, 2, 5, 6}))
 
 
-def _value(score: Score, value: float | str) -> str:
+def value_words(forecast: Forecast, value: float | str) -> str:
+    """Write what is forecast, or what happened, with the unit of the forecast."""
     if isinstance(value, str):
         return value
     if math.isinf(value):
         return "to the end"
-    return f"{numeral(value, 3)} {score.forecast.unit}".removesuffix(" 1").strip()
+    return f"{numeral(value, 3)} {forecast.unit}".removesuffix(" 1").strip()

@@ -25,6 +25,7 @@ from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.periodic_motion_figures import selected_charts
 from gearrattle.report.plots.sweeps_of_motions import swept_chart
 from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.stable_motion_sentences import counts_of, counts_words, jumps_words, some
 from gearrattle.report.swept_tables import changes_words, jump_table, run_table, stretch_table, value_words
 from gearrattle.report.tables import Table, shortened
@@ -234,7 +235,7 @@ class BranchesPage(ModelPresentation[Branch]):
         for name, column in branch.events.items():
             values = column.to_numpy()
             if name in ("kind", "clearance", "grazing"):
-                values = np.array([str(value) for value in values], dtype=np.str_)
+                values = texts(map(str, values))
             added[f"event_{name}"] = ("event", values, unit if name == "value" else {})
         if self._deviations is not None:
             added["event_deviation"] = ("event", np.array(self._deviations), unit)

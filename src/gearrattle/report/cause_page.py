@@ -13,6 +13,7 @@ from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.row_charts import Series, row_chart
 from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import numeral
 
@@ -97,13 +98,12 @@ class CausePage(ModelPresentation[Cause]):
             for name, (values, unit) in columns.items()
         }
         variables["order"] = ("contribution", np.array([item.order for item in items]), {"units": "1"})
-        variables["source"] = ("contribution", np.array([item.source for item in items], np.str_))
-        variables["mode"] = ("contribution", np.array([_mode(item) for item in items], np.str_))
+        variables["source"] = ("contribution", texts(item.source for item in items))
+        variables["mode"] = ("contribution", texts(map(_mode, items)))
         # linear stiffness and damping of the elements
         for name, values_of in (("stiffness", cause.slopes), ("damping", cause.dampings)):
             variables[name] = ("element", np.array(list(values_of.values())))
-        elements = np.array(list(cause.slopes), np.str_)
-        return xr.Dataset(variables, {"element": elements}, {"body": cause.body, "error": cause.error})
+        return xr.Dataset(variables, {"element": texts(cause.slopes)}, {"body": cause.body, "error": cause.error})
 
     def _slopes(self) -> Table:
         rows = tuple(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.comparison.comparison_rows import Comparison, Row
-from gearrattle.comparison.comparison_table import COLUMNS, table_of
+from gearrattle.comparison.comparison_table import COLUMNS
 from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
 from gearrattle.report.comparison_tables import (
@@ -26,7 +27,7 @@ from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.comparison_figures import growth_of_errors, work_precision_chart
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import records_dataset
+from gearrattle.report.record_dataset import records_dataset, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -108,23 +109,17 @@ def _with_distinct_labels(comparison: Comparison) -> Comparison:
 
 def _table(comparison: Comparison) -> xr.Dataset:
     """Return the table of the comparison, with units."""
-    table = table_of(comparison)
-    error_unit = _error_unit(comparison.rows)
-    data = table.to_xarray()
-    for name, (unit, _) in COLUMNS.items():
-        if unit:
-            data[name].attrs["units"] = error_unit if name == "error" else unit
-        else:
-            data[name] = ("algorithm", table[name].to_numpy(dtype=np.str_))
-    return data.assign_coords(algorithm=np.array(table.index, dtype=np.str_))
+    rows = [{name: read(row) for name, (_, read) in COLUMNS.items()} for row in comparison.rows]
+    units = {name: unit for name, (unit, _) in COLUMNS.items()} | {"error": _error_unit(comparison.rows)}
+    return records_dataset(rows, "algorithm", units=units).assign_coords(algorithm=_labels(comparison.rows))
 
 
 def _error_unit(rows: tuple[Row, ...]) -> str:
     return next((row.error.unit for row in rows if row.error is not None), "half-gaps")
 
 
-def _labels(rows: list[Row]) -> Any:
-    return np.array([row.label for row in rows], dtype=np.str_)
+def _labels(rows: Iterable[Row]) -> Any:
+    return texts(row.label for row in rows)
 
 
 def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
@@ -154,8 +149,8 @@ def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
         },
         {
             "algorithm": _labels(ended),
-            "clearance": np.array(first.clearances, dtype=np.str_),
-            "inertia": np.array(first.inertias, dtype=np.str_),
+            "clearance": texts(first.clearances),
+            "inertia": texts(first.inertias),
         },
     )
 
@@ -186,18 +181,16 @@ def _growths(rows: tuple[Row, ...]) -> xr.Dataset:
     growths = [[row.growths.get(region, np.nan) for region in regions] for row in fixed]
     return xr.Dataset(
         {"growth_a_step": (("algorithm", "region"), growths, {"units": "1"})},
-        {"algorithm": _labels(fixed), "region": np.array(regions, dtype=np.str_)},
+        {"algorithm": _labels(fixed), "region": texts(regions)},
     )
 
 
 def _work_precision(precision: WorkPrecision) -> xr.Dataset:
     """Return the points of all curves, that of the exact solution last."""
-    points = [(curve.algorithm, point) for curve in precision.curves for point in curve.points]
-    points.append(("exact", precision.exact))
+    points = [{**vars(point), "algorithm": curve.algorithm} for curve in precision.curves for point in curve.points]
+    points.append({**vars(precision.exact), "algorithm": "exact"})
     units = {"error": precision.unit, "function_calls": "1", "wall_time": "s"}
-    data = records_dataset([point for _, point in points], "run", prefix="work_precision_", units=units)
-    names = np.array([name for name, _ in points], dtype=np.str_)
-    return data.assign(work_precision_algorithm=("run", names))
+    return records_dataset(points, "run", prefix="work_precision_", units=units)
 
 
 def _setting(comparison: Comparison) -> str:

@@ -12,6 +12,7 @@ from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.palette import ACCENT, CENTRE
 from gearrattle.report.plots.row_charts import Series, row_chart
 from gearrattle.report.presentation import Presentation
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
@@ -85,10 +86,10 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
             values = [[float(point[name][clearance]) for clearance in names] for point in points]
             variables[f"fixed_point_{name}"] = (("fixed_point", "clearance"), values)
         if points:
-            variables["fixed_point_motion"] = ("fixed_point", np.array([point["motion"] for point in points], np.str_))
+            variables["fixed_point_motion"] = ("fixed_point", texts(point["motion"] for point in points))
             variables["fixed_point_starts"] = ("fixed_point", [int(point["starts"]) for point in points])
         attributes = {"method": str(self.result.name), "quantity": self.result.attrs["quantity"]}
-        return xr.Dataset(variables, {"clearance": np.array(names, np.str_)}, attributes)
+        return xr.Dataset(variables, {"clearance": texts(names)}, attributes)
 
     def _points(self) -> list[dict[str, Any]]:
         return list(self.result.attrs.get("fixed_points", ()))

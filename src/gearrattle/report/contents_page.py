@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gearrattle.measured.look import Contents
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels_figure import channels_chart
 from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
-from gearrattle.report.record_dataset import stacked, texts
+from gearrattle.report.record_dataset import records_dataset, stacked
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -58,22 +56,11 @@ class ContentsPage(Presentation[Contents]):
         return {"file_format": content.pop("format"), **content}  # "format" names that of the summary
 
     def numbers(self) -> xr.Dataset:
-        import xarray as xr
-
         table = self.result.table
-        columns: dict[str, Any] = {}
-        for name, column in table.items():
-            key = str(name)
-            attributes = {"units": _UNITS[str(name)]} if name in _UNITS else {}
-            if key == "first":
-                columns[key] = (("channel_number", "first_sample"), stacked(column.tolist()))
-            elif column.dtype.kind in "iufb":
-                values = column.to_numpy()
-                whole = values.astype(np.int64) if column.dtype.kind == "b" else values
-                columns[key] = ("channel_number", whole, attributes)
-            else:
-                columns[key] = ("channel_number", texts(column))
-        return xr.Dataset(columns, attrs={"source": self.result.source, "file_format": self.result.format})
+        first = ("channel_number", "first_sample"), stacked(table["first"].tolist())
+        attributes = {"source": self.result.source, "file_format": self.result.format}
+        columns = records_dataset(table.to_dict("records"), "channel_number", units=_UNITS)
+        return columns.assign(first=first).assign_attrs(attributes)
 
     def write(self, path: Path) -> None:
         """Write the mapping file as .toml; or another of the ``endings``."""

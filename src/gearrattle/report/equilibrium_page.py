@@ -8,7 +8,7 @@ import numpy as np
 
 from gearrattle.analysis.statics import Equilibrium
 from gearrattle.assembly import free_names
-from gearrattle.report.linear_tables import region_in_words
+from gearrattle.report.linear_tables import elements_table
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import engineering, quantity
@@ -42,15 +42,6 @@ class EquilibriumPage(Presentation[Equilibrium]):
     def answer(self) -> tuple[Table, ...]:
         rest = self.result
         si = self.result.model.units == "SI"
-        meshes = {element.name for element in rest.model.elements if element.along_line}
-        elements = tuple(
-            (
-                name,
-                engineering(deflection, ("m" if name in meshes else "rad") if si else "", 4),
-                region_in_words(rest.region[name]) if name in rest.region else "linear",
-            )
-            for name, deflection in rest.deflection.items()
-        )
         bodies = tuple(
             (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
             for name, angle, acceleration in zip(
@@ -58,7 +49,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
             )
         )
         tables = (
-            Table(("element", "deflection", "rests in"), elements, frozenset({0, 2}), "Elements"),
+            elements_table(rest.model, rest, "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
         )
         if not rest.balance:

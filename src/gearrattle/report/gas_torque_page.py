@@ -10,7 +10,7 @@ from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.engine_torque import engine_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import texts
+from gearrattle.report.record_dataset import record_columns
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -55,13 +55,12 @@ class GasTorquePage(Presentation[GasTorque]):
         return {"mean": engine.mean, "work": engine.work, **waves}
 
     def numbers(self) -> Arrays:
-        waves = [(source, wave) for source in _SOURCES for wave in getattr(self.result, source)]
+        waves = [
+            {"source": _WORDS[source], **wave._asdict()} for source in _SOURCES for wave in getattr(self.result, source)
+        ]
         return Arrays(
             {
-                "source": ("wave", texts(_WORDS[source] for source, _ in waves)),
-                "order": ("wave", [float(wave.order) for _, wave in waves], {"units": "1"}),
-                "amplitude": ("wave", [float(wave.amplitude) for _, wave in waves], {"units": "N m"}),
-                "phase": ("wave", [float(wave.phase) for _, wave in waves], {"units": "rad"}),
+                **record_columns(waves, "wave", units={"order": "1", "amplitude": "N m", "phase": "rad"}),
                 "mean": ((), self.result.mean, {"units": "N m"}),
                 "work": ((), self.result.work, {"units": "J"}),
             }

@@ -15,7 +15,8 @@ from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
-    from gearrattle.analysis.statics import Modes
+    from gearrattle.analysis.statics import Equilibrium, Modes
+    from gearrattle.model import Model
 
 _MOST_NAMED = 16  # bodies in a mode shape
 _THIN = 0.03  # of a mode shape: drawn as a bar of this height, so that it is seen
@@ -23,17 +24,22 @@ _RIGID = 1e-6
 """Below this share of the highest frequency a mode counts as rigid: no energy is stored."""
 
 
-def rest_table(findings: Findings) -> Table:
+def elements_table(model: Model, rest: Equilibrium, title: str, note: str = "") -> Table:
     """Return the static deflection of every element, with the region it rests in."""
+    si = model.units == "SI"
+    units = {element.name: ("m" if element.along_line else "rad") if si else "" for element in model.elements}
+    rows = tuple(
+        (name, engineering(deflection, units[name], 4), _region_in_words(rest.region.get(name)))
+        for name, deflection in rest.deflection.items()
+    )
+    return Table(("element", "deflection", "rests in"), rows, frozenset({0, 2}), title, note)
+
+
+def rest_table(findings: Findings) -> Table:
+    """Return the static deflections, and where the means do not balance the accelerations."""
     layout = findings.motion.trajectory.layout
     si = findings.model.units == "SI"
     rest = findings.equilibrium
-    rows = []
-    for name, mesh in zip(layout.element_names, layout.is_mesh, strict=True):
-        deflection = rest.deflection.get(name)
-        region = rest.region.get(name)
-        unit = ("m" if mesh else "rad") if si else ""
-        rows.append((name, engineering(deflection, unit, 4), "linear" if region is None else region_in_words(region)))
     note = "Under the mean loads, transmission errors at zero."
     if np.any(np.abs(rest.acceleration) > 0.0):
         pairs = zip(layout.inertia_names, rest.acceleration.tolist(), strict=True)
@@ -41,13 +47,13 @@ def rest_table(findings: Findings) -> Table:
             f"{name} {engineering(value, 'rad/s²' if si else '')}" for name, value in pairs if value != 0.0
         )
         note += "."
-    return Table(("element", "deflection", "rests in"), tuple(rows), frozenset({0, 2}), "Static rest", note)
+    return elements_table(findings.model, rest, "Static rest", note)
 
 
-def region_in_words(label: int) -> str:
-    """Return where an element is, by the label of its region."""
-    if label == 0:
-        return "centre"
+def _region_in_words(label: int | None) -> str:
+    """Return where an element is, by the label of its region; None for one without corners."""
+    if not label:
+        return "linear" if label is None else "centre"
     return f"drive side, stage {label}" if label > 0 else f"coast side, stage {-label}"
 
 

@@ -25,6 +25,7 @@ from gearrattle.report.page import Picture, Section, notes_section
 from gearrattle.report.plots.campbell_figure import campbell_chart
 from gearrattle.report.plots.mode_shapes import mode_sketch
 from gearrattle.report.presentation import Presentation
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.summary import modes_dict
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -115,8 +116,8 @@ class ModesPage(Presentation[Modes]):
             {
                 "mode": np.arange(1, len(modes.frequencies) + 1),
                 "inertia": list(modes.inertia_names),
-                "element": np.array(modes.element_names, dtype=np.str_),
-                "source": np.array(modes.sources, dtype=np.str_),
+                "element": texts(modes.element_names),
+                "source": texts(modes.sources),
             },
             {"model": modes.model.name, "setting": self.setting},
         )
@@ -190,7 +191,7 @@ class CampbellPage(Presentation[Campbell]):
                 **crossings,
             },
             {
-                "element": np.array(names, dtype=np.str_),
+                "element": texts(names),
                 "order": ("order", [line.order for line in diagram.orders], {"units": "1"}),
             },
             {"lowest_speed": diagram.speeds[0], "highest_speed": diagram.speeds[1], "model_speed": diagram.model_speed},

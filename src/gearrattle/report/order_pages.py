@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
-from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.order_maps import cuts_chart, map_chart, raised
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
@@ -47,11 +46,6 @@ class _Along(Presentation["xr.Dataset"]):
         attributes = self.result.attrs
         rows = counted(self._values().shape[0], "row")
         return f"{self._largest()} {rows}, resolution {attributes['resolution']:.4g}, shaft: {_shaft(attributes)}."
-
-    def sections(self) -> tuple[Section, ...]:
-        summary = Section("summary", "Summary", self.sentence, tables=self.answer())
-        figures = figure_sections(self.charts())
-        return summary, *figures, *notes_section(self.notes)
 
     def numbers(self) -> xr.Dataset:
         return self.result
@@ -94,7 +88,7 @@ class OrderCutsPage(_Along):
         rows = int(self._values().shape[0])
         return {**plain_attributes(self.result.attrs), "rows": rows, "orders": self._orders()}
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         return [cuts_chart(self.result, si=self.si)]
 
     def _largest(self) -> str:
@@ -126,7 +120,7 @@ class OrderMapPage(OrderCutsPage):
 
     kind = "order map"
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         return self._map()
 
     def _chosen(self) -> list[int]:
@@ -160,7 +154,7 @@ class WaterfallPage(_Along):
         rows, bins = self._map_values.shape
         return {**plain_attributes(self.result.attrs), "rows": rows, "bins": bins, "largest": self._peak()}
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         return self._map()
 
     def numbers(self) -> xr.Dataset:

@@ -29,6 +29,7 @@ from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.plots.periodic_motion_figures import multipliers_chart, overlaid_chart, phase_chart
 from gearrattle.report.plots.region_figures import regions
 from gearrattle.report.presentation import ModelPresentation, Presentation
+from gearrattle.report.record_dataset import stacked, texts
 from gearrattle.report.tables import Table, shortened
 from gearrattle.report.verdict_tables import criteria_tables, verdict_table
 from gearrattle.wording import counted
@@ -124,7 +125,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         orbit = self.result
         data = orbit.run.data
         impacts = impacts_of(orbit)
-        names = np.array([orbit.run.trajectory.layout.clearance_names[k] for k in impacts.clearance], dtype=np.str_)
+        names = texts(orbit.run.trajectory.layout.clearance_names[k] for k in impacts.clearance)
         angle, rate, time = (unit_of(orbit, unit) or "1" for unit in ("rad", "rad/s", "s"))
         added = {
             "multiplier_real": ("mode", orbit.multipliers.real.copy()),
@@ -133,7 +134,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
             "state_velocity": ("inertia", np.array(orbit.state["velocity"]), {"units": rate}),
             "impact_time": ("impact", impacts.time, {"units": time}),
             "impact_clearance": ("impact", names),
-            "impact_side": ("impact", np.where(impacts.drive, "drive", "coast").astype(np.str_)),
+            "impact_side": ("impact", texts(np.where(impacts.drive, "drive", "coast"))),
             "impact_velocity": (
                 "impact",
                 impacts.velocity,
@@ -223,10 +224,7 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
         # Floquet multipliers (motion, mode), filled up with NaN
         orbits = self.result.orbits
         model = self.result.model
-        modes = max((len(orbit.multipliers) for orbit in orbits), default=0)
-        multipliers = np.full((len(orbits), modes), np.nan, dtype=np.complex128)
-        for row, orbit in zip(multipliers, orbits, strict=True):
-            row[: len(orbit.multipliers)] = orbit.multipliers
+        multipliers = [orbit.multipliers for orbit in orbits]
         # states at the start of a period
         bodies = [inertia.name for inertia in model.inertias]
         shape = (len(orbits), len(bodies))
@@ -239,11 +237,11 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
         variables = {
             "cycles": ("motion", np.array([orbit.cycles for orbit in orbits], dtype=np.int64)),
             "stable": ("motion", np.array([orbit.stable for orbit in orbits], dtype=np.bool_)),
-            "verdict": ("motion", np.array([orbit.verdict.verdict for orbit in orbits], dtype=np.str_)),
-            "severity": ("motion", np.array([orbit.verdict.severity for orbit in orbits], dtype=np.str_)),
+            "verdict": ("motion", texts(orbit.verdict.verdict for orbit in orbits)),
+            "severity": ("motion", texts(orbit.verdict.severity for orbit in orbits)),
             "residual": ("motion", np.array([orbit.residual for orbit in orbits], dtype=np.float64)),
-            "multiplier_real": (("motion", "mode"), multipliers.real.copy()),
-            "multiplier_imaginary": (("motion", "mode"), multipliers.imag.copy()),
+            "multiplier_real": (("motion", "mode"), stacked([values.real for values in multipliers])),
+            "multiplier_imaginary": (("motion", "mode"), stacked([values.imag for values in multipliers])),
             "angle": (("motion", "inertia"), states["angle"], {"units": "rad" if is_si else "1"}),
             "velocity": (("motion", "inertia"), states["velocity"], {"units": "rad/s" if is_si else "1"}),
             "peak_to_peak": (

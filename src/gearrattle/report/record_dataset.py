@@ -53,12 +53,20 @@ def record_columns(
             whole = all(isinstance(value, bool | int) for value in values)
             column = np.array([math.nan if value is None else value for value in values], np.int64 if whole else float)
         elif all(isinstance(value, str) for value in values):
-            column = np.array(values, dtype=np.str_)
+            column = texts(values)
         else:
             continue
         unit = (units or {}).get(name)
         columns[f"{prefix}{name}"] = (dimension, column, {"units": unit} if unit else {})
     return columns
+
+
+def number_columns(name: str, word: str, values: Sequence[float | str], dimension: str) -> dict[str, Any]:
+    """Return values that are numbers or words as two variables: numbers, NaN for a word; and words, else empty."""
+    return {
+        name: (dimension, [math.nan if isinstance(value, str) else value for value in values]),
+        word: (dimension, texts(value if isinstance(value, str) else "" for value in values)),
+    }
 
 
 def stacked(rows: Sequence[Any]) -> Any:

@@ -15,7 +15,7 @@ from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.row_charts import Series, row_chart
 from gearrattle.report.presentation import NUMBER_ENDINGS, ModelPresentation, Presentation
-from gearrattle.report.record_dataset import record_columns, texts
+from gearrattle.report.record_dataset import number_columns, record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -246,8 +246,7 @@ def _simulated_columns(simulated: Simulated) -> dict[str, Any]:
     columns = record_columns(simulated.entries, "entry", names=names)
     for name in ("full", "reduced"):
         values = [getattr(entry, name) for entry in simulated.entries]
-        columns[name] = ("entry", [math.nan if isinstance(value, str) else value for value in values])
-        columns[f"{name}_word"] = ("entry", texts(value if isinstance(value, str) else "" for value in values))
+        columns |= number_columns(name, f"{name}_word", values, "entry")
     return columns
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from markupsafe import Markup
 
 from gearrattle.model import Model
@@ -27,7 +25,7 @@ from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.plots.verdict_figures import verdict_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import records_dataset
+from gearrattle.report.record_dataset import number_columns, records_dataset
 from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust
@@ -145,11 +143,9 @@ class VerdictReport(Presentation[Verdict]):
 
     def _entries(self) -> xr.Dataset:
         """Return every entry: its number, or its word."""
-        values = [entry.value for entry in self.result.entries]
-        numbers = [value if isinstance(value, float) else math.nan for value in values]
-        words = [value if isinstance(value, str) else "" for value in values]
         entries = records_dataset([row.table_row("criterion") for row in self.result.entries], "entry")
-        return entries.assign(value=("entry", numbers), word=("entry", np.array(words, dtype=np.str_)))
+        values = [entry.value for entry in self.result.entries]
+        return entries.assign(number_columns("value", "word", values, "entry"))
 
 
 def _peaks(findings: Findings) -> tuple[Table, ...]:

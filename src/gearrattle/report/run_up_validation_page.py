@@ -13,7 +13,7 @@ from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.run_up_validation_figures import run_up_charts
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.record_dataset import stacked, texts
+from gearrattle.report.record_dataset import records_dataset, stacked
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
@@ -75,20 +75,9 @@ class RunUpPage(Presentation[RunUp]):
 
     def _rows(self) -> xr.Dataset:
         """Return a row a channel and order: levels over speed, sigma, the peaks and their speeds."""
-        import xarray as xr
-
-        table = self.result.to_dataframe()
         speed = "rad/s" if self.result.units == "SI" else "1"
         units = {"order": "1", "sigma": "%", "outside": "1", "peak_speed": speed, "simulated_peak_speed": speed}
-        columns = {
-            str(name): (
-                "track",
-                texts(column) if name in ("channel", "partner", "unit") else column.to_numpy(dtype=float),
-                {"units": units[name]} if name in units else {},
-            )
-            for name, column in table.items()
-        }
-        return xr.Dataset(columns)
+        return records_dataset([track.summary() for track in self.result.tracks], "track", units=units)
 
 
 def tracks_table(run_up: RunUp) -> Table:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import Measure, measure_of
 from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.study_tables import percent
 from gearrattle.report.tables import Table
 from gearrattle.studies.dataset_layout import axes_in, outputs_in, scattered
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
@@ -69,7 +70,7 @@ def _rank_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
     ]
     note = (
         f"{counted(int(dataset['samples']), 'sample')}; the regression of ranks explains "
-        f"{_percent(float(dataset['explained']))}. "
+        f"{percent(float(dataset['explained']))}. "
         f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
     )
     return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
@@ -128,7 +129,3 @@ def _within(value: float, half: float) -> str:
 
 def _short(value: float) -> str:
     return numeral(round(value, 3), 3)
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if np.isfinite(share) else "–"

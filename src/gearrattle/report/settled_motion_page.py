@@ -16,6 +16,7 @@ from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.numerals import engineering
 from gearrattle.report.plots.palette import REGIMES
 from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted, listed
 
@@ -117,8 +118,8 @@ class SettledMotionPage(ModelPresentation[SettledMotion]):
                 "rms": ("clearance", run.rms, unit),
                 "peak_to_peak": ("clearance", run.swing, unit),
                 "impacts": ("clearance", run.impacts),
-                "regime": ("clearance", np.array(run.regimes, dtype=np.str_)),
-                "severity": ("clearance", np.array(run.severities, dtype=np.str_)),
+                "regime": ("clearance", texts(run.regimes)),
+                "severity": ("clearance", texts(run.severities)),
             },
             {"clearance": list(self.result.clearance_names)},
             {"cycles": run.cycles, "periods": run.periods},

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.boundaries import boundary_chart
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.sample_figures import bars_of_probability, tornado_chart, tornado_panels
@@ -32,13 +31,6 @@ class _OfStudy(Presentation["xr.Dataset"]):
     @property
     def title(self) -> str:
         return f"{self.kind[:1].upper()}{self.kind[1:]}: {self.result.attrs['output']}"
-
-    def sections(self) -> tuple[Section, ...]:
-        figures = figure_sections(self.charts())
-        return Section("summary", "Summary", self.sentence, tables=self.answer()), *figures
-
-    def charts(self) -> list[Chart]:
-        return []
 
     def content(self) -> dict[str, Any]:
         data = self.result
@@ -74,7 +66,7 @@ class SensitivitiesPage(_OfStudy):
     def answer(self) -> tuple[Table, ...]:
         return tuple(output_tables(self.result, self._measured()))
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         data = self.result
         measured = self._measured()
         count = self.result.sizes["value"]
@@ -129,7 +121,7 @@ class ProbabilityPage(_OfStudy):
     def answer(self) -> tuple[Table, ...]:
         return (probabilities_table(self.result),)
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         alone = set(self.result["probability"].dims) <= {self.result.attrs["subject"]}
         chart = bars_of_probability(self.result) if alone else None
         return [] if chart is None else [chart]
@@ -151,7 +143,7 @@ class BoundaryPage(_OfStudy):
             return ()
         return (changes_table(self.result, self.result, self._varied(), str(self.result.attrs["subject"])),)
 
-    def charts(self) -> list[Chart]:
+    def figures(self) -> list[Chart]:
         chart = boundary_chart(self.result, self._varied(), str(self.result.attrs["subject"]))
         return [] if chart is None else [chart]
 

@@ -112,8 +112,8 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
     for at in np.ndindex(columns[0].shape):
         k, n, p, low, high = (float(column[at]) for column in columns)
         position = (labels[axis][i] for axis, i in zip(axes, at, strict=False))
-        interval = f"{_percent(low)} to {_percent(high)}"
-        rows.append((names[at[-1] if subject else 0], *position, f"{int(k)}", f"{int(n)}", _percent(p), interval))
+        interval = f"{percent(low)} to {percent(high)}"
+        rows.append((names[at[-1] if subject else 0], *position, f"{int(k)}", f"{int(n)}", percent(p), interval))
     if not rows:
         return Table(head, ())
     # the number of samples for half the widest interval
@@ -189,5 +189,6 @@ def _cell(value: object, factor: float) -> str:
     return numeral(factor * float(value), 4) if isinstance(value, int | float | np.number) else str(value)
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Write a share in whole per cents; a dash where there is none."""
     return f"{100.0 * share:.0f} %" if np.isfinite(share) else "–"

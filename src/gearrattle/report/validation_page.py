@@ -94,45 +94,37 @@ class ValidationPage(Presentation[Validation]):
 
     def _levels(self) -> xr.Dataset:
         percent = dict.fromkeys(("sigma", "low", "high", "standard_error", "expanded", "remainder"), "%")
-        levels = [(pair, level) for pair in self.result.pairs for level in pair.levels]
-        data = records_dataset([level for _, level in levels], "level", units=percent)
-        return data.assign(
-            channel=("level", texts(pair.name for pair, _ in levels)),
-            partner=("level", texts(pair.partner for pair, _ in levels)),
-            unit=("level", texts(pair.unit for pair, _ in levels)),
-        )
+        rows = [
+            {**vars(level), "channel": pair.name, "partner": pair.partner, "unit": pair.unit}
+            for pair in self.result.pairs
+            for level in pair.levels
+        ]
+        return records_dataset(rows, "level", units=percent)
 
 
 def _orders(pairs: tuple[Pair, ...]) -> xr.Dataset:
-    orders = [(pair, order) for pair in pairs for order in pair.orders]
     units = {"order": "1", "frequency": "Hz", "sigma": "%", "low": "%", "high": "%"}
     units |= dict.fromkeys(("phase", "phase_error", "phase_low", "phase_high"), "deg")
-    data = records_dataset([order for _, order in orders], "order_row", prefix="order_", units=units)
-    return (
-        data.rename(order_order="order").assign(order_channel=("order_row", texts(pair.name for pair, _ in orders)))
-        if orders
-        else data
-    )
+    rows = [{**vars(order), "channel": pair.name} for pair in pairs for order in pair.orders]
+    data = records_dataset(rows, "order_row", prefix="order_", units=units)
+    return data.rename(order_order="order") if rows else data
 
 
 def _bands(pairs: tuple[Pair, ...]) -> xr.Dataset:
-    bands = [(pair, band) for pair in pairs for band in pair.bands]
     units = {"low": "Hz", "high": "Hz", "decibels": "dB", "least": "dB", "most": "dB", "share": "1"}
-    data = records_dataset([band for _, band in bands], "band", prefix="band_", units=units)
-    return data.assign(band_channel=("band", texts(pair.name for pair, _ in bands)))
+    rows = [{**vars(band), "channel": pair.name} for pair in pairs for band in pair.bands]
+    return records_dataset(rows, "band", prefix="band_", units=units)
 
 
 def _budget(pairs: tuple[Pair, ...]) -> xr.Dataset:
     """Return every contribution to the uncertainty of every level."""
-    rows = [(pair.name, level.measure, term) for pair in pairs for level in pair.levels for term in level.budget]
-    names = ("source", "value")
-    data = records_dataset(
-        [term for *_, term in rows], "contribution", prefix="budget_", names=names, units={"value": "%"}
-    )
-    return data.assign(
-        budget_channel=("contribution", texts(channel for channel, *_ in rows)),
-        budget_measure=("contribution", texts(measure for _, measure, _ in rows)),
-    )
+    rows = [
+        {"source": term.source, "value": term.value, "channel": pair.name, "measure": level.measure}
+        for pair in pairs
+        for level in pair.levels
+        for term in level.budget
+    ]
+    return records_dataset(rows, "contribution", prefix="budget_", units={"value": "%"})
 
 
 def _curves(pairs: tuple[Pair, ...]) -> xr.Dataset:
