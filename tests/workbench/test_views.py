@@ -10,7 +10,8 @@ import pytest
 
 from gearrattle.json_types import json_value
 from gearrattle.report.kinds import presentation_of
-from gearrattle.workbench.views import chart_json, view_of, without_styles
+from gearrattle.report.plots.interactive import chart_json
+from gearrattle.workbench.views import view_of, without_styles
 from tests.report.examples import CASE_PARAMETERS, result
 
 

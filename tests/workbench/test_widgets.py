@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gearrattle.workbench import widgets
+from gearrattle.report.browser import widgets
 
 STATIC = widgets.FOLDER.parent
 NODE = shutil.which("node")
