@@ -46,7 +46,7 @@ def motion_at_point(branch: Branch) -> Markup:
     if not points:
         return Markup("")
     return (
-        Markup('<div id="motions"></div>\n<script type="application/json" id="motions-data">')
+        Markup('<div id="motion-at-point"></div>\n<script type="application/json" id="motion-at-point-data">')
         + embedded(point_data(branch, points))
         + Markup("</script>")
     )

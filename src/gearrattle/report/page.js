@@ -22,12 +22,11 @@
       drawing.classList.remove("drawn"); // the static figure stays
       throw error;
     }
-    document.dispatchEvent(new CustomEvent("figure-drawn", { detail: key }));
   };
 
-  const branches = document.getElementById("motions");
+  const branches = document.getElementById("motion-at-point");
   if (branches) {
-    const known = dataOf("motions");
+    const known = dataOf("motion-at-point");
     motions.follow(null, known, [...models].filter(([key]) => key in known.levels), branches);
   }
 

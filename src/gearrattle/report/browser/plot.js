@@ -117,6 +117,22 @@ function extent(low, high, margin) {
   return [low - margin * spread, high + margin * spread];
 }
 
+const pictures = new WeakMap(); // of maps, made once
+
+// A map of numbers as a picture with one point a cell, the first row lowest; what has no value stays clear.
+function pictureOf(heat) {
+  const [rows, columns] = heat.values.shape;
+  const image = new OffscreenCanvas(columns, rows), inner = image.getContext("2d"), data = inner.createImageData(columns, rows);
+  for (let r = 0; r < rows; r++) {
+    for (let k = 0; k < columns; k++) {
+      const value = heat.values[r * columns + k], at = 4 * ((rows - 1 - r) * columns + k);
+      if (Number.isFinite(value)) data.data.set([...shade((value - heat.low) / (heat.high - heat.low || 1)), 255], at);
+    }
+  }
+  inner.putImageData(data, 0, 0);
+  return image;
+}
+
 // ---- one panel
 
 class Panel {
@@ -313,18 +329,11 @@ class Panel {
   }
 
   drawHeat(c) {
-    const { heat } = this.panel, [rows, columns] = heat.values.shape;
-    const image = new OffscreenCanvas(columns, rows), inner = image.getContext("2d"), data = inner.createImageData(columns, rows);
-    for (let r = 0; r < rows; r++) {
-      for (let k = 0; k < columns; k++) {
-        const value = heat.values[r * columns + k], at = 4 * ((rows - 1 - r) * columns + k);
-        if (Number.isFinite(value)) data.data.set([...shade((value - heat.low) / (heat.high - heat.low || 1)), 255], at);
-      }
-    }
-    inner.putImageData(data, 0, 0);
+    const { heat } = this.panel;
+    if (!pictures.has(heat)) pictures.set(heat, pictureOf(heat));
     const [a, b] = heat.x_range.map((v) => this.x(v)), [u, t] = heat.y_range.map((v) => this.y(v));
     c.imageSmoothingEnabled = false;
-    c.drawImage(image, a, t, b - a, u - t);
+    c.drawImage(pictures.get(heat), a, t, b - a, u - t);
   }
 
   drawBand(c, theme, band) {
@@ -373,16 +382,33 @@ class Panel {
     } else {
       c.strokeStyle = colour; c.lineWidth = line.width ?? 1.3; c.lineJoin = "round"; c.setLineDash(DASHES[line.dash] ?? []);
       c.beginPath();
-      let isDown = false;
-      for (let k = 0; k < x.length; k++) {
-        const a = this.x(x[k]), b = this.y(y[k]);
-        if (!Number.isFinite(a) || !Number.isFinite(b)) isDown = false;
-        else if (isDown) c.lineTo(a, b);
-        else { c.moveTo(a, b); isDown = true; }
-      }
+      this.trace(c, x, y);
       c.stroke(); c.setLineDash([]);
     }
     c.globalAlpha = 1;
+  }
+
+  // A path through points, lifted where one is missing; of very many points in a row that share a column of pixels
+  // first, highest, lowest and last.
+  trace(c, x, y) {
+    const isThinned = x.length > 4 * this.width;
+    let column = null, last = 0, high = 0, low = 0, count = 0;
+    const leave = () => {
+      if (count > 1) { c.lineTo(column, high); c.lineTo(column, low); c.lineTo(column, last); }
+      column = null;
+    };
+    for (let k = 0; k < x.length; k++) {
+      const a = this.x(x[k]), b = this.y(y[k]);
+      if (!Number.isFinite(a) || !Number.isFinite(b)) leave();
+      else if (isThinned && column !== null && Math.abs(a - column) < 0.5) { last = b; high = Math.min(high, b); low = Math.max(low, b); count++; }
+      else {
+        const isFirst = column === null;
+        leave();
+        if (isFirst) c.moveTo(a, b); else c.lineTo(a, b);
+        column = a; last = high = low = b; count = 1;
+      }
+    }
+    leave();
   }
 
   // Impacts: a tick at the edge of the panel on their side, as long as they are hard.
