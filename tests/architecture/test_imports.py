@@ -25,7 +25,6 @@ HEAVY = (
     "pandas",
     "pint",
     "matplotlib",
-    "plotly",
     "h5netcdf",
 )
 
@@ -113,7 +112,6 @@ UNNEEDED = (
     "pandas",
     "xarray",
     "matplotlib",
-    "plotly",
     "gearrattle.signals",
 )
 

@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.validation_figures import validation_charts
 from tests.measured.validation import made
 
@@ -81,7 +81,7 @@ def test_figures_are_drawn_by_both_renderers() -> None:
     charts = validation_charts(actual)
     assert [chart.key for chart in charts] == ["sigma", "budget", "cycles", "orders", "spectra", "bands"]
     for chart in charts:
-        assert json.dumps(plotly_figure(chart), allow_nan=False)
+        assert json.dumps(chart_json(chart), allow_nan=False)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64decode
-from functools import cache
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,13 @@ from gearrattle.orbits.orbit import sampled
 from gearrattle.report.motion_at_point import chosen_points, motion_at_point, point_data
 from gearrattle.report.plots.branches_figure import branch_charts
 from gearrattle.report.plots.chords import thinned
-from tests.browser import MARKS, alive
+from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
+from tests.report.live_page import drawn, page_of_a_file, pixel
 
 browser = [pytest.param((), marks=MARKS)]
 
 
-@cache
 def page(folder: Path) -> str:
     return over_frequency().save(folder / "page").read_text(encoding="utf-8")
 
@@ -153,53 +153,42 @@ def test_a_branch_without_a_clearance_of_its_model_shows_nothing() -> None:
 
 def test_the_page_holds_it_once_and_stays_small(tmp_path: Path) -> None:
     text = page(tmp_path)
-    assert text.count('id="at-point-slider"') == 1
-    (data,) = re.findall(r'<script type="application/json" id="at-point-data">(.*?)</script>', text, flags=re.S)
+    assert text.count('id="motion-at-point"') == 1
+    (data,) = re.findall(r'<script type="application/json" id="motion-at-point-data">(.*?)</script>', text, flags=re.S)
     assert len(data) < 250_000
 
 
-def _with_script(folder: Path, script: str) -> Path:
-    """The page with a script that acts once the first figure is drawn."""
-    waits = (
-        "<script>document.addEventListener('figure-drawn', (event) => {"
-        f"if (event.detail.key === 'extremes') setTimeout(() => {{ {script} }}, 500); }});</script></body>"
-    )
-    altered = folder / "altered.html"
-    altered.write_text(page(folder).replace("</body>", waits), encoding="utf-8")
-    return altered
+@pytest.fixture
+def tab(tmp_path: Path) -> Iterator[Any]:
+    with page_of_a_file(over_frequency().save(tmp_path / "page")) as tab:
+        drawn(tab, "extremes")
+        yield tab
 
 
 @pytest.mark.parametrize("_marks", browser)
-def test_the_slider_moves_along_the_branch(_marks: tuple[()], tmp_path: Path) -> None:
-    act = (
-        "const s = document.getElementById('at-point-slider'); s.value = s.max;"
-        "s.dispatchEvent(new Event('input')); document.body.dataset.acted = 'yes';"
-    )
-    done = alive(_with_script(tmp_path, act), tmp_path, 'data-acted="yes"')
-    said = re.search(r'id="at-point-words"[^>]*>([^<]*)<', done.stdout)
-    assert said is not None
-    assert said[1].startswith("frequency = 1.6: stable")
-    assert re.search(r'<path d="M[^"]*" class="loop">', done.stdout)
-    assert len(re.findall(r'class="inside"', done.stdout)) == 2
+def test_the_slider_moves_along_the_branch(_marks: tuple[()], tab: Any) -> None:
+    slider = tab.get_by_role("slider", name="Along the branches")
+    slider.press("End")
+    words = tab.locator(".gr-motion-words")
+    assert words.inner_text().startswith("frequency = 1.6: stable")
+    assert slider.get_attribute("aria-valuetext") == words.inner_text()
+    assert tab.locator("#motion-at-point canvas").count() == 2
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("_marks", browser)
-def test_the_pointer_shows_the_nearest_motion(_marks: tuple[()], tmp_path: Path) -> None:
-    """A pointer over the dashed part of the lower curve shows an unstable motion, and a multiplier outside."""
+def test_the_pointer_shows_the_nearest_motion(_marks: tuple[()], tab: Any) -> None:
+    """A pointer over the dashed part of the lower curve shows an unstable motion; a click keeps it."""
     data = over_frequency().data
     unstable = np.flatnonzero(~data["stable"].values)
     at = int(unstable[len(unstable) // 2])
     value, lowest = float(data["value"][at]), float(data["lowest"][at, 0])
-    act = (
-        "const live = document.getElementById('extremes-live'), a = live._fullLayout;"
-        "const box = live.querySelector('.nsewdrag').getBoundingClientRect();"
-        f"const x = box.left + a.xaxis.l2p({value}), y = box.top + a.yaxis.l2p({lowest});"
-        "const move = new MouseEvent('mousemove', { clientX: x, clientY: y, bubbles: true });"
-        "live.querySelector('.nsewdrag').dispatchEvent(move); document.body.dataset.acted = 'yes';"
-    )
-    done = alive(_with_script(tmp_path, act), tmp_path, 'class="loop unstable"')
-    said = re.search(r'id="at-point-words"[^>]*>frequency = ([\d.]+): unstable', done.stdout)
+    where = pixel(tab, "extremes", value, lowest)
+    words = tab.locator(".gr-motion-words")
+    tab.mouse.move(*where)
+    said = re.match(r"frequency = ([\d.]+): unstable", words.inner_text())
     assert said is not None
     assert float(said[1]) == pytest.approx(value, abs=0.02)
-    assert len(re.findall(r'class="outside"', done.stdout)) == 1
+    tab.mouse.click(*where)
+    kept = words.inner_text()
+    tab.mouse.move(5, 5)
+    assert words.inner_text() == kept

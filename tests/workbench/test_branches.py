@@ -18,6 +18,7 @@ from gearrattle.workbench.notebook_widget import Answers
 from tests.browser import MARKS
 from tests.orbits.test_branch import over_frequency
 from tests.report.examples import result
+from tests.report.live_page import point_on
 from tests.studies import oscillator
 from tests.workbench.jobs import client, make_job
 from tests.workbench.page import boxes_of, opened_page, violations
@@ -101,16 +102,9 @@ def server(finished_server: Server) -> Server:
 
 
 def _pixel(tab: Any, chart: dict[str, Any], value: float, level: float) -> tuple[float, float]:
-    """Where a point of the one panel of the first figure is on the screen; the margins are those of plot.js."""
-    (panel,) = chart["panels"]
-    heights = np.concatenate([np.frombuffer(b64decode(line["y"]["f8"]), "<f8") for line in panel["lines"]])
-    low, high = np.nanmin(heights), np.nanmax(heights)
-    room = 0.06 * (high - low)
+    """Where a point of the one panel of the first figure is on the screen."""
     (box,) = boxes_of(tab.locator(".gr-beside .gr-canvas").first)
-    width, height = box["width"] - 66 - 14, box["height"] - 24 - 38
-    across = (value - panel["x_range"][0]) / (panel["x_range"][1] - panel["x_range"][0])
-    up = (level - low + room) / (high - low + 2.0 * room)
-    return box["x"] + 66 + across * width, box["y"] + 24 + (1.0 - up) * height
+    return point_on(box, chart, value, level)
 
 
 @pytest.mark.parametrize("_marks", browser)

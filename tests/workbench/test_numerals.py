@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gearrattle.report.browser import widgets
 from gearrattle.report.plots.numerals import engineering, numeral
-from gearrattle.workbench import widgets
 from tests.browser import BROWSER, MARKS
 
 pytestmark = MARKS

@@ -10,7 +10,8 @@ import pytest
 
 from gearrattle.json_types import json_value
 from gearrattle.report.kinds import presentation_of
-from gearrattle.workbench.views import chart_json, view_of, without_styles
+from gearrattle.report.plots.interactive import chart_json
+from gearrattle.workbench.views import view_of, without_styles
 from tests.report.examples import CASE_PARAMETERS, result
 
 
@@ -50,8 +51,8 @@ def test_arrays_of_a_figure_come_through() -> None:
     written = json.loads(json.dumps(chart_json(chart), allow_nan=False))
     for panel, drawn in zip(written["panels"], chart.panels, strict=True):
         for line, of in zip(panel["lines"], drawn.lines, strict=True):
-            values = np.frombuffer(base64.b64decode(line["x"]["f8"]), "<f8")
-            np.testing.assert_array_equal(values, of.x)
+            values = np.frombuffer(base64.b64decode(line["y"]["f4"]), "<f4")
+            np.testing.assert_allclose(values, of.y, rtol=1e-7)
 
 
 def test_styles_are_taken_out_of_a_drawing() -> None:

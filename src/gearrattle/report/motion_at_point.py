@@ -2,15 +2,13 @@
 
 The motions of at most 120 points travel with the page, and with the view of the workbench, as integers of 16 bits,
 each with as many samples as a screen shows; with many impacts the motions of fewer points travel. On the page
-the script ``motion_at_point.js`` draws them; without a pointer, a slider moves along the branches.
+``browser/motions.js`` draws them; without a pointer, a slider moves along the branches.
 """
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,17 +17,16 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, deflection_rate
 from gearrattle.orbits import Branch, Orbit
+from gearrattle.report.live_figures import embedded
 from gearrattle.report.motion_curves import fine_curves
 from gearrattle.report.plots.branches_figure import largest, measure, shown_levels
 from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
 from gearrattle.report.plots.corner_marks import reach, shading, units_of
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.view import scale
-from gearrattle.report.templates import templates
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-_HERE = Path(__file__).parent
 _FEW = 120
 _MANY = 50
 """Points: of motions with few and with many crossings."""
@@ -48,17 +45,10 @@ def motion_at_point(branch: Branch) -> Markup:
     points = chosen_points(branch)
     if not points:
         return Markup("")
-    data = point_data(branch, points)
-    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    return Markup(
-        templates()
-        .get_template("motion_at_point.html.j2")
-        .render(
-            count=len(points),
-            clearances=[clearance["name"] for clearance in data["clearances"]],
-            data=Markup(text),
-            script=Markup((_HERE / "motion_at_point.js").read_text(encoding="utf-8")),
-        )
+    return (
+        Markup('<div id="motion-at-point"></div>\n<script type="application/json" id="motion-at-point-data">')
+        + embedded(point_data(branch, points))
+        + Markup("</script>")
     )
 
 

@@ -1,44 +1,53 @@
+// needs: host, figure, motions
+// A page of a result: figures become interactive as they come into view, tabs choose one, print opens what is folded.
 "use strict";
 (() => {
   const root = document.documentElement;
   root.classList.add("scripted");
-  const config = {
-    responsive: true, displaylogo: false, showTips: false, plotlyServerURL: "",
-    // A closed list: no button of plotly's own may send the data anywhere.
-    modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
+  const dataOf = (key) => JSON.parse(document.getElementById(`${key}-data`).textContent);
+  const models = new Map([...document.querySelectorAll("figure[data-key]")].map((drawing) => {
+    const { key } = drawing.dataset, el = document.getElementById(`${key}-live`);
+    return [key, host.innerModel(null, { chart: null, chosen: null, cursor: null, marked: null, el })];
+  }));
+
+  const draw = (drawing) => {
+    if (drawing.dataset.state) return;
+    drawing.dataset.state = "drawing";
+    const { key } = drawing.dataset, model = models.get(key);
+    model.set("chart", { ...dataOf(key), caption: "" }); // it stands above
+    drawing.classList.add("drawn");
+    try {
+      figure.render({ model, el: model.get("el") });
+    } catch (error) {
+      drawing.classList.remove("drawn"); // the static figure stays
+      throw error;
+    }
   };
 
-  const draw = (figure) => {
-    if (figure.dataset.state) return;
-    figure.dataset.state = "drawing";
-    const key = figure.dataset.key;
-    const { data, layout } = JSON.parse(document.getElementById(key + "-data").textContent);
-    const live = document.getElementById(key + "-live");
-    figure.classList.add("drawn");
-    Plotly.newPlot(live, data, layout, { ...config, toImageButtonOptions: { filename: key, scale: 2 } })
-      .then(() => document.dispatchEvent(new CustomEvent("figure-drawn", { detail: { key, live } })))
-      .catch(() => figure.classList.remove("drawn"));
-  };
+  const branches = document.getElementById("motion-at-point");
+  if (branches) {
+    const known = dataOf("motion-at-point");
+    motions.follow(null, known, [...models].filter(([key]) => key in known.levels), branches);
+  }
 
   const inView = new IntersectionObserver((entries) => {
     for (const entry of entries) if (entry.isIntersecting) draw(entry.target);
   }, { rootMargin: "400px" });
-  const figures = [...document.querySelectorAll("figure[data-key]")];
-  figures.forEach((figure) => {
-    if (figure.classList.contains("later")) figure.classList.add("hidden");
-    inView.observe(figure);
-  });
+  for (const drawing of document.querySelectorAll("figure[data-key]")) {
+    if (drawing.classList.contains("later")) drawing.classList.add("hidden");
+    inView.observe(drawing);
+  }
 
   for (const list of document.querySelectorAll(".tabs")) {
     const tabs = [...list.querySelectorAll("[role=tab]")];
     const choose = (chosen) => {
       for (const tab of tabs) {
-        const figure = document.getElementById(tab.getAttribute("aria-controls"));
+        const drawing = document.getElementById(tab.getAttribute("aria-controls"));
         const on = tab === chosen;
         tab.setAttribute("aria-selected", String(on));
         tab.tabIndex = on ? 0 : -1;
-        figure.classList.toggle("hidden", !on);
-        if (on) draw(figure);
+        drawing.classList.toggle("hidden", !on);
+        if (on) draw(drawing);
       }
     };
     tabs.forEach((tab, index) => {

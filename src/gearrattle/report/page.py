@@ -85,7 +85,7 @@ class Page:
     sections
         in reading order; empty ones are left out.
     is_interactive
-        whether figures become interactive plots; plotly.js is then part of the page (4 MB).
+        whether figures become interactive; their data and the scripts that draw them are then part of the page.
     template
         ``page.html.j2``, or a template that extends it.
     values

@@ -41,7 +41,7 @@ class Presentation(Generic[R]):
     endings
         of the files that can be written of it alone; without one of them a path is a folder.
     is_interactive
-        whether the figures of its page become interactive plots; plotly.js is then part of it (4 MB).
+        whether the figures of its page become interactive.
     is_data
         whether the result is its Dataset, so that a saved one can be presented again.
     folder

@@ -9,7 +9,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gearrattle.report.live_figures import plotly_data
+from gearrattle.report.live_figures import chart_data
 from gearrattle.report.plots.numerals import unbroken
 from gearrattle.report.plots.shapes import background, swatch
 from gearrattle.wording import counted
@@ -29,7 +29,7 @@ def templates() -> Environment:
         finalize=_finalized,
     )
     environment.globals["counted"] = counted
-    environment.filters["plotly_data"] = plotly_data
+    environment.filters["chart_data"] = chart_data
     environment.filters["swatch"] = swatch
     environment.filters["background"] = background
     environment.filters["data_address"] = _data_address

@@ -29,6 +29,7 @@ from gearrattle.report.kinds import presentation_of
 from gearrattle.report.page import figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.chart_files import read_charts
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.saved import SUMMARY, save
 from gearrattle.report.static_figures import CHARTS
@@ -38,7 +39,7 @@ from gearrattle.studies import open_study
 from gearrattle.workbench.editing import edited
 from gearrattle.workbench.job_files import reading, stored_json, stored_object, stored_text
 from gearrattle.workbench.traces import Hits, RunFile, write_index
-from gearrattle.workbench.views import chart_json, motions_json, section_json, view_of
+from gearrattle.workbench.views import motions_json, section_json, view_of
 from gearrattle.workbench.workspace_folder import NotThereError
 from gearrattle.writing import whole
 

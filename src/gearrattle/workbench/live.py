@@ -11,10 +11,11 @@ from typing import Any
 
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings, judged
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.phase_plane import phase_plane
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.workbench.views import chart_json, verdict_numbers
+from gearrattle.workbench.views import verdict_numbers
 
 CYCLES = 60
 DISCARD = 30

@@ -16,12 +16,13 @@ from gearrattle.errors import GearRattleError, ModelError, Problem, shown_proble
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
+from gearrattle.report.browser import widgets
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.notebook_view import notebook_view
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.results import Run
-from gearrattle.workbench import widgets
 from gearrattle.workbench.traces import Hits, InMemory, described, packed
-from gearrattle.workbench.views import chart_json, motions_json, view_of
+from gearrattle.workbench.views import motions_json, view_of
 
 Answer = tuple[dict[str, Any], list[bytes]]
 

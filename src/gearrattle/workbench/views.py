@@ -8,10 +8,8 @@ One mechanism serves all kinds: what a ``Presentation`` puts on its page is writ
 from __future__ import annotations
 
 import re
-from base64 import b64encode
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -31,9 +29,6 @@ from gearrattle.report.run_report import headline_words
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import side_shares
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    from gearrattle.report.plots.chart import Chart
 
 _LONGEST_TABLE = 2000
 """Rows that go to the page; results.nc has all."""
@@ -206,20 +201,3 @@ def verdict_numbers(findings: Findings) -> dict[str, Any]:
 def without_styles(svg: str) -> str:
     """Return a drawing without style attributes, which the page's policy refuses; its classes say the same."""
     return re.sub(r' style="[^"]*"', "", svg)
-
-
-def chart_json(chart: Chart) -> dict[str, Any]:
-    """Return a figure as data: its nouns as objects, arrays as base64 of little-endian float64 (``{"f8": ...}``)."""
-    written: dict[str, Any] = _written(chart)
-    return {**written, "rows": chart.rows}
-
-
-def _written(value: Any) -> Any:
-    if is_dataclass(value):
-        return {field.name: _written(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, np.ndarray):
-        content = b64encode(np.ascontiguousarray(value, dtype="<f8").tobytes()).decode("ascii")
-        return {"f8": content, "shape": list(value.shape)}
-    if isinstance(value, tuple | list):
-        return [_written(entry) for entry in value]
-    return json_value(value)

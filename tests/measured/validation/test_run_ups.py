@@ -12,7 +12,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.run_up_validation_figures import run_up_charts
 from gearrattle.report.plots.static import draw
 
@@ -162,7 +162,7 @@ def test_charts_are_drawn_by_both_renderers(run: gr.Run) -> None:
     assert [line.name for line in chart.panels[0].lines] == ["95 % limit", "95 % limit", "simulated", "measured"]
     assert all(panel.x_title == "speed, rpm" and panel.unit == "rad/s²" for panel in chart.panels)
     ElementTree.fromstring(draw(chart, legend=True))
-    json.dumps(plotly_figure(chart), allow_nan=False)
+    json.dumps(chart_json(chart), allow_nan=False)
 
 
 @pytest.mark.parametrize(

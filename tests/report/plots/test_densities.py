@@ -13,7 +13,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.plots.density_figures import cross_chart, density_chart, response_chart, spectra_charts
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.static import draw
 
 RATE = 1000.0
@@ -74,7 +74,7 @@ def test_natural_frequencies_are_marked_where_the_density_reaches() -> None:
     assert charts[0].panels[0].x_title == "frequency, Hz"
     for chart in charts:
         ElementTree.fromstring(draw(chart, legend=True))
-        json.dumps(plotly_figure(chart), allow_nan=False)
+        json.dumps(chart_json(chart), allow_nan=False)
     single = found()[["psd", "psd_low", "psd_high"]]
     single.attrs = {key: value for key, value in found().attrs.items() if not key.startswith("reference")}
     assert [chart.key for chart in spectra_charts(single)] == ["psd"]

@@ -15,7 +15,7 @@ from gearrattle.report.plots.clearance_figures import deflections, forces, overv
 from gearrattle.report.plots.corner_marks import reach, shading
 from gearrattle.report.plots.history_figures import accelerations
 from gearrattle.report.plots.impact_figures import impacts
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.report.plots.phase_plane import deflection_rate, phase_plane
 from gearrattle.report.plots.region_figures import regions
@@ -51,7 +51,7 @@ def test_every_figure_draws_both_ways(figure, findings: Findings) -> None:
     for panel in chart.panels:
         assert panel.lines or panel.bars or panel.cells or panel.note
         assert all(line.x.shape == line.y.shape and np.isfinite(line.y).all() for line in panel.lines)
-    json.dumps(plotly_figure(chart), allow_nan=False)
+    json.dumps(chart_json(chart), allow_nan=False)
     ElementTree.fromstring(draw(chart))
 
 

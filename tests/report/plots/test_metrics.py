@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
 from gearrattle.quantities import inputs_of_recording, recording_of, rows_of
 from gearrattle.quantities.metrics import inputs_of
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.metric_figures import metrics_chart, rattle_metrics
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.report.plots.screening_figure import screening_map
@@ -79,7 +81,7 @@ def test_cells_of_a_screening_are_its_margins() -> None:
     assert dots.x.size == int((data.regime.values[:, :, 0] > 0).sum())
     assert all("[rpm]" in panel.x_title for panel in chart.panels)
     draw(chart)
-    plotly_figure(chart)
+    json.dumps(chart_json(chart), allow_nan=False)
 
 
 def test_one_load_gives_curves_over_speed() -> None:

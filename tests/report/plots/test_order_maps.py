@@ -17,8 +17,9 @@ import gearrattle as gr
 from gearrattle.pipeline import Findings
 from gearrattle.pipeline import run as pipeline
 from gearrattle.recording import Channel, Recording
+from gearrattle.report.browser import widgets
 from gearrattle.report.plots.chart import Chart, Heat, Panel
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.order_maps import (
     SPAN,
     coherence_chart,
@@ -81,12 +82,12 @@ def test_a_map_is_drawn_alike_by_both_renderers() -> None:
     assert chunks == ["IHDR", "PLTE", "tRNS", "IDAT", "IEND"]
     assert codes.tolist() == [[0, 255, 1], [1, 65, 128]]  # upside down; empty, highest, lowest
     assert colours[codes[0, 1]] == SHADES[-1]
-    (trace,) = plotly_figure(chart)["data"]
-    packed = np.frombuffer(b64decode(trace["z"]["bdata"]), "<f4").reshape(2, 3)
+    heat = chart_json(chart)["panels"][0]["heat"]
+    packed = np.frombuffer(b64decode(heat["values"]["f4"]), "<f4").reshape(heat["values"]["shape"])
     assert np.array_equal(packed, values.astype(np.float32), equal_nan=True)
-    assert (trace["x0"], trace["dx"], trace["y0"], trace["dy"]) == (0.5, 1.0, 0.5, 1.0)
-    assert trace["colorscale"][-1] == [1.0, SHADES[-1]]
-    json.dumps(plotly_figure(chart), allow_nan=False)
+    assert (heat["x_range"], heat["y_range"], heat["low"], heat["high"]) == ([0.0, 3.0], [0.0, 2.0], 0.0, 40.0)
+    assert json.dumps(SHADES) in (widgets.FOLDER / "plot.js").read_text(encoding="utf-8")
+    json.dumps(chart_json(chart), allow_nan=False)
 
 
 def test_shades_get_ever_lighter() -> None:
@@ -140,7 +141,7 @@ def test_natural_frequencies_fall_over_a_map_of_orders() -> None:
     assert tick.y.tolist() == [2.0, 2.0]
     assert {label.words for label in panel.labels} == {"order 2", "f1"}
     assert "falling lines: natural frequencies" in chart.caption
-    json.dumps(plotly_figure(chart), allow_nan=False)
+    json.dumps(chart_json(chart), allow_nan=False)
     ElementTree.fromstring(draw(chart))
 
 
@@ -190,7 +191,7 @@ def test_cuts_and_coherence_are_drawn() -> None:
     assert value.name == "coherence"
     for chart in (cuts, coherent):
         ElementTree.fromstring(draw(chart))
-        json.dumps(plotly_figure(chart), allow_nan=False)
+        json.dumps(chart_json(chart), allow_nan=False)
 
 
 def test_the_report_of_a_run_up_has_its_maps_with_orders_and_natural_frequencies() -> None:
@@ -203,5 +204,5 @@ def test_the_report_of_a_run_up_has_its_maps_with_orders_and_natural_frequencies
     assert "order 40 reaches 2000 Hz" in spectra.caption
     assert "order 21, 40" in orders.caption
     for chart in (spectra, orders):
-        json.dumps(plotly_figure(chart), allow_nan=False)
+        json.dumps(chart_json(chart), allow_nan=False)
         ElementTree.fromstring(draw(chart))

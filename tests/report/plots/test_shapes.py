@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from gearrattle.report.plots.chart import Chart, Dash, Key, Line, Panel, Shape
-from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.shapes import SHAPES, swatch
 from gearrattle.report.plots.static import draw
 from gearrattle.report.plots.svg_axes import widened
@@ -29,7 +28,7 @@ def chart(*lines: Line, **settings: object) -> Chart:
 
 def test_every_shape_has_a_path_a_marker_and_a_letter_of_its_own() -> None:
     assert sorted(SHAPES) == sorted(NAMES)
-    for what in ("path", "plotly", "matplotlib", "letter"):
+    for what in ("path", "matplotlib", "letter"):
         assert len({getattr(drawn, what) for drawn in SHAPES.values()}) == len(SHAPES)
 
 
@@ -38,8 +37,6 @@ def test_a_shape_is_drawn_at_every_point_and_in_the_legend(shape: Shape) -> None
     drawing = chart(Line(X, X, "points", mark="points", width=8.0, shape=shape))
     svg = draw(drawing, legend=True).decode("utf-8")
     assert svg.count(f'd="{SHAPES[shape].path}"') == X.size + 1
-    (trace,) = plotly_figure(drawing)["data"]
-    assert trace["marker"]["symbol"] == SHAPES[shape].plotly
     figure = matplotlib_figure(drawing)
     assert figure.axes[0].lines[0].get_marker() == SHAPES[shape].matplotlib
     assert figure.legends[0].legend_handles[0].get_marker() == SHAPES[shape].matplotlib  # type: ignore[union-attr]
@@ -51,7 +48,6 @@ def test_dashes_that_mean_something_are_kept_whatever_the_colours() -> None:
     drawing = chart(*lines)
     svg = draw(drawing).decode("utf-8")
     assert len(re.findall(r'stroke-dasharray="5 3"', svg)) == 2
-    assert [trace["line"].get("dash") for trace in plotly_figure(drawing)["data"]] == [None, "5px,3px"] * 2
     patterns = [line._unscaled_dash_pattern[1] for line in matplotlib_figure(drawing).axes[0].lines]  # type: ignore[attr-defined]
     assert [pattern is None for pattern in patterns] == [True, False, True, False]
 
@@ -64,5 +60,4 @@ def test_equal_scales_are_equal_in_every_drawing() -> None:
     (left, right), (low, high) = widened(panel, 0.5)
     assert (right - left, high - low) == pytest.approx((2.0, 4.0))
     drawing = chart(Line(X, X, "line"), x_range=(-1.0, 1.0), y_range=(-1.0, 1.0), equal_scales=True)
-    assert plotly_figure(drawing)["layout"]["yaxis"]["scaleanchor"] == "x"
     assert matplotlib_figure(drawing).axes[0].get_aspect() == 1.0

@@ -10,7 +10,7 @@ import pytest
 
 from gearrattle.errors import ModelError
 from gearrattle.report.plots.chart_files import packed_charts, read_charts
-from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.static import draw
 from tests import synthetic
@@ -26,7 +26,7 @@ def test_charts_come_back_as_they_were(kept: list, tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(packed_charts(kept))
     actual = read_charts(tmp_path / "a.npz")
     assert [draw(chart, legend=True) for chart in actual] == [draw(chart, legend=True) for chart in kept]
-    assert [plotly_figure(chart) for chart in actual] == [plotly_figure(chart) for chart in kept]
+    assert [chart_json(chart) for chart in actual] == [chart_json(chart) for chart in kept]
     assert np.array_equal(actual[0].panels[0].lines[3].y, kept[0].panels[0].lines[3].y, equal_nan=True)
     assert packed_charts(actual) == packed_charts(kept)
 

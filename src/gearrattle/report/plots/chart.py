@@ -1,7 +1,7 @@
 """A figure as plain data, without a renderer.
 
 A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars and cells, shaded bands and thin rules. Charts
-are frozen, so every renderer draws the same data: ``interactive`` a plotly figure, ``static`` an SVG, ``typeset`` a
+are frozen, so every renderer draws the same data: ``interactive`` data for a browser, ``static`` an SVG, ``typeset`` a
 matplotlib figure for print. A test can read them too.
 """
 

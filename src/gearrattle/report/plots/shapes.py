@@ -1,7 +1,7 @@
 """Shapes of points and dashes of lines that carry a meaning, so that it is told apart without colour.
 
-Every renderer draws the same shape: static SVG a path, plotly and matplotlib a marker by its name, the legend of a page
-a letter.
+Every renderer draws the same shape: static SVG a path, a browser (``browser/plot.js``) a path of its own, matplotlib a
+marker by its name, the legend of a page a letter.
 """
 
 from __future__ import annotations
@@ -27,22 +27,19 @@ class Drawn(NamedTuple):
 
     path: str
     is_open: bool
-    plotly: str
     matplotlib: str
     letter: str
 
 
 SHAPES = {
-    "circle": Drawn("M-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0z", False, "circle", "o", "●"),
-    "square": Drawn("M-.9-.9h1.8v1.8h-1.8z", False, "square", "s", "■"),
-    "diamond": Drawn("M0-1.2L1.1 0L0 1.2L-1.1 0z", False, "diamond", "D", "◆"),
-    "triangle": Drawn("M0-1.15L1.1.85H-1.1z", False, "triangle-up", "^", "▲"),
-    "inverted triangle": Drawn("M0 1.15L1.1-.85H-1.1z", False, "triangle-down", "v", "▼"),
-    "cross": Drawn("M-.9-.9L.9.9M-.9.9L.9-.9", True, "x-thin", "x", "×"),
-    "plus": Drawn("M-1.1 0H1.1M0-1.1V1.1", True, "cross-thin", "+", "+"),
-    "star": Drawn(
-        "M0-1.3L.35-.45L1.25-.4L.55.2L.8 1.1L0 .6L-.8 1.1L-.55.2L-1.25-.4L-.35-.45z", False, "star", "*", "★"
-    ),
+    "circle": Drawn("M-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0z", False, "o", "●"),
+    "square": Drawn("M-.9-.9h1.8v1.8h-1.8z", False, "s", "■"),
+    "diamond": Drawn("M0-1.2L1.1 0L0 1.2L-1.1 0z", False, "D", "◆"),
+    "triangle": Drawn("M0-1.15L1.1.85H-1.1z", False, "^", "▲"),
+    "inverted triangle": Drawn("M0 1.15L1.1-.85H-1.1z", False, "v", "▼"),
+    "cross": Drawn("M-.9-.9L.9.9M-.9.9L.9-.9", True, "x", "×"),
+    "plus": Drawn("M-1.1 0H1.1M0-1.1V1.1", True, "+", "+"),
+    "star": Drawn("M0-1.3L.35-.45L1.25-.4L.55.2L.8 1.1L0 .6L-.8 1.1L-.55.2L-1.25-.4L-.35-.45z", False, "*", "★"),
 }
 """Every shape."""
 DASHES = {"dashed": "5 3", "dotted": "2 2"}

@@ -19,6 +19,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.report.plots.interactive import chart_json
 from gearrattle.workbench import kept_results
 from gearrattle.workbench.channel_spectrum import best_shift, density
 from gearrattle.workbench.differences import differences
@@ -30,7 +31,6 @@ from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.routes.json_answers import answering
 from gearrattle.workbench.script import script
 from gearrattle.workbench.traces import InMemory, Source, described, packed
-from gearrattle.workbench.views import chart_json
 from gearrattle.workbench.workspace_folder import Folder, NotThereError
 from gearrattle.writing import Staging, temporary_folder
 

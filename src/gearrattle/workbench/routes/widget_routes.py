@@ -7,7 +7,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from gearrattle.errors import Problem
-from gearrattle.workbench import widgets
+from gearrattle.report.browser import widgets
 from gearrattle.workbench.routes.json_answers import answering
 from gearrattle.workbench.workspace_folder import NotThereError
 

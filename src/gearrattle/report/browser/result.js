@@ -2,21 +2,8 @@
 // A result of any kind: what came out first, then its parts as tabs. Model key "view": what views.py writes;
 // figures and histories are asked for when their tab is opened. The same text runs on the page and in a notebook.
 
-const { ask, element } = host;
+const { ask, element, innerModel } = host;
 const WIDGETS = { phase_plane, figure, map };
-
-// What a widget inside this one has for a model: keys of its own, questions handed on.
-function innerModel(model, values) {
-  const heard = new Map();
-  return {
-    get: (key) => (key in values ? values[key] : model.get(key)),
-    set: (key, value) => { values[key] = value; (heard.get(`change:${key}`) ?? []).forEach((hear) => hear()); },
-    save_changes: () => {},
-    send: (content) => model.send(content),
-    on: (name, hear) => (name === "msg:custom" ? model.on(name, hear) : heard.set(name, [...(heard.get(name) ?? []), hear])),
-    off: (name, hear) => (name === "msg:custom" ? model.off(name, hear) : heard.set(name, (heard.get(name) ?? []).filter((other) => other !== hear))),
-  };
-}
 
 function tableOf(table, caption) {
   const isWord = (k) => table.words.includes(k);
@@ -142,38 +129,10 @@ class ResultView {
     try {
       const { motions: known } = (await ask(this.model, { ask: "motions" })).content;
       const models = (await Promise.all(drawn)).map((own, k) => [figures[k].key, own]).filter(([, own]) => own);
-      if (known && box.isConnected) this.follow(known, models, right);
+      if (known && box.isConnected) this.ends.push(motions.follow(this.model, known, models, right));
     } catch (error) {
       right.append(element("p", { class: "gr-note" }, `No motions beside the branches: ${error.message}.`));
     }
-  }
-
-  follow(known, models, into) {
-    const shown = innerModel(this.model, { motions: known, shown: 0, kept: 0, chosen: null });
-    const mark = () => models.forEach(([key, own]) => {
-      const index = shown.get("shown");
-      own.set("marked", known.levels[key].map((levels) => levels.map((level) => ({ x: known.value[index], y: level[index] }))));
-    });
-    const show = (index) => { if (index !== shown.get("shown")) shown.set("shown", index); };
-    const keep = (index) => { shown.set("kept", index); show(index); };
-    const step = { ArrowLeft: -1, ArrowRight: 1 };
-    for (const [key, own] of models) {
-      const at = (cursor) => motions.nearest(known, known.levels[key][cursor.panel] ?? [], cursor);
-      own.on("change:cursor", () => { const cursor = own.get("cursor"); show(cursor ? at(cursor) : shown.get("kept")); });
-      own.on("change:chosen", () => keep(shown.get("shown")));
-      own.get("el").addEventListener("keydown", (event) => {
-        if (event.key === "Enter") keep(shown.get("shown"));
-        else if (event.key in step && !event.shiftKey) show(Math.min(known.points.length - 1, Math.max(0, shown.get("shown") + step[event.key])));
-        else return;
-        event.preventDefault();
-        event.stopPropagation();
-      }, { capture: true });
-    }
-    shown.on("change:shown", mark);
-    shown.on("change:chosen", () => { this.model.set("chosen", shown.get("chosen")); this.model.save_changes(); });
-    mark();
-    const end = motions.render({ model: shown, el: into });
-    this.ends.push(end);
   }
 
   // Returns the model of the figure's widget; null where there is none.

@@ -56,7 +56,7 @@ function render({ model, el }) {
     const chart = plot.decoded(model.get("chart"));
     figure.set(chart);
     caption.textContent = chart.caption ?? "";
-    const legend = plot.legend(figure.chart, plot.themeOf(body));
+    const legend = plot.legend(figure);
     if (legend) caption.append(legend);
   };
   show();

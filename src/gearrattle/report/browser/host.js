@@ -33,6 +33,19 @@ function unpacked(buffer, arraysOfPart) {
   return parts;
 }
 
+// What a widget inside another one, or on a page of a result, has for a model: keys of its own, questions handed on.
+function innerModel(model, values) {
+  const heard = new Map();
+  return {
+    get: (key) => (key in values ? values[key] : model?.get(key)),
+    set: (key, value) => { values[key] = value; (heard.get(`change:${key}`) ?? []).forEach((hear) => hear()); },
+    save_changes: () => {},
+    send: (content) => model.send(content),
+    on: (name, hear) => (name === "msg:custom" ? model.on(name, hear) : heard.set(name, [...(heard.get(name) ?? []), hear])),
+    off: (name, hear) => (name === "msg:custom" ? model.off(name, hear) : heard.set(name, (heard.get(name) ?? []).filter((other) => other !== hear))),
+  };
+}
+
 // An element with attributes, properties and children; text goes in as text.
 function element(name, attributes, ...children) {
   const made = document.createElement(name);
@@ -45,4 +58,4 @@ function element(name, attributes, ...children) {
   return made;
 }
 
-export default { ask, unpacked, element };
+export default { ask, unpacked, element, innerModel };

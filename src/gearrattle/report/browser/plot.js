@@ -1,17 +1,20 @@
 // needs: host, numerals
 // Figures on canvas: a chart of report/plots/chart.py, with panels, zoom, a cursor and a readout, light or dark.
-// Drag to zoom (a flat box: across only), double click or 0 to reset, arrows move the cursor, + and - zoom, shift pans.
+// Drag to zoom (a flat box: across only), double click or 0 to reset, arrows move the cursor, + and - zoom, shift pans;
+// an entry of the legend hides what it explains.
 
 const { element } = host;
 const { numeral, raised } = numerals;
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const SMALL = FONT.replace("12px", "11px");
 const BOLD = `600 ${FONT}`;
+const MUTED = "#5d6b7a";
 const NO_VALUE = "#6f7a86"; // of report/plots/palette.py: cells without a value, hatched on the background
 const HATCH = 6; // px across between two strokes of hatching
 const SHADES = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"];
 const MARKS = 0.22; // of what is drawn: room above and below for the marks of impacts
 const LEAST_BOX = 8; // px: less is a click
+const DASHES = { dashed: [5, 3], dotted: [2, 2] }; // px on and off, as in report/plots/shapes.py
 
 // ---- ticks and colours
 
@@ -96,10 +99,11 @@ function legible(colour, theme) {
 function decoded(value) {
   if (Array.isArray(value)) return value.map(decoded);
   if (value === null || typeof value !== "object" || ArrayBuffer.isView(value)) return value;
-  if (typeof value.f8 === "string") {
-    const bytes = Uint8Array.from(atob(value.f8), (sign) => sign.charCodeAt(0));
-    return Object.assign(new Float64Array(bytes.buffer), { shape: value.shape });
+  if (value.f8 ?? value.f4) {
+    const bytes = Uint8Array.from(atob(value.f8 ?? value.f4), (sign) => sign.charCodeAt(0));
+    return Object.assign(value.f8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer), { shape: value.shape });
   }
+  if (value.count) return Float64Array.from({ length: value.count }, (_, k) => value.first + k * value.step);
   return Object.fromEntries(Object.entries(value).map(([key, entry]) => [key, decoded(entry)]));
 }
 
@@ -111,6 +115,22 @@ function extent(low, high, margin) {
   if (!(low <= high)) return [0, 1];
   const spread = high - low || Math.abs(high) * 0.1 || 1;
   return [low - margin * spread, high + margin * spread];
+}
+
+const pictures = new WeakMap(); // of maps, made once
+
+// A map of numbers as a picture with one point a cell, the first row lowest; what has no value stays clear.
+function pictureOf(heat) {
+  const [rows, columns] = heat.values.shape;
+  const image = new OffscreenCanvas(columns, rows), inner = image.getContext("2d"), data = inner.createImageData(columns, rows);
+  for (let r = 0; r < rows; r++) {
+    for (let k = 0; k < columns; k++) {
+      const value = heat.values[r * columns + k], at = 4 * ((rows - 1 - r) * columns + k);
+      if (Number.isFinite(value)) data.data.set([...shade((value - heat.low) / (heat.high - heat.low || 1)), 255], at);
+    }
+  }
+  inner.putImageData(data, 0, 0);
+  return image;
 }
 
 // ---- one panel
@@ -131,7 +151,9 @@ class Panel {
   }
 
   set(panel) {
-    this.panel = { ...PANEL, ...panel };
+    const isShown = (item) => this.figure.isShown(item);
+    this.whole = { ...PANEL, ...panel };
+    this.panel = { ...this.whole, lines: this.whole.lines.filter(isShown), bars: this.whole.bars.filter(isShown), cells: this.whole.cells.filter(isShown) };
     this.canvas.setAttribute("aria-label", `${this.figure.chart.title}: ${this.panel.title} ${this.panel.unit}`.trim());
   }
 
@@ -222,7 +244,18 @@ class Panel {
     c.restore();
     c.strokeStyle = theme.line;
     c.strokeRect(this.left + 0.5, this.top + 0.5, this.width - 1, this.height - 1);
+    this.picture = new OffscreenCanvas(this.canvas.width, this.canvas.height);
+    this.picture.getContext("2d").drawImage(this.canvas, 0, 0);
     this.drawCursor(c, theme);
+  }
+
+  // The cursor moves over what is drawn already, however many points that has.
+  drawOver() {
+    const c = this.canvas.getContext("2d");
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.drawImage(this.picture, 0, 0);
+    c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    this.drawCursor(c, this.figure.theme);
   }
 
   drawAxes(c, theme) {
@@ -272,8 +305,10 @@ class Panel {
     for (const label of panel.labels) {
       c.fillStyle = theme.colour(label.colour);
       const isAbove = label.side === "above";
+      const at = [this.x(label.x) + (isAbove ? 0 : 5), this.y(label.y) - (isAbove ? 3 : 0)];
       c.textAlign = isAbove ? "right" : "left"; c.textBaseline = isAbove ? "bottom" : "middle";
-      c.fillText(label.words, this.x(label.x) + (isAbove ? 0 : 5), this.y(label.y) - (isAbove ? 3 : 0));
+      if (panel.heat) { c.strokeStyle = theme.paper; c.lineWidth = 4; c.lineJoin = "round"; c.strokeText(label.words, ...at); }
+      c.fillText(label.words, ...at);
     }
     if (panel.note) {
       c.fillStyle = theme.muted; c.font = FONT; c.textAlign = "center"; c.textBaseline = "middle";
@@ -294,18 +329,11 @@ class Panel {
   }
 
   drawHeat(c) {
-    const { heat } = this.panel, [rows, columns] = heat.values.shape;
-    const image = new OffscreenCanvas(columns, rows), inner = image.getContext("2d"), data = inner.createImageData(columns, rows);
-    for (let r = 0; r < rows; r++) {
-      for (let k = 0; k < columns; k++) {
-        const value = heat.values[r * columns + k], at = 4 * ((rows - 1 - r) * columns + k);
-        if (Number.isFinite(value)) data.data.set([...shade((value - heat.low) / (heat.high - heat.low || 1)), 255], at);
-      }
-    }
-    inner.putImageData(data, 0, 0);
+    const { heat } = this.panel;
+    if (!pictures.has(heat)) pictures.set(heat, pictureOf(heat));
     const [a, b] = heat.x_range.map((v) => this.x(v)), [u, t] = heat.y_range.map((v) => this.y(v));
     c.imageSmoothingEnabled = false;
-    c.drawImage(image, a, t, b - a, u - t);
+    c.drawImage(pictures.get(heat), a, t, b - a, u - t);
   }
 
   drawBand(c, theme, band) {
@@ -352,18 +380,35 @@ class Panel {
         else { c.beginPath(); shapeOf(c, line.shape, a, b, radius); c.fill(); }
       }
     } else {
-      c.strokeStyle = colour; c.lineWidth = line.width ?? 1.3; c.lineJoin = "round"; c.setLineDash(line.dash === "dashed" ? [6, 4] : []);
+      c.strokeStyle = colour; c.lineWidth = line.width ?? 1.3; c.lineJoin = "round"; c.setLineDash(DASHES[line.dash] ?? []);
       c.beginPath();
-      let isDown = false;
-      for (let k = 0; k < x.length; k++) {
-        const a = this.x(x[k]), b = this.y(y[k]);
-        if (!Number.isFinite(a) || !Number.isFinite(b)) isDown = false;
-        else if (isDown) c.lineTo(a, b);
-        else { c.moveTo(a, b); isDown = true; }
-      }
+      this.trace(c, x, y);
       c.stroke(); c.setLineDash([]);
     }
     c.globalAlpha = 1;
+  }
+
+  // A path through points, lifted where one is missing; of very many points in a row that share a column of pixels
+  // first, highest, lowest and last.
+  trace(c, x, y) {
+    const isThinned = x.length > 4 * this.width;
+    let column = null, last = 0, high = 0, low = 0, count = 0;
+    const leave = () => {
+      if (count > 1) { c.lineTo(column, high); c.lineTo(column, low); c.lineTo(column, last); }
+      column = null;
+    };
+    for (let k = 0; k < x.length; k++) {
+      const a = this.x(x[k]), b = this.y(y[k]);
+      if (!Number.isFinite(a) || !Number.isFinite(b)) leave();
+      else if (isThinned && column !== null && Math.abs(a - column) < 0.5) { last = b; high = Math.min(high, b); low = Math.max(low, b); count++; }
+      else {
+        const isFirst = column === null;
+        leave();
+        if (isFirst) c.moveTo(a, b); else c.lineTo(a, b);
+        column = a; last = high = low = b; count = 1;
+      }
+    }
+    leave();
   }
 
   // Impacts: a tick at the edge of the panel on their side, as long as they are hard.
@@ -413,10 +458,10 @@ class Panel {
       const now = at(event);
       if (!this.box) { this.point(now); return; }
       this.box.to = now;
-      if (this.box.isPan) this.panTo(now); else this.draw();
+      if (this.box.isPan) this.panTo(now); else this.drawOver();
     });
     canvas.addEventListener("pointerup", (event) => { const { box } = this; this.box = null; if (box) this.release(box, at(event)); });
-    canvas.addEventListener("pointercancel", () => { this.box = null; this.draw(); });
+    canvas.addEventListener("pointercancel", () => { this.box = null; this.drawOver(); });
     canvas.addEventListener("pointerleave", () => this.figure.leave());
     canvas.addEventListener("dblclick", () => this.figure.reset());
     canvas.addEventListener("wheel", (event) => {
@@ -506,7 +551,7 @@ class Panel {
   showCursor(value, isOwn) {
     this.cursor = value && { ...value, points: this.nearest(value, isOwn) };
     this.readout.textContent = this.cursor ? this.words(isOwn) : "";
-    this.draw();
+    this.drawOver();
   }
 
   words(isOwn) {
@@ -522,8 +567,14 @@ class Panel {
       const holds = (cells, k) => cells.left[k] <= x && x < cells.right[k] && cells.low[k] <= y && y < cells.high[k];
       return this.panel.cells.find((cells) => cells.left.some((_, k) => holds(cells, k)))?.name ?? "";
     }
-    const several = points.length > 1;
-    return points.map((p) => `${several && p.name ? `${p.name} ` : ""}${numeral(p.x, 6)} → ${numeral(p.y)}`).join(" · ");
+    for (const bars of isOwn ? this.panel.bars : []) {
+      const k = bars.heights.findIndex((_, n) => bars.edges[n] <= x && x < bars.edges[n + 1]), base = bars.base?.[k] ?? 0;
+      if (k >= 0 && base <= y && y <= base + bars.heights[k]) return `${bars.name} ${numeral(bars.edges[k])} to ${numeral(bars.edges[k + 1])} → ${numeral(bars.heights[k])}`;
+    }
+    const several = points.length > 1, unitOf = (words) => /\[(.+)\]$/.exec(words)?.[1];
+    const across = unitOf(this.panel.x_title) ?? "", up = unitOf(this.panel.unit) ?? this.panel.unit;
+    const said = (value, digits, unit) => `${numeral(value, digits)} ${unit}`.trim();
+    return points.map((p) => `${several && p.name ? `${p.name} ` : ""}${said(p.x, 6, across)} → ${said(p.y, 4, up)}`).join(" · ");
   }
 }
 
@@ -567,6 +618,7 @@ class Figure {
   constructor(el, chart, options = {}) {
     this.el = el;
     this.options = options;
+    this.hidden = new Map(); // entries of the legend, by name
     this.panels = [];
     this.grid = element("div", { class: "gr-grid" });
     el.replaceChildren(this.grid);
@@ -603,6 +655,15 @@ class Figure {
     this.redraw();
   }
 
+  isShown(item) { return ![...this.hidden.values()].some((key) => explains(key, item)); }
+
+  // Shows or hides what an entry of the legend explains.
+  toggle(key) {
+    if (!this.hidden.delete(key.name)) this.hidden.set(key.name, key);
+    this.panels.forEach((panel) => panel.set(panel.whole));
+    this.redraw();
+  }
+
   redraw() {
     if (!this.drawnAt) return;
     this.theme = themeOf(this.el);
@@ -632,7 +693,7 @@ class Figure {
   }
 
   // Marks points, a list a panel.
-  mark(points) { this.panels.forEach((panel, k) => { panel.marked = points?.[k] ?? []; if (this.drawnAt) panel.draw(); }); }
+  mark(points) { this.panels.forEach((panel, k) => { panel.marked = points?.[k] ?? []; if (this.drawnAt) panel.drawOver(); }); }
 
   leave() { this.panels.forEach((panel) => panel.showCursor(null)); this.options.onCursor?.(null); }
 
@@ -656,25 +717,39 @@ function drawnSwatch({ shape, dash }, colour) {
   c.scale(ratio, ratio);
   c.fillStyle = c.strokeStyle = colour;
   c.beginPath();
-  if (dash) { c.lineWidth = 1.7; c.setLineDash(dash === "dashed" ? [6, 4] : []); c.moveTo(0, height / 2); c.lineTo(width, height / 2); c.stroke(); }
+  if (dash) { c.lineWidth = 1.7; c.setLineDash(DASHES[dash] ?? []); c.moveTo(0, height / 2); c.lineTo(width, height / 2); c.stroke(); }
   else { shapeOf(c, shape, width / 2, height / 2, 4); c.fill(); }
   return swatch;
 }
 
-// The legend of a chart and of its lines, as swatches with words.
-function legend(chart, theme) {
-  const lines = chart.panels.flatMap((panel) => [...(panel.lines ?? []), ...(panel.bars ?? [])]).filter((line) => line.legend);
-  const keys = [...(chart.legend ?? []), ...lines.map(({ name, colour }) => ({ name, colour }))];
-  const areas = new Set(chart.panels.flatMap((panel) => (panel.cells ?? []).map(({ colour }) => colour)));
+// Whether an entry of a legend explains a line, bars or cells.
+function explains(key, item) {
+  if (key.of) return item.legend && item.name === key.name;
+  const isOfColour = item.colour === key.colour || ((key.shape || key.dash) && key.colour === MUTED);
+  return isOfColour && (!key.shape || item.shape === key.shape) && (!key.dash || item.dash === key.dash);
+}
+
+// The legend of a figure: swatches with words, buttons where they explain lines, bars or cells.
+function legend(figure) {
+  const { panels, legend: entries } = figure.chart, theme = themeOf(figure.el);
+  const drawn = panels.flatMap((panel) => [...(panel.lines ?? []), ...(panel.bars ?? []), ...(panel.cells ?? [])]);
+  const keys = [...entries, ...drawn.filter((item) => item.legend).map(({ name, colour }) => ({ name, colour, of: "name" }))];
+  const areas = new Set(panels.flatMap((panel) => (panel.cells ?? []).map(({ colour }) => colour)));
   const unique = [...new Map(keys.map((key) => [key.name, key])).values()];
   if (!unique.length) return null;
-  return element("ul", { class: "gr-legend" }, unique.map((key) => {
-    const colour = key.colour ?? "#5d6b7a";
-    if (key.shape || key.dash) return element("li", {}, drawnSwatch(key, theme.colour(colour)), key.name);
+  const swatchOf = (key) => {
+    const colour = key.colour ?? MUTED;
+    if (key.shape || key.dash) return drawnSwatch(key, theme.colour(colour));
     const swatch = element("i", { class: "gr-swatch" });
     swatch.style.background = colour === NO_VALUE ? `repeating-linear-gradient(135deg, ${theme.muted} 0 1.5px, ${theme.paper} 1.5px 4px)` : areas.has(colour) ? theme.area(colour) : theme.colour(colour);
-    return element("li", {}, swatch, key.name);
+    return swatch;
+  };
+  return element("ul", { class: "gr-legend" }, unique.map((key) => {
+    if (!drawn.some((item) => explains(key, item))) return element("li", {}, swatchOf(key), key.name);
+    const button = element("button", { type: "button", "aria-pressed": String(!figure.hidden.has(key.name)), title: "Show or hide" }, swatchOf(key), key.name);
+    button.addEventListener("click", () => { figure.toggle(key); button.setAttribute("aria-pressed", String(!figure.hidden.has(key.name))); });
+    return element("li", {}, button);
   }));
 }
 
-export default { Figure, decoded, legend, themeOf };
+export default { Figure, decoded, legend };

@@ -10,7 +10,7 @@ function render({ model, el }) {
   const onClick = (chosen) => { model.set("chosen", chosen); model.save_changes(); };
   const onCursor = (value, panel) => model.set("cursor", value && { ...value, panel: panel.index, limits: panel.now });
   const figure = new plot.Figure(body, chart, { onClick, onCursor });
-  const legend = plot.legend(chart, plot.themeOf(body));
+  const legend = plot.legend(figure);
   if (legend) caption.append(legend);
   const changed = () => figure.set(plot.decoded(model.get("chart")));
   const mark = () => figure.mark(model.get("marked"));

@@ -143,9 +143,9 @@ class Histories {
     });
     const few = panels.length <= 2, chart = { title: "Histories", panel_height: few ? 220 : 130, share_x: true, panels };
     if (!panels.length) chart.panels = [{ note: "Choose a channel above" }];
-    this.legend.replaceChildren(...[laid.length ? plot.legend(chart, plot.themeOf(this.body)) : null].filter(Boolean));
     if (!this.figure) this.figure = new plot.Figure(this.body, chart, { onZoom: (window) => this.zoomed(window) });
     else { this.figure.panels.forEach((panel) => { panel.zoom = null; }); this.figure.set(chart); }
+    this.legend.replaceChildren(...[laid.length ? plot.legend(this.figure) : null].filter(Boolean));
   }
 
   marksFor(marks, name) {

@@ -13,7 +13,7 @@ function render({ model, el }) {
     const chart = plot.decoded(model.get("chart"));
     figure.set(chart);
     caption.textContent = `${chart.caption ?? ""} A click opens the case.`;
-    const legend = plot.legend(figure.chart, plot.themeOf(body));
+    const legend = plot.legend(figure);
     if (legend) caption.append(legend);
   };
   show();

@@ -98,4 +98,33 @@ function render({ model, el }) {
   return () => { model.off("change:shown", show); model.off("change:kept", keep); figure.destroy(); };
 }
 
-export default { render, nearest };
+// Marks the motion that is shown in the figures of the branches, [key, model] each; the pointer, a click and arrow keys
+// choose it. The model receives what is "chosen".
+function follow(model, known, models, into) {
+  const shown = host.innerModel(model, { motions: known, shown: 0, kept: 0, chosen: null });
+  const mark = () => models.forEach(([key, own]) => {
+    const index = shown.get("shown");
+    own.set("marked", known.levels[key].map((levels) => levels.map((level) => ({ x: known.value[index], y: level[index] }))));
+  });
+  const show = (index) => { if (index !== shown.get("shown")) shown.set("shown", index); };
+  const keep = (index) => { shown.set("kept", index); show(index); };
+  const step = { ArrowLeft: -1, ArrowRight: 1 };
+  for (const [key, own] of models) {
+    const at = (cursor) => nearest(known, known.levels[key][cursor.panel] ?? [], cursor);
+    own.on("change:cursor", () => { const cursor = own.get("cursor"); show(cursor ? at(cursor) : shown.get("kept")); });
+    own.on("change:chosen", () => keep(shown.get("shown")));
+    own.get("el").addEventListener("keydown", (event) => {
+      if (event.key === "Enter") keep(shown.get("shown"));
+      else if (event.key in step && !event.shiftKey) show(Math.min(known.points.length - 1, Math.max(0, shown.get("shown") + step[event.key])));
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    }, { capture: true });
+  }
+  shown.on("change:shown", mark);
+  shown.on("change:chosen", () => { model?.set("chosen", shown.get("chosen")); model?.save_changes(); });
+  mark();
+  return render({ model: shown, el: into });
+}
+
+export default { follow, render };
