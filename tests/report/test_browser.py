@@ -28,7 +28,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_figures_come_alive_without_a_network(page: Path, tmp_path: Path) -> None:
-    done = alive(page, tmp_path, 'class="gr-canvas"', 5)
+    done = alive(page, tmp_path, 'data-state="drawing"', 5)
     figures = re.findall(r'<figure[^>]*data-key="(\w+)"[^>]*class="([^"]*)"', done.stdout)
     drawn = {key for key, classes in figures if "drawn" in classes}
     assert {"deflection", "acceleration", "impacts", "phase_plane", "spectrum"} <= drawn

@@ -33,7 +33,7 @@ function unpacked(buffer, arraysOfPart) {
   return parts;
 }
 
-// What a widget inside another one, or on a page of a result, has for a model: keys of its own, questions handed on.
+// What a widget within another one or a page has for a model: keys of its own, questions handed on.
 function innerModel(model, values) {
   const heard = new Map();
   return {

@@ -98,8 +98,8 @@ function render({ model, el }) {
   return () => { model.off("change:shown", show); model.off("change:kept", keep); figure.destroy(); };
 }
 
-// Marks the motion that is shown in the figures of the branches, [key, model] each; the pointer, a click and arrow keys
-// choose it. The model receives what is "chosen".
+// Marks the motion that is shown in figures of branches, [key, model] each; pointer, click and arrow keys choose it.
+// The model receives what is "chosen".
 function follow(model, known, models, into) {
   const shown = host.innerModel(model, { motions: known, shown: 0, kept: 0, chosen: null });
   const mark = () => models.forEach(([key, own]) => {

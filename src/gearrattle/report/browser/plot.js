@@ -117,9 +117,7 @@ function extent(low, high, margin) {
   return [low - margin * spread, high + margin * spread];
 }
 
-const pictures = new WeakMap(); // of maps, made once
-
-// A map of numbers as a picture with one point a cell, the first row lowest; what has no value stays clear.
+// A map of numbers as a picture, one point a cell; what has no value stays clear.
 function pictureOf(heat) {
   const [rows, columns] = heat.values.shape;
   const image = new OffscreenCanvas(columns, rows), inner = image.getContext("2d"), data = inner.createImageData(columns, rows);
@@ -151,9 +149,9 @@ class Panel {
   }
 
   set(panel) {
-    const isShown = (item) => this.figure.isShown(item);
     this.whole = { ...PANEL, ...panel };
-    this.panel = { ...this.whole, lines: this.whole.lines.filter(isShown), bars: this.whole.bars.filter(isShown), cells: this.whole.cells.filter(isShown) };
+    this.panel = { ...this.whole };
+    for (const kind of ["lines", "bars", "cells"]) this.panel[kind] = this.whole[kind].filter((item) => this.figure.isShown(item));
     this.canvas.setAttribute("aria-label", `${this.figure.chart.title}: ${this.panel.title} ${this.panel.unit}`.trim());
   }
 
@@ -249,7 +247,7 @@ class Panel {
     this.drawCursor(c, theme);
   }
 
-  // The cursor moves over what is drawn already, however many points that has.
+  // The cursor moves over what is drawn already.
   drawOver() {
     const c = this.canvas.getContext("2d");
     c.setTransform(1, 0, 0, 1, 0, 0);
@@ -330,10 +328,10 @@ class Panel {
 
   drawHeat(c) {
     const { heat } = this.panel;
-    if (!pictures.has(heat)) pictures.set(heat, pictureOf(heat));
+    heat.picture ??= pictureOf(heat);
     const [a, b] = heat.x_range.map((v) => this.x(v)), [u, t] = heat.y_range.map((v) => this.y(v));
     c.imageSmoothingEnabled = false;
-    c.drawImage(pictures.get(heat), a, t, b - a, u - t);
+    c.drawImage(heat.picture, a, t, b - a, u - t);
   }
 
   drawBand(c, theme, band) {
@@ -388,27 +386,19 @@ class Panel {
     c.globalAlpha = 1;
   }
 
-  // A path through points, lifted where one is missing; of very many points in a row that share a column of pixels
-  // first, highest, lowest and last.
+  // A path through points, lifted where one is missing; of very many without those that hide in a column of pixels.
   trace(c, x, y) {
     const isThinned = x.length > 4 * this.width;
-    let column = null, last = 0, high = 0, low = 0, count = 0;
-    const leave = () => {
-      if (count > 1) { c.lineTo(column, high); c.lineTo(column, low); c.lineTo(column, last); }
-      column = null;
-    };
+    let column = NaN, high = 0, low = 0;
     for (let k = 0; k < x.length; k++) {
-      const a = this.x(x[k]), b = this.y(y[k]);
-      if (!Number.isFinite(a) || !Number.isFinite(b)) leave();
-      else if (isThinned && column !== null && Math.abs(a - column) < 0.5) { last = b; high = Math.min(high, b); low = Math.max(low, b); count++; }
-      else {
-        const isFirst = column === null;
-        leave();
-        if (isFirst) c.moveTo(a, b); else c.lineTo(a, b);
-        column = a; last = high = low = b; count = 1;
+      const a = this.x(x[k]), b = this.y(y[k]), isSame = isThinned && Math.abs(a - column) < 0.5;
+      if (!Number.isFinite(a) || !Number.isFinite(b)) column = NaN;
+      else if (!isSame || b < high - 0.5 || b > low + 0.5) {
+        if (Number.isNaN(column)) c.moveTo(a, b); else c.lineTo(a, b);
+        if (!isSame) { column = a; high = low = b; }
+        high = Math.min(high, b); low = Math.max(low, b);
       }
     }
-    leave();
   }
 
   // Impacts: a tick at the edge of the panel on their side, as long as they are hard.
@@ -573,8 +563,8 @@ class Panel {
     }
     const several = points.length > 1, unitOf = (words) => /\[(.+)\]$/.exec(words)?.[1];
     const across = unitOf(this.panel.x_title) ?? "", up = unitOf(this.panel.unit) ?? this.panel.unit;
-    const said = (value, digits, unit) => `${numeral(value, digits)} ${unit}`.trim();
-    return points.map((p) => `${several && p.name ? `${p.name} ` : ""}${said(p.x, 6, across)} → ${said(p.y, 4, up)}`).join(" · ");
+    const said = (p) => [several && p.name, numeral(p.x, 6), across, "→", numeral(p.y), up].filter(Boolean).join(" ");
+    return points.map(said).join(" · ");
   }
 }
 
@@ -657,7 +647,6 @@ class Figure {
 
   isShown(item) { return ![...this.hidden.values()].some((key) => explains(key, item)); }
 
-  // Shows or hides what an entry of the legend explains.
   toggle(key) {
     if (!this.hidden.delete(key.name)) this.hidden.set(key.name, key);
     this.panels.forEach((panel) => panel.set(panel.whole));
@@ -722,32 +711,35 @@ function drawnSwatch({ shape, dash }, colour) {
   return swatch;
 }
 
-// Whether an entry of a legend explains a line, bars or cells.
+// Whether an entry of a legend explains something that is drawn.
 function explains(key, item) {
-  if (key.of) return item.legend && item.name === key.name;
-  const isOfColour = item.colour === key.colour || ((key.shape || key.dash) && key.colour === MUTED);
-  return isOfColour && (!key.shape || item.shape === key.shape) && (!key.dash || item.dash === key.dash);
+  if (key.isName) return item.legend && item.name === key.name;
+  return (key.isAnyColour || item.colour === key.colour) && (!key.shape || item.shape === key.shape) && (!key.dash || item.dash === key.dash);
 }
 
 // The legend of a figure: swatches with words, buttons where they explain lines, bars or cells.
 function legend(figure) {
   const { panels, legend: entries } = figure.chart, theme = themeOf(figure.el);
   const drawn = panels.flatMap((panel) => [...(panel.lines ?? []), ...(panel.bars ?? []), ...(panel.cells ?? [])]);
-  const keys = [...entries, ...drawn.filter((item) => item.legend).map(({ name, colour }) => ({ name, colour, of: "name" }))];
-  const areas = new Set(panels.flatMap((panel) => (panel.cells ?? []).map(({ colour }) => colour)));
+  // A shape or a dash means the same in every colour, unless its own is drawn.
+  const isAnyColour = (key) => (key.shape || key.dash) && !drawn.some((item) => explains(key, item));
+  const named = drawn.filter((item) => item.legend).map(({ name, colour }) => ({ name, colour, isName: true }));
+  const keys = [...entries.map((key) => ({ ...key, isAnyColour: isAnyColour(key) })), ...named];
   const unique = [...new Map(keys.map((key) => [key.name, key])).values()];
   if (!unique.length) return null;
   const swatchOf = (key) => {
     const colour = key.colour ?? MUTED;
     if (key.shape || key.dash) return drawnSwatch(key, theme.colour(colour));
     const swatch = element("i", { class: "gr-swatch" });
-    swatch.style.background = colour === NO_VALUE ? `repeating-linear-gradient(135deg, ${theme.muted} 0 1.5px, ${theme.paper} 1.5px 4px)` : areas.has(colour) ? theme.area(colour) : theme.colour(colour);
+    swatch.style.background = colour === NO_VALUE ? `repeating-linear-gradient(135deg, ${theme.muted} 0 1.5px, ${theme.paper} 1.5px 4px)` : drawn.some((item) => item.left && item.colour === colour) ? theme.area(colour) : theme.colour(colour);
     return swatch;
   };
   return element("ul", { class: "gr-legend" }, unique.map((key) => {
     if (!drawn.some((item) => explains(key, item))) return element("li", {}, swatchOf(key), key.name);
-    const button = element("button", { type: "button", "aria-pressed": String(!figure.hidden.has(key.name)), title: "Show or hide" }, swatchOf(key), key.name);
-    button.addEventListener("click", () => { figure.toggle(key); button.setAttribute("aria-pressed", String(!figure.hidden.has(key.name))); });
+    const button = element("button", { type: "button" }, swatchOf(key), key.name);
+    const press = () => button.setAttribute("aria-pressed", String(!figure.hidden.has(key.name)));
+    button.addEventListener("click", () => { figure.toggle(key); press(); });
+    press();
     return element("li", {}, button);
   }));
 }
