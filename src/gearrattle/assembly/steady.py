@@ -1,7 +1,7 @@
 """Steady model for linear analyses and forecasts: harmonics of one speed are its only inputs.
 
 A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
-whose motion is a record is held fast. ``unsteady`` lists what is left out. Harmonics of a prescribed motion stay: they
+whose motion is a record is held fast. ``unsteady_inputs`` lists what is left out. Harmonics of a prescribed motion stay: they
 are errors of the elements at the inertia.
 """
 

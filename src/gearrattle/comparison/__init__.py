@@ -2,7 +2,7 @@
 
 Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
 by one (``crossings``); beyond it, where all digits are lost, only statistics (``portrait``) beside those of exact
-motions begun nearby (``peers``, ``statistics``). Transmissibilities and coherences are the paper's own indices, the
+motions begun nearby (``peers``, ``statistics_comparison``). Transmissibilities and coherences are the paper's own indices, the
 latter with what chance gives.
 
 The package knows no solver.

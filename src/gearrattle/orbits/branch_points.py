@@ -4,7 +4,7 @@ A motion of 2 n periods has an image: the same motion n periods later. A motion 
 driveline, has its mirror image half of its length later. Both are motions of the same driveline, and where they become
 the same the branch joins that of motions of n periods, or of symmetric ones. There it passes over into its own images:
 the difference between a motion and its image goes through zero. So a step holds a joint if that difference is zero at
-its end or has turned around. The other branch tells where: its own equations are regular there (``breaking``).
+its end or has turned around. The other branch tells where: its own equations are regular there (``symmetry_breaking``).
 """
 
 from __future__ import annotations

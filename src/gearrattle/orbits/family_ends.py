@@ -225,7 +225,7 @@ def slope_of_length(point: Point, curve: Continuation) -> float:
 
 
 def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
-    """Return dp / dq of the end of a family by a central difference; parameters are those of ``drift.Drift``.
+    """Return dp / dq of the end of a family by a central difference; parameters are those of ``event_gradient.Drift``.
 
     Raises ConvergenceError: the end moves too fast: it turns back over q near.
     """

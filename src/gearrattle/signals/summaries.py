@@ -1,6 +1,6 @@
 """Moments and extremes of signals.
 
-They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunks``); means are
+They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunk_moments``); means are
 by the trapezoidal rule.
 """
 

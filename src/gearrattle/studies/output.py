@@ -57,7 +57,7 @@ class Output:
     error
         of sampling, in words; empty where it is not known what the value comes from.
     over_all
-        whether it is the largest value over all stable motions of a case (``stable_motions``).
+        whether it is the largest value over all stable motions of a case (``stable_motion_outputs``).
     """
 
     name: str

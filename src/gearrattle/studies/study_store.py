@@ -61,7 +61,7 @@ def case_by_case(store: Store, chunk: int, progress: ProgressCallback | None) ->
 
 
 Work = Callable[["Store", int, ProgressCallback | None], Computed]
-"""Computes a chunk, and calls ``told`` often with the finished share; workers get it by its module and name."""
+"""Computes a chunk, and calls ``progress`` often with the finished share; workers get it by its module and name."""
 
 
 class Store:
@@ -273,7 +273,7 @@ class Store:
         return begun
 
     def compute(self, chunk: int, progress: ProgressCallback | None = None) -> Computed:
-        """Compute a chunk; ``told`` is called often with its finished share, and what it raises ends the work."""
+        """Compute a chunk; ``progress`` is called often with its finished share, and what it raises ends the work."""
         return self.work(self, chunk, progress)
 
     def part(self, chunk: int) -> File:

@@ -7,7 +7,7 @@ third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean 
 several fixed points, as there may be several motions; the search begins at every combination of a grid of gains, and
 all that are found are kept. None may be near the truth: only orders of the excitation are in the motion, so
 sub-harmonics and chaos are not, and a fixed point need not be stable. Each is therefore followed to the periodic motion
-it stands for, where there is one, and to that motion's Floquet multipliers (``balance``). Stable motions come first;
+it stands for, where there is one, and to that motion's Floquet multipliers (``harmonic_balance``). Stable motions come first;
 among equals, the one most searches ended at.
 """
 

@@ -90,7 +90,7 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
 def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
     """Add to a table the motion from ``now`` on that the change of clearance c's force makes.
 
-    network, near: see ``network``.
+    network, near: see ``network_series``.
     stiffness, damping: (m,) of every element, the present piece of the one that crossed.
     now: position in the window, from its origin.
     table: changed; true from ``now`` on.

@@ -207,7 +207,7 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
 def rest(system, label, statics, acceleration, x, travel):
     """Write the deflections x (r,) of an equilibrium under the mean loads.
 
-    system: ``variants.Coefficients`` of one driveline.
+    system: ``variant_arrays.Coefficients`` of one driveline.
     label: (m,) label of every element's lowest piece.
     acceleration: (n,) from ``accelerate_rigidly``.
     x: (r,) written.

@@ -12,7 +12,7 @@ variants beside the one that is marched are laid out in its scales.
 
 If asked, one approach to a corner (``approach``) or all turning points (``direction``, ``depths``) are written too.
 
-Arrays: ``located`` (workspace), ``packed`` (regions, march, samples, log), ``variants``.
+Arrays: ``memory_addresses`` (workspace), ``packed`` (regions, march, samples, log), ``variant_arrays``.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Rates(NamedTuple):
 class Marched(NamedTuple):
     """A driveline as it is laid out, and a motion of it that was marched."""
 
-    common: Any  # see ``located``
+    common: Any  # see ``memory_addresses``
     laws: Any
     regions: Any  # see ``packed``
     log: Any
@@ -292,7 +292,7 @@ def _follow(marched, rates, carried, scale, out):
 def differentiate(workspace, cases, buffers, regions, march, samples, log, cursor, out):
     """Write the end of a motion that was marched there, and its derivatives.
 
-    cases, buffers, cursor: of ``many``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
+    cases, buffers, cursor: of ``variants_march``; the ``NEIGHBOURS`` variants before the present one are its neighbours.
     out: ``Map``.
     """
     # sizes

@@ -101,7 +101,7 @@ def _plainly(entry: Any) -> Any:
 
 
 def _arguments_of(stage: Any) -> tuple[Any, ...]:
-    """The types of a stage's arguments, by the names of its parameters (see ``building.stages``)."""
+    """The types of a stage's arguments, by the names of its parameters (see ``region_stages.stages``)."""
     kinds: dict[str, Any] = {"workspace": IntVector, "rows": Matrix, "h": float}
     kinds |= dict.fromkeys(("stack", "tables", "powers", "series"), Array4)
     return tuple(kinds.get(name, int) for name in signature(stage).parameters)

@@ -1,4 +1,4 @@
-"""Stages of ``building``: the rates of a region over z and over y, and the effect of the inputs split off.
+"""Stages of ``region_stages``: the rates of a region over z and over y, and the effect of the inputs split off.
 
 The arrays are those of ``workspace``.
 """

@@ -91,7 +91,7 @@ def _solve(matrix, right):
 def respond_rigidly(system, frame, statics, rest, angle, velocity):
     """Write angles and velocities (n,) of the periodic rigid response at t = 0, zero where the means accelerate.
 
-    system: ``variants.Coefficients`` of one driveline.
+    system: ``variant_arrays.Coefficients`` of one driveline.
     rest: (n,) angles of the equilibrium.
     angle, velocity: (n,) written.
     """

@@ -28,8 +28,8 @@ def most_of(values, begin, end):
 def scale(system, frame, scales):
     """Write the scales of the deflections that are states, of the velocities and of the inputs.
 
-    system: ``variants.Coefficients`` of one driveline.
-    scales: ``variants.Scales``; the corners' stay as they are.
+    system: ``variant_arrays.Coefficients`` of one driveline.
+    scales: ``variant_arrays.Scales``; the corners' stay as they are.
     """
     deflection = scales.deflection
     velocity = scales.velocity

@@ -1,6 +1,6 @@
 """Sums over the crossings of a motion: counts, sums and largest values, added up in the order of the log.
 
-One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``many``).
+One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``variants_march``).
 ``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
 """
 
@@ -216,13 +216,13 @@ def _strike(judged, crossings, window, v, out):
 def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     """Add the next chunk of a motion.
 
-    crossings: ``variants.Crossings``, all of the chunk.
+    crossings: ``variant_arrays.Crossings``, all of the chunk.
     window: begin and end of the part of the chunk that counts [s], both included.
     initial: (K,) pieces at the start of the chunk.
     final: (K,) force integrals at its end.
     fresh: whether it is the first: the sums begin at zero.
     v: which of the motions.
-    out: ``variants.Tallies``; its counts of function calls stay as they are.
+    out: ``variant_arrays.Tallies``; its counts of function calls stay as they are.
     Returns -1; else the index of a crossing that does not begin where the one before ended, and nothing is written.
     """
     broken = _broken(judged, crossings, initial.copy())
@@ -249,7 +249,7 @@ def tally(judged, log, events, window, initial, final, scales, v, out):
     initial: (K,) pieces at t = 0.
     final: (K,) force integrals at the end.
     v: which of the variants.
-    out: ``variants.Tallies``; its counts of function calls stay as they are.
+    out: ``variant_arrays.Tallies``; its counts of function calls stay as they are.
     """
     time = np.empty(events)
     rate = np.empty(events)

@@ -127,9 +127,9 @@ def _write_clearances(system, frame, scales, common):
 def lay_out(workspace, system, frame, scales):
     """Write the arrays that regions share, without the indices of pieces and the limits that depend on a motion.
 
-    workspace: see ``located``.
-    system: ``variants.Coefficients`` of one variant.
-    scales: ``variants.Scales``; the corners' are written, the others read.
+    workspace: see ``memory_addresses``.
+    system: ``variant_arrays.Coefficients`` of one variant.
+    scales: ``variant_arrays.Scales``; the corners' are written, the others read.
     """
     common = common_at(workspace)
     laws = laws_at(workspace)

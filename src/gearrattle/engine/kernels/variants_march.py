@@ -118,7 +118,7 @@ class Buffers(NamedTuple):
 class Thread(NamedTuple):
     """The arrays that one thread works on: those of the present variant, and where the loop stands."""
 
-    workspace: IntVector  # words of ``located``: one region while it is built
+    workspace: IntVector  # words of ``memory_addresses``: one region while it is built
     buffers: Buffers
     inputs: Inputs  # of the structure, scaled for the present variant
     instants: Instants | None
@@ -345,7 +345,7 @@ def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cur
 def march_many(entries, cases, thread, out, slices):
     """March variants from where the cursor stands, for so many slices, and evaluate each at its end.
 
-    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variants.Tallies``, ``periods.differentiate`` to a
+    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``, ``periods.differentiate`` to a
         ``Map``.
     slices: how many of ``_BUDGET`` steps each.
     Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.

@@ -39,7 +39,7 @@ _LARGEST_BUDGET = 2**20
 
 
 class MultistepMarch:
-    """A CVODE run under way (see ``base.Marching``).
+    """A CVODE run under way (see ``solver.Marching``).
 
     task: what to integrate; ``step`` is the first step tried.
     method: ``sundials.ADAMS`` or ``sundials.BDF``.

@@ -59,7 +59,7 @@ def notes_for(size: Size, per_cycle: int) -> packed.Notes:
 
 
 class ExactMarch:
-    """A run of the exact algorithm under way (see ``base.Marching``)."""
+    """A run of the exact algorithm under way (see ``solver.Marching``)."""
 
     def __init__(self, task: Task, slots: Slots | None = None) -> None:
         # the driveline and its regions
@@ -133,7 +133,7 @@ class ExactMarch:
         self.auditor: Auditor | None = None
 
     def extend(self, cycles: int) -> None:
-        """Go on for some cycles more, with fresh samples and an empty log (see ``base.Extensible``)."""
+        """Go on for some cycles more, with fresh samples and an empty log (see ``solver.Extensible``)."""
         self._begin(self.first_cycle + self.cycles, cycles, self.samples.states[-1])
 
     def snapshot(self) -> dict[str, Array | IntArray]:

@@ -51,7 +51,7 @@ _SHORTEST = 1e-14  # of a period
 
 
 class StepMarch:
-    """A run under way (see ``base.Marching``).
+    """A run under way (see ``solver.Marching``).
 
     task: what to integrate; its ``step`` is the step, or the first one tried.
     tableau: the Runge-Kutta method; None: extrapolation.

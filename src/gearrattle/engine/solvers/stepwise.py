@@ -65,7 +65,7 @@ class Stepper(Protocol):
 
 
 class StepwiseMarch:
-    """A run of a stepper under way (see ``base.Marching``), blind to corners.
+    """A run of a stepper under way (see ``solver.Marching``), blind to corners.
 
     start: makes the stepper of a packed problem.
     """

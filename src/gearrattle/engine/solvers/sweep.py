@@ -97,7 +97,7 @@ def _inputs(flow: Flow) -> packed.Inputs:
 
 
 class SweepMarch:
-    """A run of the sweep under way (see ``base.Marching``)."""
+    """A run of the sweep under way (see ``solver.Marching``)."""
 
     def __init__(self, task: Task) -> None:
         # the plan: windows, network and neighbourhoods

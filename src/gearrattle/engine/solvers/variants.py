@@ -293,7 +293,7 @@ class Batch:
         response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
-        # kernels by the names in ``many.Entries``
+        # kernels by the names in ``variants_march.Entries``
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (state_scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (variant_common.lay_out, (workspace, system, frame, buffers.scales)),

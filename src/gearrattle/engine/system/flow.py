@@ -2,7 +2,7 @@
 
     z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``scaling.py``); e are the memories of auxiliaries and q the chains of signals, if there are any. The
+all scaled (``energy_scaling``); e are the memories of auxiliaries and q the chains of signals, if there are any. The
 inputs are states of their own (oscillators, polynomials), so inside a region dz/ds = M z with one constant matrix: free
 motion, forced motion, resonance, drift under a mean torque are one and the same case. Every quantity anyone asks for -
 an angle, a deflection, a force, an acceleration - is a row of numbers times z.

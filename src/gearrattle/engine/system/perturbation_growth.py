@@ -11,14 +11,14 @@ stretched by what the deflection is ahead; where one begins to slip its spring i
 follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
 many cycles of a chaotic motion the product overflows.
 
-A perturbation is measured in the engine's balanced coordinates (roots of energies, ``scaling.py``). The *predictability
+A perturbation is measured in the engine's balanced coordinates (roots of energies, ``energy_scaling``). The *predictability
 horizon* is the first time at which some perturbation, begun at any earlier time, has grown by ``GROWTH``. Rounding acts
 like one error of about ``ROUNDING`` half-gaps at the worst instant, in 95 of 100 motions less than ``ROUNDING_95``
 (measured against fifty digits on 73 chaotic motions: ``make horizon``, docs/reference/horizon.md). So at the horizon
 deflections are off by about 1e-8 half-gaps, and the motion is predicted pointwise no longer.
 
 A train of many clearances meets thousands of regions, whose exponentials would fill the memory: its perturbations are
-carried a few at a time instead (``perturbed``).
+carried a few at a time instead (``perturbations``).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ which keeps small increments accurate to their own size.
 At the finest step a Taylor series of order ``ORDER`` represents the motion to rounding: crossings are located there.
 
 A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code
-(``kernels.region_rates``) and packed (``store``); here one is unpacked, for code that needs its matrices.
+(``kernels.region_rates``) and packed (``region_store``); here one is unpacked, for code that needs its matrices.
 """
 
 from __future__ import annotations

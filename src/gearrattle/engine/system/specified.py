@@ -3,7 +3,7 @@
     f(t) = sum_j a_j(Omega(t)) sin(n_j phi(t) + p_j)
 
 is evaluated here from its own formula, at any time, with the phase in double-double arithmetic (T. J. Dekker,
-Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So
+Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up_signals`` or ``channels`` takes part. So
 ``checked`` can find a fault in them before a run, and the energy audit after it.
 """
 

@@ -3,6 +3,6 @@
 * ``train``: impulses at their exact times as band-limited samples.
 * ``path``: how an impulse becomes sound pressure somewhere: damped modes, or a measured impulse response.
 * ``listen``: one or more runs or recordings through one path, at one gain.
-* ``page``: how a sound is presented.
+* ``sound_page``: how a sound is presented.
 * ``quality``: loudness, sharpness and roughness.
 """
