@@ -17,7 +17,7 @@ import gearrattle as gr
 from benchmarks.machine import machine
 from benchmarks.midpoint import march, transmission
 from gearrattle.assembly import assemble
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.solvers import Task
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.outcome import Outcome
@@ -81,7 +81,7 @@ def measure(case: str) -> tuple[Row, ExactMarch]:
             pass
         exact = min(exact, process_time() - begin)
     counts = run.march.counts
-    counted = (int(counts[i]) for i in (packed.STEPS, packed.EVENTS, packed.EXPANSIONS))
+    counted = (int(counts[i]) for i in (march_arrays.STEPS, march_arrays.EVENTS, march_arrays.EXPANSIONS))
     return Row(case, fixed, exact, *counted), run
 
 
@@ -91,7 +91,7 @@ def flops(run: ExactMarch) -> tuple[int, int]:
     width, modes = int(regions.width.max()), int(regions.modes.max())
     k = size.clearances
     u = size.inputs
-    order = packed.ORDER + 1
+    order = march_arrays.ORDER + 1
     seen = 4 * k
     bound = 4 * -(-3 * k // 4)
     made = 4 * size.made(width)
@@ -105,7 +105,7 @@ def flops(run: ExactMarch) -> tuple[int, int]:
 def change_of_region(run: ExactMarch) -> float:
     """Time [s] of leaving a region's particular solution and entering another's."""
     from gearrattle.engine.kernels._jit import kernel, vectorised
-    from gearrattle.engine.kernels.window import enter, leave
+    from gearrattle.engine.kernels.taylor_window import enter, leave
 
     @kernel
     def loop(count, particular, drift, kept, states, width, u, y, carried, out):  # type: ignore[no-untyped-def]

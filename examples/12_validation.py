@@ -9,7 +9,7 @@ from pathlib import Path
 
 import gearrattle as gr
 from gearrattle.measured.validation import of_printed
-from gearrattle.reproduction.printed import TABLE_5
+from gearrattle.reproduction.printed_values import TABLE_5
 
 print("case  quantity   measured  simulated  printed   sigma, %")
 for case, quantity, measured, simulated, text in TABLE_5:

@@ -230,7 +230,7 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 
 WRITERS = {
-    "design/keep.py": "a motion, read by the search that wrote it alone",
+    "design/kept_motions.py": "a motion, read by the search that wrote it alone",
     "simulation/chunk_store.py": "stream",
     "report/reduction_pages.py": "matrices",
     "report/plots/chart_files.py": "charts",
@@ -238,8 +238,8 @@ WRITERS = {
     "measured/readers/mat/__init__.py": "recording",
     "report/numbers.py": "result",
     "results.py": "run",
-    "studies/diagram.py": "part of a chunk, read by the study that wrote it alone",
-    "studies/fronts.py": "optimization",
+    "studies/bifurcation_study.py": "part of a chunk, read by the study that wrote it alone",
+    "studies/pareto_front.py": "optimization",
     "studies/optimization.py": "optimization",
     "studies/schedulers/hand_over.py": "read by the workers of the study that wrote it alone",
     "studies/study_store.py": "study",

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.remember import kept
+from gearrattle.derived_values import kept
 
 CASE = Path(__file__).parents[1] / "examples" / "paper" / "case3.toml"
 

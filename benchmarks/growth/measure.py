@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.growth.plant import CONTACT, SHAPES, SIZES, task
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.solvers import Task, scheme_choice
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.slots import Shelf
-from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
+from gearrattle.engine.solvers.region_slots import Shelf
+from gearrattle.engine.solvers.window_solver import SweepMarch, plan_of
 from gearrattle.engine.system.law import Stage, staged
 from gearrattle.outcome import Outcome
 
@@ -52,9 +52,9 @@ def swept(shape: str, n: int) -> dict[str, Any]:
     plan = plan_of(problem.system)
     setup = time.perf_counter() - begin
     calm_seconds, calm = fastest(linear(problem))
-    window = calm_seconds / int(calm.sweep.counts[packed.STEPS])
+    window = calm_seconds / int(calm.sweep.counts[march_arrays.STEPS])
     seconds, run = fastest(problem)
-    crossings, windows = int(run.sweep.counts[packed.EVENTS]), int(run.sweep.counts[packed.STEPS])
+    crossings, windows = int(run.sweep.counts[march_arrays.EVENTS]), int(run.sweep.counts[march_arrays.STEPS])
     audited, _ = fastest(task(shape, n, 4, samples=1, audit=True), rounds=2)
     return {
         "shape": shape,

@@ -28,9 +28,9 @@ from gearrattle.result import show_results_by
 
 def _view() -> ModuleType:
     """What shows results, imported when one is shown."""
-    from gearrattle.report import shown
+    from gearrattle.report import result_view
 
-    return shown
+    return result_view
 
 
 show_results_by(_view)

@@ -24,9 +24,9 @@ from gearrattle.assembly.statistics_by_name import exact_between
 from gearrattle.consistency import check_stored
 from gearrattle.engine.system import perturbation_growth as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbations import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.engine.system.crossings_in_order import Auxiliaries, Passages
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Points
 from gearrattle.trajectory import Layout

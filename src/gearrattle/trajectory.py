@@ -17,10 +17,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.system.crossings_in_order import Auxiliaries
 from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.engine.system.exact_statistics import Statistics
-from gearrattle.engine.system.passages import Auxiliaries
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up_phase import Ramp
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -16,7 +16,7 @@ from gearrattle.analysis.torque_angle import TorqueAngle
 from gearrattle.causes import Cause
 from gearrattle.errors import Problem
 from gearrattle.measured.gas_torque import GasTorque
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.measured.look import Contents
 from gearrattle.measured.validation import RunUp, Validation

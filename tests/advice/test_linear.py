@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.advice.linear import excursions
+from gearrattle.advice.steady_linear_check import excursions
 from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble

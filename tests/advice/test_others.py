@@ -10,7 +10,17 @@ from benchmarks.growth.models import gearbox
 from scipy import stats
 
 import gearrattle as gr
-from gearrattle.advice.others import ADVISED, PASSING, PERIODS, PILOTS, SMALL, TOPIC, _percent, others_of, periods_for
+from gearrattle.advice.other_motions_advice import (
+    ADVISED,
+    PASSING,
+    PERIODS,
+    PILOTS,
+    SMALL,
+    TOPIC,
+    _percent,
+    others_of,
+    periods_for,
+)
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.period_map import PeriodMap

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.engine.system.crossings_in_order import Auxiliaries, Passages
 from tests.architecture.places import EXAMPLES
 
 SHORT = {"cycles": 4, "samples_per_cycle": 32, "discard": 2}

@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import input_signals as assembled
-from gearrattle.engine.system import specified
+from gearrattle.engine.system import specified_inputs
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TOML = """
@@ -94,7 +94,7 @@ def residual_of_a_wrong_fit(name: str, intervals: slice, part: float, monkeypatc
 
     with monkeypatch.context() as patch:
         patch.setattr(assembled, "joined", spoiled)
-        patch.setattr(specified, "PROMISED", np.inf)
+        patch.setattr(specified_inputs, "PROMISED", np.inf)
         return abs(gr.simulate(gr.load(EXAMPLES / f"{name}.toml"), cycles=8, discard=0).trajectory.energy.residual)
 
 

@@ -13,8 +13,8 @@ import gearrattle as gr
 from gearrattle.assembly import assemble, lumped_model, own_mean, steady
 from gearrattle.cli import main
 from gearrattle.model import json_schema
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.plots.sketch import torque_words
+from gearrattle.report.result_kinds import presentation_of
 
 GEARS = """
 schema = 1

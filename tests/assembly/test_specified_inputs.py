@@ -11,9 +11,9 @@ from scipy.interpolate import CubicSpline
 
 import gearrattle as gr
 from gearrattle.assembly.input_signals import signals_of
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up_phase import Ramp
 from gearrattle.engine.system.run_up_signals import Tone
-from gearrattle.engine.system.specified import NotKept, Swept, checked, turns
+from gearrattle.engine.system.specified_inputs import NotKept, Swept, checked, turns
 from tests.architecture.places import EXAMPLES
 
 TOML = """

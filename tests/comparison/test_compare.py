@@ -13,7 +13,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.comparison.compare import CEILING, Comparison, side_by_side, window_of
 from gearrattle.comparison.comparison_table import COLUMNS, table_of
-from gearrattle.comparison.contest import PAPER, contenders
+from gearrattle.comparison.contender_runs import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation, with_verdicts
 from gearrattle.engine.solvers import SOLVERS, one_step
@@ -157,7 +157,7 @@ def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:
 
 def test_statistics_that_were_not_compared_are_not_said_to_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     model, grid = case("case1_loaded"), {"cycles": 4, "discard": 1, "samples_per_cycle": 32}
-    monkeypatch.setattr("gearrattle.comparison.peers.MANY", 12)  # as where time runs out
+    monkeypatch.setattr("gearrattle.comparison.nearby_motions.MANY", 12)  # as where time runs out
     table = gr.compare(model, ["rkf"], **grid)  # type: ignore[arg-type]
     actual = table.attrs["comparison"]
     assert actual.row("rkf").statistics.motions == 12

@@ -18,7 +18,7 @@ from math import comb
 import numpy as np
 
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.system.passages import Auxiliaries, Passages
+from gearrattle.engine.system.crossings_in_order import Auxiliaries, Passages
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_plain import Inside, inside, layout_of, rate_rows, unit_of
 from tests.dense.judge import FORCED, LATE, PENETRATION, ROUNDINGS, Verdict

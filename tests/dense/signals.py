@@ -15,9 +15,9 @@ import numpy as np
 from mpmath import mp, mpf
 from scipy.interpolate import CubicSpline
 
-from gearrattle.engine.system.channels import Channel, joined
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.piecewise_channels import Channel, joined
 from gearrattle.engine.system.piecewise_signals import Signals
+from gearrattle.engine.system.run_up_phase import Ramp
 from gearrattle.engine.system.run_up_signals import Sound, Tone, channels
 from tests.dense.auxiliaries import dressed, widths, with_friction, with_limits, with_pairs
 from tests.dense.case import Case

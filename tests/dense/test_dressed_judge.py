@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 from tests.dense.case import run
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_judge import check_dressed

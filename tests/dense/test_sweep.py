@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.solvers import Motion, scheme_choice, sweep
+from gearrattle.engine.solvers import Motion, scheme_choice, window_solver
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.sweep import SweepMarch
+from gearrattle.engine.solvers.window_solver import SweepMarch
 from tests.dense.case import Case, run
 from tests.dense.families import seeded
 from tests.dense.grazing import MAKERS
@@ -45,7 +45,7 @@ def test_every_crossing_and_instant_of_ten_thousand(family, part):
 @pytest.mark.parametrize("most", [0, 2, *(pytest.param(most, marks=pytest.mark.long) for most in (1, 1000))])
 @pytest.mark.parametrize("family", ["chain", "tree", "loop", "flight", "stages", "error", "everything"])
 def test_however_often_the_polynomials_are_made_afresh(monkeypatch, family, most):
-    monkeypatch.setattr(sweep, "MOST_CORRECTED", most)
+    monkeypatch.setattr(window_solver, "MOST_CORRECTED", most)
     for seed in ALWAYS:
         case = seeded(family, seed, MAKERS[family])
         assert check(case, run(case)).faults == []
@@ -75,6 +75,6 @@ def test_where_a_slice_ends_changes_no_bit(monkeypatch, family):
     case = seeded(family, 1)
     whole = finished(SweepMarch(case.task()))
     for budget in (1, 2, 7):
-        monkeypatch.setattr(sweep, "_BUDGET", budget)
-        monkeypatch.setattr("gearrattle.engine.solvers.handover.FIRST_LOG", 1)
+        monkeypatch.setattr(window_solver, "_BUDGET", budget)
+        monkeypatch.setattr("gearrattle.engine.solvers.samples_in_si.FIRST_LOG", 1)
         same_bits(whole, finished(SweepMarch(case.task())))

@@ -23,12 +23,12 @@ from scipy.io import savemat
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.measured.identification.data_file import read_data
-from gearrattle.measured.identification.measured import State
+from gearrattle.measured.identification.measured_modes import State
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Band, Bars, Chart, Line, Panel, Rule
 from gearrattle.report.plots.chart_files import packed_charts, read_charts
-from gearrattle.report.sound.path import sound_path
+from gearrattle.report.result_charts import charts_of
+from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.studies.study_file import read_study
 from tests.fuzz import saved, workbench
 from tests.fuzz.target import NO_MOTION, ROOT, SMALL, Target, of_texts, small_run
@@ -174,7 +174,7 @@ def read_model(path: Path) -> None:
 @contextmanager
 def without_motion() -> Iterator[None]:
     """Have everything of a study prepared but its runs."""
-    names = ("study.simulate", "outputs.simulate", "starts.prepare", "optimization._run_twice")
+    names = ("study.simulate", "outputs.simulate", "start_coordinates.prepare", "optimization._run_twice")
     with ExitStack() as stack:
         for name in names:
             stack.enter_context(patch(f"gearrattle.studies.{name}", side_effect=NO_MOTION))

@@ -15,7 +15,7 @@ import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.files import opened_hdf5
 from gearrattle.report.plots.chart_files import read_charts
-from gearrattle.report.sound.path import sound_path
+from gearrattle.report.sound.transfer_path import sound_path
 from tests.fuzz.saved import save_stream
 from tests.fuzz.targets import TARGETS, recording
 

@@ -153,7 +153,7 @@ class _Here:
 def page_of(root: Path) -> Any:
     """Return the application of a folder; nothing is computed by it."""
     from gearrattle.workbench.application import Limits, application
-    from gearrattle.workbench.jobs.newest import Newest
+    from gearrattle.workbench.jobs.latest_answers import Newest
     from gearrattle.workbench.jobs.queue import Jobs
     from gearrattle.workbench.jobs.worker import Reserve, WarmProcess
     from gearrattle.workbench.workspace_folder import Folder
@@ -173,7 +173,7 @@ def _in_this_thread() -> Iterator[None]:
     with ExitStack() as stack:
         stack.enter_context(patch("gearrattle.workbench.routes.json_answers.run_in_threadpool", _at_once))
         stack.enter_context(patch("gearrattle.workbench.application.run_in_threadpool", _at_once))
-        stack.enter_context(patch("gearrattle.workbench.live.simulate", side_effect=NO_MOTION))
+        stack.enter_context(patch("gearrattle.workbench.slider_run.simulate", side_effect=NO_MOTION))
         yield
 
 
@@ -311,10 +311,14 @@ def _carry_out(path: Path) -> None:
 def _nothing_moves() -> Iterator[None]:
     """Have everything of a task prepared but its motions, in this thread."""
     of_runs = ("simulation.simulate.integrate", "studies.study.simulate", "studies.outputs.simulate")
-    of_repeats = ("orbits.find.shooting.shoot", "orbits.find.settled_state", "orbits.find.every_orbit")
+    of_repeats = (
+        "orbits.periodic_search.shooting.shoot",
+        "orbits.periodic_search.settled_state",
+        "orbits.periodic_search.every_orbit",
+    )
     with ExitStack() as stack:
         stack.enter_context(_in_this_thread())
-        for name in (*of_runs, *of_repeats, "studies.starts.prepare"):
+        for name in (*of_runs, *of_repeats, "studies.start_coordinates.prepare"):
             stack.enter_context(patch(f"gearrattle.{name}", side_effect=NO_MOTION))
         yield
 

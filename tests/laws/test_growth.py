@@ -11,7 +11,7 @@ import pytest
 from benchmarks.growth.models import gearbox
 
 import gearrattle as gr
-from gearrattle.advice.others import ADVISED, PILOTS, SMALL, others_of
+from gearrattle.advice.other_motions_advice import ADVISED, PILOTS, SMALL, others_of
 from gearrattle.advice.pilot import run_pilot
 from gearrattle.analysis.contact_ratios.forecast import Linearisation
 from gearrattle.analysis.stiffness import regions_visited

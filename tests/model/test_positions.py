@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from gearrattle.model.positions import NestingError, key_lines
+from gearrattle.model.toml_line_numbers import NestingError, key_lines
 
 BARE = st.text("ab_-1", min_size=1, max_size=3)
 ODD = st.text(st.sampled_from("a.\"'#=[]{}, \t\\é"), max_size=4)

@@ -11,7 +11,7 @@ DEAD = "changes a value that is overwritten before it is read"
 MARGIN = "moves a limit inside its margin"
 
 EXPLAINED = {
-    "window.py: move_within: rounds = _STRIPS if chained[0] > 0 else 1"
+    "taylor_window.py: move_within: rounds = _STRIPS if chained[0] > 0 else 1"
     " -> rounds = _STRIPS if chained[1] > 0 else 1": WORK,
     "one_step_kernels.py: _midpoint: derivative(field, t + j * d, now, buffers.wave, at[0], at[1], at[2], at[3],"
     " slope, held)"
@@ -25,7 +25,7 @@ EXPLAINED = {
     " -> return (side == -1 and below > 5.0 * band) or (side == 1 and above > 4.0 * band)": MARGIN,
     "march.py: _counted: return 0.0 if gap <= 0.0 and rate > 0.0 else gap"
     " -> return 0.0 if gap <= 0.0 and rate > 1.0 else gap": MARGIN,
-    "sweep_works.py: integrate_works: share = min(left, 1.0) -> share = min(left, 2.0)": WORK,
+    "window_works.py: integrate_works: share = min(left, 1.0) -> share = min(left, 2.0)": WORK,
     "workspace.py: _shapes: forced=floats(4 * watched, inputs), -> forced=floats(5 * watched, inputs),": ROOM,
     "workspace.py: _shapes: watched=floats(3 * watched, z), -> watched=floats(4 * watched, z),": ROOM,
     "workspace.py: _shapes: Scratch(floats(rows, z), floats(rows, z), floats(rows, z), floats(rows, z),"

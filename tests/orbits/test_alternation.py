@@ -17,8 +17,8 @@ from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.motion import Pass, joined
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits import Branch
-from gearrattle.orbits.over_value import follower_over
 from gearrattle.orbits.stability import losses_of, ranges_of
+from gearrattle.orbits.value_family import follower_over
 
 LOST = 1.566081343
 """Speed at which the quiet motion loses its stability."""

@@ -15,8 +15,8 @@ from gearrattle.model.path_labels import dimension_at, shown_value
 from gearrattle.model.path_values import change_in_si, in_si
 from gearrattle.orbits import Branch, Orbit
 from gearrattle.orbits.gradients import numbers_of, second_of
-from gearrattle.orbits.over_value import follower_over
 from gearrattle.orbits.start_states import check_repeats
+from gearrattle.orbits.value_family import follower_over
 from gearrattle.report.plots.branches_figure import measure_over
 from tests.studies import oscillator
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.branch_switching import branches_missed
-from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.followed_branch import Curve
 from gearrattle.orbits.stability import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it

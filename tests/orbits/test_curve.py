@@ -12,12 +12,12 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import changes_between, events_between
-from gearrattle.engine.periodic.events.base import DOUBLING, Event
+from gearrattle.engine.periodic.events.event_record import DOUBLING, Event
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits import curve as curves
-from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.over_value import family_of, follower_over
+from gearrattle.orbits import followed_branch as curves
+from gearrattle.orbits.followed_branch import Curve, followed
+from gearrattle.orbits.value_family import family_of, follower_over
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
 GRAZING = 6.0531904

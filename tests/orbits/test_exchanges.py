@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.periodic.events.base import PATTERN
+from gearrattle.engine.periodic.events.event_record import PATTERN
 from gearrattle.engine.periodic.point import Point
-from gearrattle.orbits import Branch, over_value
+from gearrattle.orbits import Branch, value_family
 
 SPEED = "excitation.speed"
 ENDS = (1.72, 1.66)
@@ -71,7 +71,7 @@ def latest() -> tuple[float, float]:
 def loop(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Drivelines are followed by the compiled loop, or by none."""
     if request.param == "general":
-        monkeypatch.setattr(over_value, "is_compiled", lambda _: False)
+        monkeypatch.setattr(value_family, "is_compiled", lambda _: False)
 
 
 @pytest.mark.long

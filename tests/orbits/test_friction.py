@@ -11,8 +11,8 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
-from gearrattle.orbits.curve import followed
-from gearrattle.orbits.over_value import follower_over
+from gearrattle.orbits.followed_branch import followed
+from gearrattle.orbits.value_family import follower_over
 
 SPEED = "excitation.speed"
 

@@ -12,7 +12,7 @@ import gearrattle as gr
 from gearrattle.engine.periodic.compiled_course import reaches
 from gearrattle.engine.periodic.families import CompiledFamily, GeneralFamily
 from gearrattle.engine.periodic.motion import Dips, Touch, Turns
-from gearrattle.orbits import over_value
+from gearrattle.orbits import value_family
 from tests.engine.periodic.test_grazing import DRAG, MEAN, with_slider
 from tests.engine.periodic.test_slope import PATHS, start, train
 from tests.orbits.test_hidden_touches import BELOW, grazings_of, highest, model_of, rigidity
@@ -61,7 +61,7 @@ def harmonics(hidden: Hidden) -> list[dict[str, float]]:
 @pytest.fixture
 def general(monkeypatch: pytest.MonkeyPatch) -> None:
     """No driveline is followed by the compiled loop."""
-    monkeypatch.setattr(over_value, "is_compiled", lambda _: False)
+    monkeypatch.setattr(value_family, "is_compiled", lambda _: False)
 
 
 @pytest.mark.long
@@ -88,7 +88,7 @@ def test_with_a_slider_behind_the_stop_that_does_not_slip_they_are_the_same(limi
     """Up to the stop the motion is linear, and a touch so light does not carry the slider to its torque."""
     hidden = over_frequency()
     model = gr.Model.from_tables({**with_slider().to_tables(), "torque": [torque(hidden)]})
-    assert isinstance(over_value.family_of(model, FREQUENCY, 0.8, 1, 1.0), GeneralFamily)
+    assert isinstance(value_family.family_of(model, FREQUENCY, 0.8, 1, 1.0), GeneralFamily)
     grazings = grazings_of(model, FREQUENCY, hidden.span, limit)
     np.testing.assert_allclose(grazings, hidden.grazings, rtol=0, atol=1e-8)
 
@@ -136,7 +136,7 @@ def test_in_a_chain_of_many_bodies_and_stops_they_are_found_too() -> None:
     spans = (0.95, most.x), (most.x, 1.1)
     ends = [brentq(lambda w: amplitude * response(w) - (1.0 - mean), *span, xtol=1e-14) for span in spans]
     model = chain(amplitude)
-    assert isinstance(over_value.family_of(model, FREQUENCY, 0.9, 1, 1.0), GeneralFamily)
+    assert isinstance(value_family.family_of(model, FREQUENCY, 0.9, 1, 1.0), GeneralFamily)
     branch = gr.continuation(model, FREQUENCY, (0.9, 1.15))
     assert branch.notes == ()
     np.testing.assert_allclose(branch.events["value"], ends, rtol=0, atol=1e-8)
@@ -152,7 +152,7 @@ def test_turning_points_are_those_of_the_compiled_loop(name: str) -> None:
     path = "excitation.speed" if name in CASES else name
     value, unit = CASES[name] if name in CASES else (PATHS[name], PATHS[name])
     model = (gr.example(name) if name in CASES else train(4, gaps=2)).with_({path: value})
-    compiled = over_value.family_of(model, path, value, 1, unit)
+    compiled = value_family.family_of(model, path, value, 1, unit)
     assert isinstance(compiled, CompiledFamily)
     state = gr.periodic(model).motion.start if name in CASES else start(4)
     row = np.append(np.zeros(len(state.y)), 1.0 / unit)
@@ -191,7 +191,7 @@ def in_order(turns: Turns | Dips) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("path", PATHS)
 def test_the_slopes_of_a_depth_by_the_whole_state_are_those_of_the_compiled_loop(path: str) -> None:
     value, state = PATHS[path], start(2)
-    compiled = over_value.family_of(train(2), path, value, 1, value)
+    compiled = value_family.family_of(train(2), path, value, 1, value)
     assert isinstance(compiled, CompiledFamily)
     turns = compiled.follow(state, value, None, np.append(np.zeros(len(state.y)), 1.0))[0].turns
     assert turns is not None

@@ -18,7 +18,7 @@ from gearrattle.orbits.progress import silent
 from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row
 from gearrattle.orbits.two_parameters.event_boundary import borders_of
 from gearrattle.orbits.two_parameters.special_points import special_points_of
-from gearrattle.report.kinds import presentation_of
+from gearrattle.report.result_kinds import presentation_of
 from tests.orbits.test_branch import over_frequency
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
-from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.followed_branch import Curve
 from tests.orbits.test_run_ups import SPEED, over_speed, spline
 
 

@@ -14,7 +14,7 @@ import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, run_ups, stability
 from gearrattle.orbits.jumps import Jump
 from gearrattle.orbits.run_ups import with_peaks
-from gearrattle.report.kinds import presentation_of
+from gearrattle.report.result_kinds import presentation_of
 from tests.orbits.test_friction import oscillator as with_friction
 
 SPEED = "excitation.speed"

@@ -13,11 +13,11 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import appended, turned_around
-from gearrattle.orbits.curve import followed
-from gearrattle.orbits.over_value import family_of, follower_over
+from gearrattle.orbits.followed_branch import followed
+from gearrattle.orbits.value_family import family_of, follower_over
 from tests.orbits.test_consistency import contradictions_of
 from tests.orbits.test_laws import symmetric
 

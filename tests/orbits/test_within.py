@@ -6,7 +6,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ConvergenceError, ModelError
-from gearrattle.orbits import within
+from gearrattle.orbits import branches_or_sweeps
 from gearrattle.orbits.balanced import balanced
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
@@ -26,8 +26,8 @@ def test_with_time_enough_the_branch_is_the_answer() -> None:
 
 
 def test_where_branches_take_too_long_sweeps_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(within, "_COMPILED", 1e-9)
-    monkeypatch.setattr(within, "_GENERAL", 1e-9)
+    monkeypatch.setattr(branches_or_sweeps, "_COMPILED", 1e-9)
+    monkeypatch.setattr(branches_or_sweeps, "_GENERAL", 1e-9)
     model = gr.example("backlash_oscillator")
     branch = gr.continuation(model, SPEED, (0.55, 0.95), within=1000.0)
     assert branch.sweeps is not None

@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.quantities import METRICS, recording_of
-from gearrattle.report.trust import trust
+from gearrattle.report.reliability import trust
 
 STIFFNESS, INERTIA, STEP = 400.0, 0.01, 30.0
 SHAFT = f"""

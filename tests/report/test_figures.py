@@ -12,9 +12,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import gearrattle as gr
-from gearrattle.report import drawn
-from gearrattle.report.drawn import charts_of
+from gearrattle.report import result_charts
 from gearrattle.report.plots.run_figures import charts
+from gearrattle.report.result_charts import charts_of
 from tests import synthetic
 from tests.report.plots.test_typeset import (
     test_figure_has_the_chart_s_panels_labels_and_limits as panels_and_limits,
@@ -111,7 +111,7 @@ def test_a_folder_gives_the_figures_of_its_page(tmp_path: Path) -> None:
     findings = synthetic.findings("double-sided")
     findings.save(tmp_path / "out")
     figures = gr.figures(tmp_path / "out")
-    of_folder, of_file = charts_of(tmp_path / "out"), charts_of(tmp_path / "out" / "figures" / drawn.CHARTS)
+    of_folder, of_file = charts_of(tmp_path / "out"), charts_of(tmp_path / "out" / "figures" / result_charts.CHARTS)
     assert list(figures) == [chart.key for chart in charts(findings)]
     for chart, again in zip(of_folder, of_file, strict=True):
         assert chart.key == again.key

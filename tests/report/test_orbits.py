@@ -19,10 +19,10 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, PeriodicMotions
 from gearrattle.orbits.stability import courses_of, losses_of, ranges_of
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
 from gearrattle.report.plots.branches_figure import EVENTS
+from gearrattle.report.result_kinds import presentation_of
 from tests.orbits.test_run_ups import oscillator as run_up_oscillator
 from tests.report.examples import result
 

@@ -18,8 +18,8 @@ from gearrattle.quantities import judge
 from gearrattle.report.model_tables import cost_table, model_tables
 from gearrattle.report.plots.run_figures import FIGURES, charts
 from gearrattle.report.plots.sketch import sketch
+from gearrattle.report.reliability import trust
 from gearrattle.report.summary import findings_content
-from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles, verdict_table
 from gearrattle.trajectory import NegligibleImpacts
 from gearrattle.workbench.views import plain, verdict_numbers

@@ -16,11 +16,11 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
 from gearrattle.report.numbers import Arrays, write_netcdf
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.record_dataset import texts
+from gearrattle.report.result_kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
 from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction.reproduction_record import Reproduction, Section, row

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.report.plots.maps import code_map, code_maps, number_maps, probability_map
 from gearrattle.report.plots.sample_figures import probability_bars, tornado
+from gearrattle.report.plots.study_maps import code_map, code_maps, number_maps, probability_map
 from gearrattle.report.plots.study_sweep_figures import output_sweep, probability_sweep
 from gearrattle.report.study_pages.grid_page import charts, summary_of
 from gearrattle.report.study_tables import count_table

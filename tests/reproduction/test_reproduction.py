@@ -10,10 +10,10 @@ import pytest
 from numba.core import event
 
 from gearrattle.cli import main
-from gearrattle.comparison import contest
+from gearrattle.comparison import contender_runs
 from gearrattle.engine.solvers import SOLVERS
 from gearrattle.errors import Cancelled
-from gearrattle.report.kinds import presentation_of
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction import measurements, reproduce
 from gearrattle.reproduction.bulirsch_stoer import OTHERS
@@ -27,7 +27,7 @@ def shortest():
     """A reproduction whose runs are as short as they may be, and made once: all rows, but no figure of a length."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measurements, "_QUICK", 0.01)
-        patch.setattr(contest, "AGAIN", 1)
+        patch.setattr(contender_runs, "AGAIN", 1)
         return reproduce(quick=True)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels.banded import banded
+from gearrattle.engine.kernels.band_limited_signal import banded
 from gearrattle.signals.conditioning import resample
 from gearrattle.signals.order_tracking import (
     TURN,

@@ -7,7 +7,7 @@ import pytest
 
 from gearrattle.signals.kinematics import derived
 from gearrattle.signals.tacho import levels, pulse_times, shaft
-from gearrattle.signals.wheel import PulseError, teeth_passed
+from gearrattle.signals.wheel_teeth import PulseError, teeth_passed
 
 RATE = 50_000.0
 T = np.arange(100_000) / RATE

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from gearrattle.signals.wheel import Gaps, PulseError, teeth_passed
+from gearrattle.signals.wheel_teeth import Gaps, PulseError, teeth_passed
 
 TURN = 2.0 * np.pi
 TIME = np.linspace(0.0, 4.0, 200_001)

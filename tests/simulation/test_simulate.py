@@ -243,7 +243,7 @@ def test_the_flow_gradient_is_labelled_and_predicts_a_neighbouring_motion(model:
 
 
 def test_chatter_ends_the_run_with_the_element_and_the_time(model: gr.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.engine.solvers.handover._MOST_A_PERIOD", 3)
+    monkeypatch.setattr("gearrattle.engine.solvers.samples_in_si._MOST_A_PERIOD", 3)
     monkeypatch.setattr("gearrattle.engine.solvers.exact._BUDGET", 50)
     with pytest.raises(gr.ConvergenceError, match=r"crossings pile up in mesh at t = .* s; try: add damping") as caught:
         gr.simulate(model, cycles=50, samples_per_cycle=8)

@@ -174,7 +174,7 @@ def test_regions_are_found_again_in_whatever_order_they_were_met(
     stream = gr.stream(model, **SETTINGS, store=tmp_path)
     for _ in range(3):
         next(stream)
-    monkeypatch.setattr("gearrattle.engine.solvers.slots._KEPT", OrderedDict())
+    monkeypatch.setattr("gearrattle.engine.solvers.region_slots._KEPT", OrderedDict())
     fresh = gr.load(FILE)  # another object: its regions are built anew
     for _ in gr.stream(fresh, **SETTINGS, store=tmp_path, resume=True, initial="steady"):
         pass

@@ -17,10 +17,10 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import Cancelled, ModelError
 from gearrattle.orbits.attractors import Attractor, settled_orbit
 from gearrattle.signals import SEVERITIES
-from gearrattle.signals.shares import wilson
+from gearrattle.signals.wilson_interval import wilson
 from gearrattle.studies.basin_attractors import attractors_of, orbit_of, quiet_share
 from gearrattle.studies.output import REGIMES
-from gearrattle.studies.starts import starts_of
+from gearrattle.studies.start_coordinates import starts_of
 from tests.studies.drivelines import model as two_bodies
 from tests.studies.oscillator import DRAG, EXAMPLES, GAP, MEAN, RESPONSE, STIFFNESS, model, quiet
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.studies import diagram
+from gearrattle.studies import bifurcation_study
 from gearrattle.studies.coexistence import hysteresis, stretches, sweeps_of
 from tests.studies import oscillator
 from tests.studies.clusters import dask
@@ -200,15 +200,15 @@ def test_stopped_within_a_sweep_it_goes_on_from_there_to_the_same_bits(
 ) -> None:
     values = {"from": 5.0, "to": 6.8, "count": 5}
     whole = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
-    monkeypatch.setattr(diagram, "_KEEP_EVERY", 0.0)
+    monkeypatch.setattr(bifurcation_study, "_KEEP_EVERY", 0.0)
     with pytest.raises(Cancelled):
         gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1, output=tmp_path / "a", progress=_stops_after(3))
     (part,) = (tmp_path / "a" / "done").glob("*.part")
     if damage:
         part.write_bytes(part.read_bytes()[:-50])
     begun = []
-    plain = diagram.simulate
-    monkeypatch.setattr(diagram, "simulate", lambda *a, **k: (begun.append(1), plain(*a, **k))[1])
+    plain = bifurcation_study.simulate
+    monkeypatch.setattr(bifurcation_study, "simulate", lambda *a, **k: (begun.append(1), plain(*a, **k))[1])
     again = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1, output=tmp_path / "a", resume=True)
     assert again.identical(whole)
     assert len(begun) == 10 if damage else 5 < len(begun) < 10
@@ -249,14 +249,14 @@ def test_paths_swept_together_are_told_by_the_first_of_them() -> None:
 
 
 def test_a_case_that_fails_is_told_and_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain, values = diagram.simulate, [1.0, 1.5, 2.0, 2.5]
+    plain, values = bifurcation_study.simulate, [1.0, 1.5, 2.0, 2.5]
 
     def fails(changed: gr.Model, **settings: Any) -> gr.Run:
         if changed.torques[0].harmonics[0].amplitude == 1.5:
             raise gr.ConvergenceError("lost")
         return plain(changed, **settings)
 
-    monkeypatch.setattr(diagram, "simulate", fails)
+    monkeypatch.setattr(bifurcation_study, "simulate", fails)
     with pytest.warns(RuntimeWarning, match=r"goes on without 2 cases \(6 done, 2 did not converge\); .*: lost"):
         actual = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
     monkeypatch.undo()

@@ -12,11 +12,11 @@ from scipy import integrate
 import gearrattle as gr
 from gearrattle.errors import ModelError, NotInstalled
 from gearrattle.model.paths import value_at
-from gearrattle.signals.shares import wilson
-from gearrattle.studies import indices as module
+from gearrattle.signals.wilson_interval import wilson
+from gearrattle.studies import sobol_indices as module
 from gearrattle.studies.designs import DESIGNS
-from gearrattle.studies.indices import indices
 from gearrattle.studies.probability import running, samples_needed
+from gearrattle.studies.sobol_indices import indices
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import model
 

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.signals.shares import wilson
+from gearrattle.signals.wilson_interval import wilson
 from gearrattle.studies.regime_boundary import midpoints
 from gearrattle.studies.sensitivity import chance_levels, first_order, rank_correlations, rank_regression
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.studies.starts import starts_of
+from gearrattle.studies.start_coordinates import starts_of
 from tests.analysis.test_harmonic_motions import grounded, moved
 
 MIDDLE = {

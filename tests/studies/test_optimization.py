@@ -16,7 +16,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
 from gearrattle.model.paths import value_at
-from gearrattle.studies.evolution import Evolution, front_of, hypervolume
+from gearrattle.studies.nsga2 import Evolution, front_of, hypervolume
 from gearrattle.studies.optimization import prepare
 from tests.studies.drivelines import TOML, model
 

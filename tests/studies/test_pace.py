@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from gearrattle.studies import pace
-from gearrattle.studies.pace import Pace, rounds, spread, spread_indices
+from gearrattle.studies import study_cost
 from gearrattle.studies.schedulers import opened
+from gearrattle.studies.study_cost import Pace, rounds, spread, spread_indices
 from gearrattle.studies.study_file import read_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
@@ -52,7 +52,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     hands = Clock()
-    monkeypatch.setattr(pace.time, "monotonic", hands)
+    monkeypatch.setattr(study_cost.time, "monotonic", hands)
     return hands
 
 
@@ -116,7 +116,7 @@ def test_an_estimate_is_within_half_of_what_the_study_takes(
     file = tmp_path / f"{name}.toml"
     file.write_text(text.replace("../", f"{EXAMPLES.parent}/"), encoding="utf-8")
     asked = read_study(file)
-    monkeypatch.setattr(pace.time, "perf_counter", time.process_time)
+    monkeypatch.setattr(study_cost.time, "perf_counter", time.process_time)
     ratios = []
     for attempt in range(3):
         actual = asked.prepare()

@@ -42,7 +42,7 @@ from gearrattle.workbench.jobs import worker
 from gearrattle.workbench.jobs.job_record import ENDED, Job, read_jobs
 from gearrattle.workbench.jobs.task_options import check_options
 from gearrattle.workbench.jobs.tasks import TASKS, carry_out
-from gearrattle.workbench.live import CYCLES, live_view
+from gearrattle.workbench.slider_run import CYCLES, live_view
 from tests.workbench.server import MODEL
 
 pytestmark = pytest.mark.compiled

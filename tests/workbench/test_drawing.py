@@ -16,7 +16,7 @@ from gearrattle.model.examples import example_files
 from gearrattle.model.model_file import load, text_of
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.paths import path_names, value_at
-from gearrattle.model.symbol import BOX
+from gearrattle.model.table_symbol import BOX
 from gearrattle.report.plots.placement import place
 from gearrattle.report.plots.sketch import inertia_words, torque_words
 from gearrattle.workbench.checking import checked, units_of

@@ -23,10 +23,10 @@ pytest.importorskip("uvicorn")
 from starlette.testclient import TestClient
 
 from gearrattle.files import allowed_root
-from gearrattle.report.kinds import presentation_of
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.workbench.job_inputs import copy_inputs, model_of
 from gearrattle.workbench.jobs.job_record import ENDED
-from gearrattle.workbench.live import live_view
+from gearrattle.workbench.slider_run import live_view
 from gearrattle.workbench.workspace_folder import Folder
 from tests.workbench.jobs import client as client_of
 from tests.workbench.server import serving

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import gearrattle as gr
-from gearrattle.workbench.together import change_words, groups_of
+from gearrattle.workbench.value_groups import change_words, groups_of
 
 
 def model() -> gr.Model:

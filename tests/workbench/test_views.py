@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gearrattle.json_types import json_value
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.plots.interactive import chart_json
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.workbench.views import view_of, without_styles
 from tests.report.examples import CASE_PARAMETERS, result
 

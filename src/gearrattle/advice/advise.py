@@ -21,11 +21,11 @@ from typing import Any
 
 from gearrattle.advice.advice_record import Advice
 from gearrattle.advice.clearance_advice import clearances_line, contact_ratios_line, linear_forecasts
-from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
-from gearrattle.advice.linear import excursions
+from gearrattle.advice.computing_advice import algorithm_line, cost_line, predictability_line
 from gearrattle.advice.lumping_advice import lumping_line
-from gearrattle.advice.others import others_of
+from gearrattle.advice.other_motions_advice import others_of
 from gearrattle.advice.pilot import run_pilot
+from gearrattle.advice.steady_linear_check import excursions
 from gearrattle.advice.stiffness_advice import scaling_line, stiffness_line
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, unsteady_problems

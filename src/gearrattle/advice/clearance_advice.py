@@ -10,8 +10,8 @@ import numpy as np
 
 from gearrattle.advice.advice_record import Line
 from gearrattle.advice.forecasts import CROSSED, Forecast
-from gearrattle.advice.linear import Excursions
 from gearrattle.advice.pilot import Pilot
+from gearrattle.advice.steady_linear_check import Excursions
 from gearrattle.analysis.contact_ratio import forecast_ratios
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model

@@ -19,7 +19,7 @@ from gearrattle.assembly.sines import ramp_of
 from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up_phase import Ramp
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Alternation, Element, Model
 

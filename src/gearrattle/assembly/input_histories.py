@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 from gearrattle.assembly.means import own_mean
 from gearrattle.assembly.records import swings
+from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, Signal
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.model.ramps import level_over_time
-from gearrattle.remember import kept
 
 _LINES = 'interpolation = "linear" stays between the points'
 

@@ -23,14 +23,14 @@ from gearrattle.assembly.prescribed_motion import angle_of, free_of, prescribed_
 from gearrattle.assembly.records import Recorded, channel_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
-from gearrattle.engine.system.channels import Channel, joined
+from gearrattle.derived_values import kept
+from gearrattle.engine.system.piecewise_channels import Channel, joined
 from gearrattle.engine.system.piecewise_signals import Signals, Specified
 from gearrattle.engine.system.run_up_signals import Sound, Tone, TooLong, channels
-from gearrattle.engine.system.specified import NotKept, Swept, checked
+from gearrattle.engine.system.specified_inputs import NotKept, Swept, checked
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Harmonic, Model
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.remember import kept
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

@@ -21,13 +21,13 @@ import numpy as np
 
 from gearrattle.assembly.prescribed_motion import free_of
 from gearrattle.assembly.unloaded import unloaded
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels.equilibrium_kernel import NEGLIGIBLE
 from gearrattle.engine.system.equilibrium import elastic_elements
 from gearrattle.engine.system.free_trains import Train, refined, trains
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import GROUND, Model
 from gearrattle.model.balance import BALANCE
-from gearrattle.remember import kept
 from gearrattle.wording import counted, measured
 
 _Number = Any

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.mean_balance import balances_of, check_freedoms
 from gearrattle.assembly.records import mean
+from gearrattle.derived_values import kept
 from gearrattle.model import Model, Torque
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.remember import kept
 
 
 def own_mean(model: Model, index: int) -> float:

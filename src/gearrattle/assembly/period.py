@@ -13,8 +13,8 @@ from math import gcd, lcm, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.model import Model
-from gearrattle.remember import kept
 
 _LARGEST_DENOMINATOR = 64
 _SAME = 1e-9

@@ -21,9 +21,9 @@ from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.records import Recorded, channel_of, mean
 from gearrattle.assembly.sines import sines
-from gearrattle.engine.system.channels import Channel
+from gearrattle.derived_values import kept
+from gearrattle.engine.system.piecewise_channels import Channel
 from gearrattle.model import Harmonic, Model, Motion, Signal
-from gearrattle.remember import kept
 from gearrattle.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.channels import Channel
+from gearrattle.derived_values import kept
+from gearrattle.engine.system.piecewise_channels import Channel
 from gearrattle.model import Signal
-from gearrattle.model.cycle import periodic_spline
-from gearrattle.remember import kept
+from gearrattle.model.cylinder_pressure import periodic_spline
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

@@ -13,10 +13,10 @@ from dataclasses import replace
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.prescribed_motion import free_of
 from gearrattle.assembly.unloaded import unloaded
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model
-from gearrattle.remember import kept
 
 
 @kept

@@ -15,7 +15,7 @@ import numpy as np
 from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
-from gearrattle.engine.system.passages import Auxiliaries
+from gearrattle.engine.system.crossings_in_order import Auxiliaries
 from gearrattle.model import Model
 from gearrattle.model.components import COMPONENTS
 from gearrattle.trajectory import Layout, Trajectory

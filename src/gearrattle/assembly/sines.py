@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up_phase import Ramp
 from gearrattle.engine.system.run_up_signals import Tone
-from gearrattle.engine.system.specified import Swept
+from gearrattle.engine.system.specified_inputs import Swept
 from gearrattle.model import Harmonic, Model
 from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.prescribed_motion import free_names, free_of
 from gearrattle.assembly.system import assemble
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.exact_statistics import SampledMotion, Statistics, Walk, walk_of
 from gearrattle.engine.system.flow import Flow, Pieces, flow_of
-from gearrattle.engine.system.series import Rows, Series
+from gearrattle.engine.system.row_series import Rows, Series
 from gearrattle.model import Model
-from gearrattle.remember import kept
 from gearrattle.slices import slices
 from gearrattle.trajectory import Signal, Trajectory
 

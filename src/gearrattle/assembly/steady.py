@@ -1,8 +1,8 @@
 """Steady model for linear analyses and forecasts: harmonics of one speed are its only inputs.
 
 A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
-whose motion is a record is held fast. ``unsteady_inputs`` lists what is left out. Harmonics of a prescribed motion stay: they
-are errors of the elements at the inertia.
+whose motion is a record is held fast. ``unsteady_inputs`` lists what is left out. Harmonics of a prescribed motion
+stay: they are errors of the elements at the inertia.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 from gearrattle.assembly.means import mean_torque
+from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.balance import BALANCE
-from gearrattle.remember import kept
 
 
 def unsteady_inputs(model: Model) -> tuple[str, ...]:

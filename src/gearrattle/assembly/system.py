@@ -23,11 +23,11 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import ramp_of
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.model import GROUND, Harmonic, Model
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.remember import kept
 from gearrattle.trajectory import Layout
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import free_of
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.model import Model
-from gearrattle.remember import kept
 
 
 @kept

@@ -26,13 +26,13 @@ from gearrattle.assembly.prescribed_motion import carried_along, free_names, fre
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.sines import sum_of
 from gearrattle.assembly.system import assemble
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variant_arrays import Coefficients
 from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.model import Element, Harmonic, Model
 from gearrattle.model.components.component import PieceColumns
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 Number = float | Array

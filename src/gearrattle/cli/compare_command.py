@@ -82,7 +82,7 @@ def compare(
 
 
 def _names(algorithms: str) -> list[str]:
-    from gearrattle.comparison.contest import PAPER
+    from gearrattle.comparison.contender_runs import PAPER
     from gearrattle.engine.solvers import SOLVERS
 
     names = [name.strip() for name in algorithms.split(",") if name.strip()] or list(PAPER)

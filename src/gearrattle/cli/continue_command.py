@@ -208,8 +208,8 @@ def _check_values(
 ) -> None:
     """Refuse bad values of options (ModelError) before any motion is followed."""
     from gearrattle.orbits.gradients import second_of, tolerances_of
-    from gearrattle.orbits.over_value import ends_of
     from gearrattle.orbits.run_ups import rate_of
+    from gearrattle.orbits.value_family import ends_of
 
     path, ends = first
     with named_as(_OF_BRANCH):

@@ -65,7 +65,7 @@ def _emit_to(
     keeps_known: bool = False,
 ) -> None:
     """Compute a result, save it where that is asked for, and show it; arguments as of ``emit``."""
-    from gearrattle.report.kinds import presentation_class, presentation_of
+    from gearrattle.report.result_kinds import presentation_class, presentation_of
     from gearrattle.report.saved import check_target, destination, put_into
 
     if output is None:
@@ -114,7 +114,7 @@ def emit_each(
     ModelError
         ``output`` is a file, and there are several results.
     """
-    from gearrattle.report.kinds import presentation_class
+    from gearrattle.report.result_kinds import presentation_class
     from gearrattle.report.saved import summary
 
     if len(works) == 1:

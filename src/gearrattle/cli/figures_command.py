@@ -75,8 +75,8 @@ def figures(
     folder = output or Path(f"{source.absolute().name.removesuffix(source.suffix)}-figures")
 
     def work(watch: Watch) -> Figures:
-        from gearrattle.report.drawn import charts_of
         from gearrattle.report.figures import Figures
+        from gearrattle.report.result_charts import charts_of
 
         watch.enter("drawing")
         drawings = Figures(charts_of(source), how["style"])

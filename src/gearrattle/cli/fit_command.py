@@ -19,7 +19,7 @@ from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.measured.identification.fitted import Fit
+    from gearrattle.measured.identification.fit_result import Fit
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 

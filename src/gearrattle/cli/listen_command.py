@@ -88,7 +88,7 @@ def listen(
 def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
     """Open every motion or model, by the name of its file, once all of them can be heard."""
     from gearrattle.report.sound.listen import audible
-    from gearrattle.report.sound.path import sound_path
+    from gearrattle.report.sound.transfer_path import sound_path
 
     sound_path(hearing.path, _RATE, hearing.scale)
     opened: dict[str, Model | Run | Recording] = {}

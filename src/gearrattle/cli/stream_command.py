@@ -50,7 +50,7 @@ def stream(
     resume
         Go on with what the folder holds: same model, same options.
     """
-    from gearrattle.report.kinds import presentation_of
+    from gearrattle.report.result_kinds import presentation_of
     from gearrattle.report.saved import summary
 
     driveline = changed_model(model, changes)

@@ -19,10 +19,10 @@ from gearrattle.writing import disk_is_full, staged
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.report.study_report import StudyReport
-    from gearrattle.studies.conduct import Study
     from gearrattle.studies.kinds import StudySpec
     from gearrattle.studies.prepared import Done
     from gearrattle.studies.storage import Storage
+    from gearrattle.studies.study_call import Study
 
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 

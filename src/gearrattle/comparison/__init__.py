@@ -2,16 +2,16 @@
 
 Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
 by one (``crossings``); beyond it, where all digits are lost, only statistics (``portrait``) beside those of exact
-motions begun nearby (``peers``, ``statistics_comparison``). Transmissibilities and coherences are the paper's own indices, the
-latter with what chance gives.
+motions begun nearby (``peers``, ``statistics_comparison``). Transmissibilities and coherences are the paper's own
+indices, the latter with what chance gives.
 
 The package knows no solver.
 """
 
 from gearrattle.comparison.coherence_comparison import compare_coherence
-from gearrattle.comparison.crossings import EventComparison, compare_crossings, compare_impacts
+from gearrattle.comparison.crossing_comparison import EventComparison, compare_crossings, compare_impacts
+from gearrattle.comparison.motion_statistics import Portrait, portrait
 from gearrattle.comparison.pointwise import PointwiseError, error_history, pointwise
-from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.statistics_comparison import Item, StatisticalComparison, compare_statistics
 from gearrattle.comparison.transmissibility_comparison import TransmissibilityComparison, compare_transmissibility
 

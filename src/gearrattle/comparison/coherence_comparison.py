@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.comparison.pair import cycles_beyond, fundamental_order, same_grid
+from gearrattle.comparison.pair_checks import cycles_beyond, fundamental_order, same_grid
 from gearrattle.signals.coherence import ENSEMBLES, HARMONICS, POINTS, Coherence, Taper, coherence_at_harmonics
 from gearrattle.trajectory import Trajectory
 

@@ -16,12 +16,21 @@ from gearrattle.assembly import assemble
 from gearrattle.comparison.coherence_comparison import compare_coherence
 from gearrattle.comparison.comparison_rows import Comparison, Row
 from gearrattle.comparison.comparison_table import table_of
-from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
-from gearrattle.comparison.crossings import compare_crossings, compare_impacts
-from gearrattle.comparison.floor import floor_of
-from gearrattle.comparison.peers import exact_portraits, nearby
+from gearrattle.comparison.contender_runs import (
+    CEILING,
+    PAPER,
+    Algorithms,
+    Contender,
+    Progress,
+    Result,
+    contenders,
+    run_one,
+)
+from gearrattle.comparison.crossing_comparison import compare_crossings, compare_impacts
+from gearrattle.comparison.error_floor import floor_of
+from gearrattle.comparison.motion_statistics import Portrait, portrait
+from gearrattle.comparison.nearby_motions import exact_portraits, nearby
 from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
-from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.recommendation import recommendation, with_verdicts
 from gearrattle.comparison.statistics_comparison import compare_statistics
 from gearrattle.comparison.step_properties import check_budget, check_names, growths_of, has_fixed_step

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from gearrattle.comparison.comparison_record import Record
-from gearrattle.comparison.crossings import EventComparison
+from gearrattle.comparison.crossing_comparison import EventComparison
 from gearrattle.comparison.pointwise import PointwiseError
 from gearrattle.comparison.statistics_comparison import StatisticalComparison
 from gearrattle.comparison.transmissibility_comparison import TransmissibilityComparison

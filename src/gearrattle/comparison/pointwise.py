@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.comparison.comparison_record import Record
-from gearrattle.comparison.pair import same_grid, samples_until
+from gearrattle.comparison.pair_checks import same_grid, samples_until
 from gearrattle.trajectory import Array, Trajectory
 
 PASSED = (1e-6, 1e-3, 1e-1)

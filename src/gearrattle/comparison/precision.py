@@ -12,7 +12,7 @@ from math import ceil
 from typing import Any
 
 from gearrattle.comparison.comparison_record import Record
-from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, run_one
+from gearrattle.comparison.contender_runs import PAPER, Contender, Progress, Result, run_one
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.comparison.step_properties import check_budget, check_names, fixed_step_of
 from gearrattle.engine.system.perturbation_growth import ROUNDING_95

@@ -26,8 +26,8 @@ from typing import Literal
 import numpy as np
 
 from gearrattle.comparison.comparison_record import Record
-from gearrattle.comparison.floor import Floor
-from gearrattle.comparison.portrait import Portrait
+from gearrattle.comparison.error_floor import Floor
+from gearrattle.comparison.motion_statistics import Portrait
 from gearrattle.signals import (
     density_distances,
     distribution_distances,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from gearrattle.assembly import assemble, free_of
-from gearrattle.comparison.contest import Contender
+from gearrattle.comparison.contender_runs import Contender
 from gearrattle.engine.solvers import SOLVERS, Task
 from gearrattle.engine.solvers.one_step import FixedStep
 from gearrattle.engine.solvers.step_stability import growths, labels_of, regions_visited

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.comparison.comparison_record import Record
-from gearrattle.comparison.pair import fundamental_order, same_grid
+from gearrattle.comparison.pair_checks import fundamental_order, same_grid
 from gearrattle.signals import band_rms, last_cycles, peak_to_peak, rms
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 

@@ -14,7 +14,7 @@ from math import inf
 from threading import Lock
 from typing import Any
 
-from gearrattle.design.keep import Keep, kept_or_moved
+from gearrattle.design.kept_motions import Keep, kept_or_moved
 from gearrattle.design.motions import BEFORE, PUSHED, REST, STARTS, Asked, Motion, State
 from gearrattle.design.target import Target
 from gearrattle.design.variable import Variable

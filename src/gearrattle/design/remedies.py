@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from gearrattle.assembly import is_driven_over_time, refuse_but_events
 from gearrattle.design.candidates import Candidate, candidates_of
 from gearrattle.design.halving import Report, Search, Tried, Work, finish
-from gearrattle.design.inline import Inline
-from gearrattle.design.keep import Keep, kept_or_moved
+from gearrattle.design.inline_executor import Inline
+from gearrattle.design.kept_motions import Keep, kept_or_moved
 from gearrattle.design.motions import REST, Asked, Motion, starts_of
 from gearrattle.design.target import Target, half_of, target_of
 from gearrattle.design.threshold import STOPPED

@@ -15,7 +15,7 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.model_file import read_tables, read_text
-from gearrattle.model.problems import place
+from gearrattle.model.pydantic_problems import place
 from gearrattle.model.table import did_you_mean
 
 _KEYS = ("candidates", "target", "speeds")

@@ -13,7 +13,7 @@ from gearrattle.json_types import TomlTable
 from gearrattle.model.engine import Engine, SquareOfSpeed, Wave
 from gearrattle.model.excitation import Excitation
 from gearrattle.model.over_speed import OMEGA
-from gearrattle.model.problems import Positions, model_error
+from gearrattle.model.pydantic_problems import Positions, model_error
 from gearrattle.result import Result
 
 

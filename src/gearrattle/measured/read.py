@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, allowed_root, within_limit
-from gearrattle.measured.conditioned import Conditioned, Even, became, brought, finished, uniform
+from gearrattle.measured.mapped_channel import Conditioned, Even, became, brought, finished, uniform
 from gearrattle.measured.readers import READERS, Column, read_raw
 from gearrattle.measured.readers.mapping import Mapped, Measurement, read_mapping
 from gearrattle.measured.readers.mapping_tables import MeasurementTables

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 from pydantic import model_validator
 
 from gearrattle.model import units
-from gearrattle.model.cycle import missing, pressure_at
+from gearrattle.model.cylinder_pressure import missing, pressure_at
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.value_kinds import Count, Quantity, value_of

@@ -19,8 +19,8 @@ from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
 from gearrattle.model.ramps import Ramp, overlaps
 from gearrattle.model.signal import OverTime, Signal
-from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import Name, Plain, Quantity
 
 

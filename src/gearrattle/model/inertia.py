@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from gearrattle.model import units
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.symbol import Shown, Symbol
+from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import GROUND, Label, Quantity
 
 

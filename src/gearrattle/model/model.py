@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
+from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
@@ -19,15 +20,14 @@ from gearrattle.model.inertia import Inertia
 from gearrattle.model.negligible_impacts import Criteria
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
-from gearrattle.model.prescribed import prescribed_rules
-from gearrattle.model.problems import Positions, model_error
+from gearrattle.model.prescribed_motion_rules import prescribed_rules
+from gearrattle.model.pydantic_problems import Positions, model_error
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text
 from gearrattle.model.value_kinds import GROUND, Choice, SchemaVersion, Text, is_newer_schema
 from gearrattle.model.written_units import keep_written_units, written_units
-from gearrattle.remember import kept
 
 
 class Model(Table):

@@ -17,10 +17,10 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, allowed_root, opened, reachable
 from gearrattle.model.model import Model
-from gearrattle.model.positions import NestingError, key_lines
-from gearrattle.model.problems import Positions, place
+from gearrattle.model.pydantic_problems import Positions, place
 from gearrattle.model.signal import Points
 from gearrattle.model.table import shown
+from gearrattle.model.toml_line_numbers import NestingError, key_lines
 from gearrattle.model.value_kinds import NEWER_SCHEMA, is_newer_schema
 
 LARGEST = 1_000_000

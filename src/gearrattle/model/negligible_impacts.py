@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model import units
-from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Table
+from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import Quantity
 
 ASSUMED_ENERGY = 1e-6

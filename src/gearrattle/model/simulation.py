@@ -14,8 +14,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
-from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
+from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import Choice, Count, Plain, Quantity, value_of
 
 ALGORITHMS = (

@@ -36,9 +36,9 @@ from gearrattle.orbits.family_ends import followed_through_families
 from gearrattle.orbits.known_motions import Known, deflated, orbits_of_returns, search, search_symmetric, starts_of
 from gearrattle.orbits.motion_families import free_count, room_of
 from gearrattle.orbits.orbit import Orbit, linear_state, settled_state
-from gearrattle.orbits.over_value import family_of, is_compiled
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.start_states import state_of
+from gearrattle.orbits.value_family import family_of, is_compiled
 from gearrattle.time_limits import TimeLimit, limited
 from gearrattle.wording import counted
 

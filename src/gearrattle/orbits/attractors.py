@@ -34,8 +34,8 @@ from gearrattle.orbits.motion_families import free_space_of, without_free
 from gearrattle.orbits.orbit import Orbit, orbit_of
 from gearrattle.orbits.progress import never_falling
 from gearrattle.orbits.settling_limits import BLOCK, BLOCKS, LONGEST, STARTS
-from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import period_number
+from gearrattle.signals.wilson_interval import wilson
 
 Array = NDArray[np.float64]
 KINDS = {

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.events.event_record import Event
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -23,14 +23,14 @@ from gearrattle.model import Model
 from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.value_kinds import Plain
-from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.followed_branch import Curve
 from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.over_value import check_index, family_of, unit_of, watched_names
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
 from gearrattle.orbits.sweeps import Sweeps
 from gearrattle.orbits.two_parameters.event_boundary import boundary_of
+from gearrattle.orbits.value_family import check_index, family_of, unit_of, watched_names
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, Event
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_near, half_curve
 from gearrattle.engine.periodic.families import half_of
 from gearrattle.engine.periodic.point import Point, halves_apart

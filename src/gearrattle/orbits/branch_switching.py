@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, Event
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, Event
 from gearrattle.engine.periodic.events.symmetry_breaking import SAME, half_curve
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
@@ -18,7 +18,7 @@ from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.branch_points import Home, shared_with
-from gearrattle.orbits.curve import UNTOLD, Curve, Work, followed
+from gearrattle.orbits.followed_branch import UNTOLD, Curve, Work, followed
 from gearrattle.orbits.known_motions import Known, search, starts_of
 from gearrattle.orbits.orbit import CYCLES
 from gearrattle.orbits.progress import silent

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import Event
+from gearrattle.engine.periodic.events.event_record import Event
 from gearrattle.engine.periodic.events.slider_release import passed_begin
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import Point, appended, turned_around

@@ -26,7 +26,7 @@ from scipy.optimize import linear_sum_assignment
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, GRAZING, Event
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, GRAZING, Event
 from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE
 from gearrattle.engine.periodic.events.symmetry_breaking import as_doubling
 from gearrattle.engine.periodic.families import Family
@@ -43,7 +43,7 @@ from gearrattle.model.path_values import change_in_si
 from gearrattle.model.paths import expanded, path_names, value_at
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.family_ends import EDGE, gradient_of_end
-from gearrattle.orbits.over_value import check_alike, ends_of, family_like, family_of
+from gearrattle.orbits.value_family import check_alike, ends_of, family_like, family_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -22,15 +22,15 @@ from gearrattle.model.factors import Written
 from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, Reader, argument_problems
 from gearrattle.orbits.branch_switching import branches_missed, doublings_left
-from gearrattle.orbits.curve import Curve
+from gearrattle.orbits.followed_branch import Curve
 from gearrattle.orbits.gradients import second_of
 from gearrattle.orbits.known_motions import Known
 from gearrattle.orbits.orbit import CYCLES, Orbit, is_stable
-from gearrattle.orbits.over_value import notes_at_end
 from gearrattle.orbits.progress import Progress, never_falling, stretch_of
 from gearrattle.orbits.two_parameters.branches_at_second_value import Plane, Row, own_row, rows_of
 from gearrattle.orbits.two_parameters.event_boundary import Border, borders_of
 from gearrattle.orbits.two_parameters.special_points import SpecialPoint
+from gearrattle.orbits.value_family import notes_at_end
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

@@ -29,8 +29,8 @@ from gearrattle.model import Model
 from gearrattle.model.value_kinds import Count
 from gearrattle.orbits.gradients import orbit_gradients
 from gearrattle.orbits.motion_families import Interval, intervals_of, off_edge, size_of, without_free
-from gearrattle.orbits.over_value import family_of_excitation
 from gearrattle.orbits.start_states import initial_of, plan_of, state_of
+from gearrattle.orbits.value_family import family_of_excitation
 from gearrattle.quantities.criteria import criteria
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate

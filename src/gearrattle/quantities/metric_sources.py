@@ -21,9 +21,9 @@ from gearrattle.quantities.metric_inputs import Inputs, Signal, asked_of
 from gearrattle.quantities.quantity import Sums
 from gearrattle.recording import Channel, Recording, are_even
 from gearrattle.signals import steady
-from gearrattle.signals.bodies import LooseGear
 from gearrattle.signals.chunk_moments import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
+from gearrattle.signals.loose_gears import LooseGear
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
 from gearrattle.trajectory import Array, Layout, Trajectory

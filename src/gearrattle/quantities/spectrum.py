@@ -2,8 +2,9 @@
 
 Power spectral density by Welch's method over whole cycles; amplitudes at the excited orders by Fourier sums over the
 whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
-(the rule is stated in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
-and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one frequency.
+(the rule is stated in ``gearrattle.signals.subharmonics``). All are of samples: nothing beyond half the sampling rate
+is seen, and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one
+frequency.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from gearrattle.signals import (
     sub_harmonics,
     super_harmonics,
 )
-from gearrattle.signals.lines import FEWEST_PERIODS
+from gearrattle.signals.subharmonics import FEWEST_PERIODS
 from gearrattle.signals.welch import CYCLES_PER_SEGMENT, averaged
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted

@@ -11,7 +11,7 @@ import numpy as np
 
 from gearrattle.comparison.comparison_rows import Comparison, Row
 from gearrattle.comparison.comparison_table import COLUMNS
-from gearrattle.comparison.peers import MANY
+from gearrattle.comparison.nearby_motions import MANY
 from gearrattle.comparison.precision import WorkPrecision
 from gearrattle.report.comparison_tables import (
     coherence_table,

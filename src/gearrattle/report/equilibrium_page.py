@@ -11,8 +11,8 @@ from gearrattle.assembly import free_names
 from gearrattle.report.linear_tables import elements_table
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.equilibrium_figure import rest_chart
 from gearrattle.report.plots.numerals import engineering, quantity
-from gearrattle.report.plots.rest import rest_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table

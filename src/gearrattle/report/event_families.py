@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.engine.periodic.events.base import DOUBLING
+from gearrattle.engine.periodic.events.event_record import DOUBLING
 from gearrattle.orbits import Branch
 from gearrattle.wording import counted, listed
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.typeset import Style, matplotlib_figure
 from gearrattle.report.plots.typeset.print_files import DPI, checked_dpi, known_formats, saved
+from gearrattle.report.result_charts import charts_of
 from gearrattle.writing import Staging
 
 if TYPE_CHECKING:

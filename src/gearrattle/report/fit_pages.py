@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.measured.identification.data_problem import Residual
-from gearrattle.measured.identification.fitted import Fit, FittedParameter
+from gearrattle.measured.identification.fit_result import Fit, FittedParameter
 from gearrattle.model.path_labels import in_written_unit
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral

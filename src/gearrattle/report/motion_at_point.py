@@ -22,8 +22,8 @@ from gearrattle.report.motion_curves import fine_curves
 from gearrattle.report.plots.branches_figure import largest, measure, shown_levels
 from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
 from gearrattle.report.plots.corner_marks import reach, shading, units_of
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.view import scale
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 

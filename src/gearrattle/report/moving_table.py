@@ -10,8 +10,8 @@ from gearrattle.assembly import assemble
 from gearrattle.errors import GearRattleError
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
-from gearrattle.orbits.over_value import is_compiled
 from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.value_family import is_compiled
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table

@@ -11,8 +11,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from gearrattle.report.kinds import presentation_of
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.report.tables import shortened
 from gearrattle.report.templates import templates
 

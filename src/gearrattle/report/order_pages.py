@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
+from gearrattle.report.labelled_data import channel_title, is_si, numbers_in, plain_attributes
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.order_maps import cuts_chart, map_chart, raised
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation

@@ -137,7 +137,7 @@ class Presentation(Generic[R]):
             self._write_figure(path)
 
     def _write_figure(self, path: Path) -> None:
-        from gearrattle.report.plots.static import draw
+        from gearrattle.report.plots.svg_charts import draw
         from gearrattle.report.plots.typeset import matplotlib_figure
         from gearrattle.report.plots.typeset.print_files import saved
 

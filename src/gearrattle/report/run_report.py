@@ -26,9 +26,9 @@ from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.plots.verdict_figures import verdict_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.record_dataset import number_columns, records_dataset
+from gearrattle.report.reliability import trust
 from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
-from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles, verdict_table
 
 if TYPE_CHECKING:

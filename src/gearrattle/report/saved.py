@@ -59,7 +59,7 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
     >>> page.name
     'report.html'
     """
-    from gearrattle.report.kinds import presentation_of
+    from gearrattle.report.result_kinds import presentation_of
 
     presentation = presentation_of(result)
     target = Path(path)

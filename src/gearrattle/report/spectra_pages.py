@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
+from gearrattle.report.labelled_data import channel_title, is_si, numbers_in, plain_attributes
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.density_figures import cross_chart as cross_density_chart

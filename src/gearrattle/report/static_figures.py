@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.chart_files import packed_charts
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 
 CHARTS = "charts.npz"
 """File in figures/ that keeps the charts themselves."""

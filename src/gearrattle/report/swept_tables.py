@@ -14,8 +14,8 @@ from gearrattle.orbits.settling_limits import LONGEST
 from gearrattle.orbits.sweeps import Jump, Sweeps
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.corner_marks import units_of
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.view import scale
 from gearrattle.report.tables import Table
 from gearrattle.wording import listed
 

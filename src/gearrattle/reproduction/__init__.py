@@ -1,8 +1,8 @@
 """Reproduction of the paper of 1995: its numbers beside ours, and why they differ.
 
 C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle Analysis", ASME J.
-Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``paper_cases`` builds its models under any mean load,
-``measurements`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned.
+Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``paper_cases`` builds its models under any mean
+load, ``measurements`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned.
 
 ``reproduce`` gives a Reproduction; ``reproduction_page`` presents it.
 """

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.mean_load import setup_of as of_load
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.number_formats import counted, figure
 from gearrattle.reproduction.paper_cases import SPEED
 from gearrattle.reproduction.paper_coherence import KINDS
 from gearrattle.reproduction.paper_coherence import setup_of as fine_of
 from gearrattle.reproduction.paper_transmissibility import bandwidth
-from gearrattle.reproduction.printed import MODERATE, Performance
+from gearrattle.reproduction.printed_values import MODERATE, Performance
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, Section, row
 from gearrattle.reproduction.tables_3_4 import TABLES
 from gearrattle.reproduction.tables_3_4 import setup_of as of_tables

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.number_formats import counted, figure
 from gearrattle.reproduction.paper_cases import SPEED
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, Section, row
 

@@ -19,9 +19,9 @@ from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.load_sweep import GEAR, Stop, Tick, history, loose_gear, mesh_alone, sweep
 from gearrattle.reproduction.measurements import Scope
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.paper_cases import HALF_GAP, J
 from gearrattle.reproduction.reproduction_record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.signals import steady

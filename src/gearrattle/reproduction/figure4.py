@@ -23,9 +23,9 @@ from gearrattle.engine.system.law import Stage, staged
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import COLOURS
-from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.load_sweep import Stop, Tick, mesh_alone, sweep
 from gearrattle.reproduction.measurements import Scope
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.reproduction_record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.signals.regions import Regime
 from gearrattle.trajectory import Array

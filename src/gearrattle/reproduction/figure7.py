@@ -9,18 +9,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gearrattle.comparison.peers import MANY, exact_portraits
+from gearrattle.comparison.motion_statistics import portrait
+from gearrattle.comparison.nearby_motions import MANY, exact_portraits
 from gearrattle.comparison.pointwise import pointwise
-from gearrattle.comparison.portrait import portrait
 from gearrattle.comparison.statistics_comparison import compare_statistics
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
-from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.mean_load import setup_of as of_load
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.paper_cases import load_case
 from gearrattle.reproduction.paper_coherence import CYCLES, KINDS
-from gearrattle.reproduction.printed import LIGHT
+from gearrattle.reproduction.printed_values import LIGHT
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, UNAVAILABLE, Row, Section, row
 from gearrattle.results import Run
 from gearrattle.signals import Spectrum, last_cycles, psd, steady

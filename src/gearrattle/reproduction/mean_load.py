@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gearrattle.report.tables import Table
-from gearrattle.reproduction import printed
-from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.number_formats import counted, figure
 from gearrattle.reproduction.paper_coherence import CYCLES, KINDS, SAMPLES, kappa
 from gearrattle.reproduction.paper_stiffness import natural
-from gearrattle.reproduction.printed import LIGHT, LOAD_SAVING, MODERATE
+from gearrattle.reproduction.printed_values import LIGHT, LOAD_SAVING, MODERATE
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, UNAVAILABLE, Row, Section, row
 from gearrattle.signals import find_impacts, steady
 
@@ -22,7 +22,7 @@ VARIABLE = {"RKF": "rkf", "RKV": "rkv", "GRS": "gear", "ADM": "adams", "BUS": "b
 
 def setup_of(scope: Scope, algorithm: str, ratio: float, *, loaded: bool) -> Setup:
     """A run of case 3 under a mean load."""
-    step = printed.RK2_STEP if algorithm == "rk2" else None
+    step = printed_values.RK2_STEP if algorithm == "rk2" else None
     return Setup(CASE, loaded, algorithm, scope.coherent(CYCLES), ratio=ratio, step=step, samples=SAMPLES)
 
 

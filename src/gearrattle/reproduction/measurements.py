@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
-from gearrattle.comparison.contest import AGAIN, SHORT, Contender, Result, run_one
+from gearrattle.comparison.contender_runs import AGAIN, SHORT, Contender, Result, run_one
 from gearrattle.engine.solvers import SOLVERS
 from gearrattle.reproduction.paper_cases import SPEED, load_case
 from gearrattle.results import Run

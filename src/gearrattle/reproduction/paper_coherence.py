@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from gearrattle.comparison.coherence_comparison import compare_coherence
 from gearrattle.report.tables import Table
-from gearrattle.reproduction import printed
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.reproduction_record import (
     DIFFERS,
@@ -50,7 +50,7 @@ Found = dict[Key, tuple[float, ...] | None]
 
 def setup_of(scope: Scope, algorithm: str, *, loaded: bool, nearby: bool = False) -> Setup:
     """A run of case 2, finely sampled."""
-    step = {"rk2": printed.RK2_STEP, "rk4": printed.RK4_STEP}.get(algorithm)
+    step = {"rk2": printed_values.RK2_STEP, "rk4": printed_values.RK4_STEP}.get(algorithm)
     cycles = scope.coherent(CYCLES)
     return Setup(CASE, loaded, algorithm, cycles, step=step, samples=SAMPLES, nearby=nearby)
 
@@ -58,7 +58,7 @@ def setup_of(scope: Scope, algorithm: str, *, loaded: bool, nearby: bool = False
 def needs(scope: Scope) -> Iterator[Setup]:
     """The paper's three schemes, its reference, the exact one and its neighbour."""
     for loaded in KINDS.values():
-        for algorithm in ("exact", "rk2", *(algorithm for algorithm, _ in printed.COHERENCES.values())):
+        for algorithm in ("exact", "rk2", *(algorithm for algorithm, _ in printed_values.COHERENCES.values())):
             yield setup_of(scope, algorithm, loaded=loaded)
         yield setup_of(scope, "exact", loaded=loaded, nearby=True)
 
@@ -80,7 +80,7 @@ def kappa(
 def section(measurements: Measurements) -> Section:
     """Compare the twelve coherences."""
     values = dict(_all(measurements))
-    rows = [row for label in printed.COHERENCES for row in _rows(label, values)]
+    rows = [row for label in printed_values.COHERENCES for row in _rows(label, values)]
     rows += [_meaning(values), _aliased(values), _hardest(values)]
     words = (
         f"Case 2. Two independent signals give {CHANCE.bias:.2f} on average with four segments; a mean over five bins "
@@ -97,7 +97,7 @@ def _all(measurements: Measurements) -> Iterator[tuple[Key, tuple[float, ...] | 
     for kind, loaded in KINDS.items():
         runs = {name: setup_of(measurements.scope, name, loaded=loaded) for name in ("exact", "rk2")}
         for filtered in (True, False):
-            for label, (algorithm, _) in printed.COHERENCES.items():
+            for label, (algorithm, _) in printed_values.COHERENCES.items():
                 setup = setup_of(measurements.scope, algorithm, loaded=loaded)
                 for reference, judge in runs.items():
                     yield Key(label, kind, reference, filtered), kappa(measurements, setup, judge, filtered=filtered)
@@ -111,7 +111,7 @@ def _all(measurements: Measurements) -> Iterator[tuple[Key, tuple[float, ...] | 
 
 def _rows(label: str, coherences: Found) -> Iterator[Row]:
     # coherences of one body under either load
-    for i, (body, printed_value) in enumerate(zip(BODIES, printed.COHERENCES[label][1], strict=True)):
+    for i, (body, printed_value) in enumerate(zip(BODIES, printed_values.COHERENCES[label][1], strict=True)):
         parts: list[str] = []
         figures: dict[str, float] = {}
         for kind in KINDS:
@@ -214,7 +214,7 @@ def _table(coherences: Found) -> Table:
     )
     printed_rows = tuple(
         (f"{label}, as printed", "?", "rk2", "?", *(f"{value:g}" for value in values))
-        for label, (_, values) in printed.COHERENCES.items()
+        for label, (_, values) in printed_values.COHERENCES.items()
     )
     return Table(
         ("algorithm", "load", "reference", "filtered", *BODIES),

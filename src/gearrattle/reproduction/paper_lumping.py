@@ -14,7 +14,7 @@ import numpy as np
 from gearrattle.analysis.statics import Modes, modes
 from gearrattle.model import Model
 from gearrattle.reductions.reduce import reduce
-from gearrattle.reproduction import printed
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.reproduction_record import CONSTRUCTED, DIFFERS, Row, Section, row
 
 PRINTED = (346.0, 7937.0, 48091.0)
@@ -72,10 +72,10 @@ def section() -> Section:
 
 def _frequencies(linear_modes: Modes) -> Row:
     ours = np.asarray(linear_modes.frequencies)
-    off = float(np.max(np.abs(ours[1:] / np.array(printed.EIGHT[1:]) - 1.0)))
+    off = float(np.max(np.abs(ours[1:] / np.array(printed_values.EIGHT[1:]) - 1.0)))
     return row(
         "Sec. 3, eight natural frequencies",
-        ", ".join(f"{value:g}" for value in printed.EIGHT) + " rad/s",
+        ", ".join(f"{value:g}" for value in printed_values.EIGHT) + " rad/s",
         ", ".join(f"{value:.0f}" for value in ours) + f" rad/s; at most {100 * off:.2g} % off",
         CONSTRUCTED if off < _FIT else DIFFERS,
         "the model was fitted to them",
@@ -90,15 +90,15 @@ def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
     two = two / two[-1]
     three = three / three[1]
     # the printed entry without which the others fit best
-    nine = np.array(printed.PSI_2)
+    nine = np.array(printed_values.PSI_2)
     at = min(range(nine.size), key=lambda k: float(np.abs(np.delete(nine, k) - two).max()))
     off_2 = float(np.abs(np.delete(nine, at) - two).max())
-    off_3 = float(np.abs(np.array(printed.PSI_3) - three).max())
+    off_3 = float(np.abs(np.array(printed_values.PSI_3) - three).max())
     # rows of both shapes
     return (
         row(
             "Sec. 3, shape psi_2",
-            _entries(printed.PSI_2),
+            _entries(printed_values.PSI_2),
             _entries(two),
             DIFFERS,
             "nine entries are printed for eight inertias; with one of the ones left out, the others are at most "
@@ -108,7 +108,7 @@ def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
         ),
         row(
             "Sec. 3, shape psi_3",
-            _entries(printed.PSI_3),
+            _entries(printed_values.PSI_3),
             _entries(three),
             CONSTRUCTED if off_3 < _SHAPE else DIFFERS,
             f"the model was fitted to it; at most {off_3:.2g} off, within what one printed digit allows",
@@ -123,11 +123,11 @@ def _entries(values: Iterable[float]) -> str:
 
 def _in_hertz(linear_modes: Modes) -> Row:
     ours = float(linear_modes.frequencies[1]) / math.tau
-    printed_hertz = printed.EIGHT[1] / math.tau
-    slip = round(printed_hertz) != printed.FIRST_MODE_HZ
+    printed_hertz = printed_values.EIGHT[1] / math.tau
+    slip = round(printed_hertz) != printed_values.FIRST_MODE_HZ
     return row(
         "Sec. 3, the first mode in Hz",
-        f"{printed.FIRST_MODE_HZ:g} Hz",
+        f"{printed_values.FIRST_MODE_HZ:g} Hz",
         f"{ours:.1f} Hz",
         DIFFERS if slip else CONSTRUCTED,
         f"the printed 346 rad/s are {printed_hertz:.1f} Hz, not 22",

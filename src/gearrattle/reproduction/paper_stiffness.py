@@ -15,8 +15,8 @@ import numpy as np
 
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
-from gearrattle.reproduction import printed
-from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction import printed_values
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.paper_cases import DAMPING, DRAG, RADIUS, SPEED, STIFFNESS, J
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, Section, row
 from gearrattle.trajectory import Array
@@ -90,8 +90,8 @@ def _rows() -> tuple[Row, ...]:
     return (
         row(
             "Fig. 6(b), largest R_lambda, Gamma_c = 0.1",
-            f"about {printed.R_LAMBDA_DIMENSIONAL:g} dimensional, barely "
-            f"{printed.R_LAMBDA_MIXED:g} dimensionless and mixed",
+            f"about {printed_values.R_LAMBDA_DIMENSIONAL:g} dimensional, barely "
+            f"{printed_values.R_LAMBDA_MIXED:g} dimensionless and mixed",
             summary,
             DIFFERS,
             "R_lambda is a ratio of eigenvalues of one matrix; scaling time and turning angles into lengths are "
@@ -137,7 +137,9 @@ def _chart() -> Chart:
     ]
     waves = np.array([natural(0.1, g) for g in gamma])
     modes = tuple(Line(gamma, waves[:, i], f"mode {i + 1}", INK) for i in range(3))
-    rules = tuple(Rule(at, label=f"paper: {at:g}") for at in (printed.R_LAMBDA_MIXED, printed.R_LAMBDA_DIMENSIONAL))
+    rules = tuple(
+        Rule(at, label=f"paper: {at:g}") for at in (printed_values.R_LAMBDA_MIXED, printed_values.R_LAMBDA_DIMENSIONAL)
+    )
     # panels of Figs. 5 and 6
     panels = (
         Panel(

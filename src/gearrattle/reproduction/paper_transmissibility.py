@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from gearrattle.comparison.transmissibility_comparison import compare_transmissibility
-from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.measurements import Measurements, Setup
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.paper_coherence import BODIES, KINDS
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, Row, row
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from gearrattle.reproduction import (
     algorithm_claims,
     bulirsch_stoer,
+    efficiency_by_order,
     figure3,
     figure4,
     figure7,
@@ -22,7 +23,6 @@ from gearrattle.reproduction import (
     table5,
     tables_3_4,
     unstable_step,
-    work,
 )
 from gearrattle.reproduction.measurements import Progress, Scope, Setup, measure, seconds_of
 from gearrattle.reproduction.reproduction_record import Reproduction
@@ -32,7 +32,7 @@ _A_LOAD = 0.02, 0.02
 _STEPS = 6.0
 _READING = 10.0
 """The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
-_READ = (unstable_step, bulirsch_stoer, paper_coherence, mean_load, figure7, algorithm_claims, work)
+_READ = (unstable_step, bulirsch_stoer, paper_coherence, mean_load, figure7, algorithm_claims, efficiency_by_order)
 
 
 def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from gearrattle.report.tables import Table
-from gearrattle.reproduction import printed
-from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction import printed_values
+from gearrattle.reproduction.number_formats import figure
 from gearrattle.reproduction.paper_cases import DAMPING, DRAG, HALF_GAP, RADIUS, SPEED, STIFFNESS, J, load_case
 from gearrattle.reproduction.reproduction_record import CONSTRUCTED, DIFFERS, Row, Section, row
 
@@ -35,9 +35,10 @@ def agrees(text: str, value: float) -> bool:
 def section() -> Section:
     """Compare the sixteen parameters."""
     ours = parameters()
-    right = {name: agrees(text, ours[name]) for name, text in printed.TABLE_1.items()}
+    right = {name: agrees(text, ours[name]) for name, text in printed_values.TABLE_1.items()}
     lines = tuple(
-        (name, text, figure(ours[name], 5), "yes" if right[name] else "no") for name, text in printed.TABLE_1.items()
+        (name, text, figure(ours[name], 5), "yes" if right[name] else "no")
+        for name, text in printed_values.TABLE_1.items()
     )
     table = Table(("parameter", "paper", "ours", "to the digits printed"), lines, frozenset({0, 3}), "Table 1")
     words = (
@@ -49,10 +50,10 @@ def section() -> Section:
 
 def _table_2() -> tuple[Row, ...]:
     """Read the parameters of Table 2 back from the models that are simulated."""
-    return tuple(_case(case, line) for case, line in printed.TABLE_2.items())
+    return tuple(_case(case, line) for case, line in printed_values.TABLE_2.items())
 
 
-def _case(case: int, line: printed.Clearances) -> Row:
+def _case(case: int, line: printed_values.Clearances) -> Row:
     # components of the model
     model = load_case(case)
     clutch, spline = model.couplings
@@ -61,7 +62,7 @@ def _case(case: int, line: printed.Clearances) -> Row:
     angle = HALF_GAP / RADIUS
     error = mesh.transmission_error[0].amplitude / HALF_GAP if mesh.transmission_error else 0.0
     free = (float(spline.stiffness_ratio), float(spline.damping_ratio)) if spline.clearance else (1.0, 1.0)
-    ours = printed.Clearances(
+    ours = printed_values.Clearances(
         clutch=(float(clutch.stiffness_ratio), float(clutch.damping_ratio), round(clutch.clearance / angle, 9)),
         spline=(*free, round(spline.clearance / angle, 9) if spline.clearance else float("inf")),
         mesh=(0.0, 0.0, round(0.5 * mesh.backlash / HALF_GAP, 9)),
@@ -85,8 +86,8 @@ def _case(case: int, line: printed.Clearances) -> Row:
 def _rows(ours: dict[str, float], right: dict[str, bool]) -> tuple[Row, ...]:
     # inertia ratios that two printed quantities give
     wrong = [name for name, is_right in right.items() if not is_right]
-    by_stiffness = float(printed.TABLE_1["Omega_12^2"]) / float(printed.TABLE_1["Omega_11^2"])
-    by_damping = float(printed.TABLE_1["eta_12"]) / float(printed.TABLE_1["eta_11"])
+    by_stiffness = float(printed_values.TABLE_1["Omega_12^2"]) / float(printed_values.TABLE_1["Omega_11^2"])
+    by_damping = float(printed_values.TABLE_1["eta_12"]) / float(printed_values.TABLE_1["eta_11"])
     # rows against the printed parameters
     return (
         row(

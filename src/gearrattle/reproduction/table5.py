@@ -6,7 +6,7 @@ sigma = 100 (experiment - simulation) / experiment
 from __future__ import annotations
 
 from gearrattle.measured.validation import of_printed
-from gearrattle.reproduction import printed
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.reproduction_record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
 
 
@@ -20,7 +20,7 @@ def section() -> Section:
         UNDECIDED,
         "nor the driveline that was tested",
     )
-    return Section("table-5", "Table 5: experiment", words, (*map(_row, printed.TABLE_5), simulations))
+    return Section("table-5", "Table 5: experiment", words, (*map(_row, printed_values.TABLE_5), simulations))
 
 
 def _row(line: tuple[int, str, int, int, str]) -> Row:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gearrattle.comparison.contest import Result
+from gearrattle.comparison.contender_runs import Result
 from gearrattle.report.tables import Table
-from gearrattle.reproduction import printed
-from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.exact_count import Counted, count_steps
 from gearrattle.reproduction.measurements import TOLERANCE, Measurements, Progress, Scope, Setup
+from gearrattle.reproduction.number_formats import counted, figure
 from gearrattle.reproduction.paper_cases import SPEED
-from gearrattle.reproduction.printed import Performance
+from gearrattle.reproduction.printed_values import Performance
 from gearrattle.reproduction.reproduction_record import (
     CONSTRUCTED,
     DIFFERS,
@@ -29,12 +29,12 @@ REPEATS = 3
 FIXED = ("rk2", "rk4")
 Counts = dict[tuple[int, str, bool], Counted]
 """Steps taken, by table, label and load."""
-TABLES = ((3, 1, printed.TABLE_3), (4, 3, printed.TABLE_4))
+TABLES = ((3, 1, printed_values.TABLE_3), (4, 3, printed_values.TABLE_4))
 
 
 def setup_of(scope: Scope, case: int, algorithm: str, *, loaded: bool) -> Setup:
     """The run behind a line of the tables."""
-    step = {"rk2": printed.RK2_STEP, "rk4": printed.RK4_STEP}.get(algorithm)
+    step = {"rk2": printed_values.RK2_STEP, "rk4": printed_values.RK4_STEP}.get(algorithm)
     return Setup(case, loaded, algorithm, scope.cycles(CYCLES[case]), step=step, repeats=REPEATS)
 
 
@@ -218,7 +218,7 @@ def _figures(result: Result, times: tuple[float, ...]) -> tuple[str, ...]:
 
 
 def _spans() -> Row:
-    spans = [(line.label, line.step * line.steps) for line in printed.TABLE_3 if line.step and line.steps]
+    spans = [(line.label, line.step * line.steps) for line in printed_values.TABLE_3 if line.step and line.steps]
     summary = ", ".join(f"{label} {span:.0f}" for label, span in spans)
     return row(
         "Table 3, step times count",
@@ -230,7 +230,7 @@ def _spans() -> Row:
 
 
 def _calls_per_step() -> Row:
-    rkf = next(line for line in printed.TABLE_3 if line.label == "RKF")
+    rkf = next(line for line in printed_values.TABLE_3 if line.label == "RKF")
     assert rkf.steps is not None and rkf.calls is not None  # noqa: PT018 - printed
     return row(
         "Table 3, RKF, calls against steps",
@@ -253,7 +253,7 @@ def _growth_of_cost(measurements: Measurements) -> Row:
             if runs[0] is not None and runs[1] is not None:
                 a, b = (run.cost.function_calls / run.trajectory.cycles for run in runs if run is not None)
                 change[f"{name}, {'loaded' if loaded else 'rattling'}"] = b / a - 1.0
-    for one, three in zip(printed.TABLE_3, printed.TABLE_4, strict=True):
+    for one, three in zip(printed_values.TABLE_3, printed_values.TABLE_4, strict=True):
         if one.calls and three.calls and one.steps and one.algorithm in ("rkf", "rkv"):
             theirs.append(f"{one.label} {100 * (three.calls / one.calls / 850 * 800 - 1):+.0f} %")
     summary = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in change.items())

@@ -15,9 +15,9 @@ from gearrattle.assembly import assemble
 from gearrattle.engine.solvers.step_stability import growths
 from gearrattle.engine.solvers.tableaus import CLASSICAL
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.reproduction import printed
-from gearrattle.reproduction.digits import counted, several
+from gearrattle.reproduction import printed_values
 from gearrattle.reproduction.measurements import Measurements, Scope, Setup
+from gearrattle.reproduction.number_formats import counted, several
 from gearrattle.reproduction.paper_cases import HALF_GAP, SPEED, load_case
 from gearrattle.reproduction.reproduction_record import DIFFERS, Row, Section, row
 from gearrattle.results import Run
@@ -30,7 +30,7 @@ _DIGITS = 1e-9
 
 def setup_of(scope: Scope, case: int, algorithm: str) -> Setup:
     """A run of a loaded case, longer than its start-up."""
-    step = {"rk2": printed.RK2_STEP, "rk4": printed.RK4_STEP}.get(algorithm)
+    step = {"rk2": printed_values.RK2_STEP, "rk4": printed_values.RK4_STEP}.get(algorithm)
     return Setup(case, True, algorithm, max(40, scope.cycles(CYCLES)), step=step, samples=SAMPLES)
 
 
@@ -51,7 +51,7 @@ def growth(step: float) -> float:
 def limit() -> float:
     """The longest stable step, by bisection."""
     stable = 0.0
-    unstable = printed.RK4_STEP
+    unstable = printed_values.RK4_STEP
     while unstable - stable > _DIGITS:
         middle = 0.5 * (stable + unstable)
         stable, unstable = (middle, unstable) if growth(middle) <= 1.0 + 1e-12 else (stable, middle)
@@ -60,11 +60,11 @@ def limit() -> float:
 
 def section(measurements: Measurements) -> Section:
     """Show the growth and what it invents."""
-    factor = growth(printed.RK4_STEP)
+    factor = growth(printed_values.RK4_STEP)
     longest = limit()
     first = row(
         "Tables 3 and 4, RK4's step",
-        f"h = {printed.RK4_STEP:g}",
+        f"h = {printed_values.RK4_STEP:g}",
         f"a mode grows by {factor:.2f} a step in contact; the limit is h = {longest:.7f}",
         DIFFERS,
         "the step lies outside RK4's stability region",

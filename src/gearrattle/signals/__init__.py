@@ -7,17 +7,6 @@ corner crossings alone, so no sampling rate limits them.
 
 from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
-from gearrattle.signals.bodies import (
-    LooseGear,
-    decibels,
-    gap_names,
-    is_gap,
-    loose_gears,
-    reduced_inertia,
-    reduced_inertias,
-    speed_ratios,
-    torque_ratio,
-)
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.crossing_sums import add_crossings, contact_share, dwell_times, pieces_of, regime, region_shares
 from gearrattle.signals.ensembles import (
@@ -30,7 +19,17 @@ from gearrattle.signals.ensembles import (
 from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
-from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
+from gearrattle.signals.loose_gears import (
+    LooseGear,
+    decibels,
+    gap_names,
+    is_gap,
+    loose_gears,
+    reduced_inertia,
+    reduced_inertias,
+    speed_ratios,
+    torque_ratio,
+)
 from gearrattle.signals.negligible import RANKS, SEVERITIES, Severity, are_negligible, are_touches, limits_words
 from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, resolved
 from gearrattle.signals.regions import (
@@ -44,6 +43,7 @@ from gearrattle.signals.regions import (
     regime_of,
     region_at,
 )
+from gearrattle.signals.subharmonics import Line, strongest, sub_harmonics, super_harmonics
 from gearrattle.signals.welch import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
 

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.remember import kept
-from gearrattle.signals.bodies import reduced_inertias
+from gearrattle.derived_values import kept
+from gearrattle.signals.loose_gears import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
 from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory

@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.banded import banded
+from gearrattle.engine.kernels.band_limited_signal import banded
 from gearrattle.signals.conditioning import DECIBELS, PASSED, STOPPED
 from gearrattle.signals.cross_spectra import cut, groups, taper, transformed
 

@@ -1,7 +1,7 @@
 """Moments and extremes of signals.
 
-They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunk_moments``); means are
-by the trapezoidal rule.
+They add up over consecutive pieces of a motion, to rounding, so they can be gathered in chunks (``chunk_moments``);
+means are by the trapezoidal rule.
 """
 
 from __future__ import annotations

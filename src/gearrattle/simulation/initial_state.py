@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, prescribed_angles, steady
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.free_trains import trains
 from gearrattle.engine.system.rigid_motion import is_accelerated, rigid_response
 from gearrattle.model import Initial
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 _MOST_NAMED = 3

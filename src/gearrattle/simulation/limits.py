@@ -6,11 +6,11 @@ import os
 from functools import cache
 
 from gearrattle.assembly import Driveline, free_names
+from gearrattle.derived_values import kept
 from gearrattle.engine.solvers.scheme_choice import is_large
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.remember import kept
 from gearrattle.wording import counted
 
 FASTEST = 1e15

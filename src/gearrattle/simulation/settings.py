@@ -6,8 +6,8 @@ from numbers import Integral
 from typing import Any
 
 from gearrattle.assembly import default_cycles
+from gearrattle.derived_values import kept
 from gearrattle.model import DEFAULTS, Model
-from gearrattle.remember import kept
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:

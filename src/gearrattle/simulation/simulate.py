@@ -20,11 +20,11 @@ from gearrattle.assembly import (
     record_notes,
     whole_trajectory,
 )
+from gearrattle.derived_values import kept
 from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
-from gearrattle.remember import kept
 from gearrattle.results import Run
 from gearrattle.simulation.initial_state import start_of
 from gearrattle.simulation.integrate import integrate

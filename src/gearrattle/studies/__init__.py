@@ -1,12 +1,13 @@
 """Studies of many variants of one driveline: maps and tolerances. A study that was stopped goes on from what it kept.
 
-``study`` is the call. ``plan`` lists the cases, ``outputs`` what is kept of each; ``case_runs`` computes a chunk of them,
-``schedulers`` distribute the chunks, ``study_store`` keeps the results, ``prepared`` carries a study out. ``kinds`` holds the
-kinds of studies that a study file may ask for. ``regime_boundary``, ``probability`` and ``sensitivity`` evaluate the Dataset.
+``study`` is the call. ``plan`` lists the cases, ``outputs`` what is kept of each; ``case_runs`` computes a chunk of
+them, ``schedulers`` distribute the chunks, ``study_store`` keeps the results, ``prepared`` carries a study out.
+``kinds`` holds the kinds of studies that a study file may ask for. ``regime_boundary``, ``probability`` and
+``sensitivity`` evaluate the Dataset.
 """
 
-from gearrattle.studies.attraction import basins
-from gearrattle.studies.diagram import bifurcation
+from gearrattle.studies.basins_study import basins
+from gearrattle.studies.bifurcation_study import bifurcation
 from gearrattle.studies.optimization import optimize
 from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.quiet import prove_quiet

@@ -12,7 +12,7 @@ anywhere: such motions have neighbours that repeat as well, and those of one per
 reported as one attractor.
 
 The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
-points Wilson's interval is given with it (``signals.shares``); a grid is no sample and has none.
+points Wilson's interval is given with it (``signals.wilson_interval``); a grid is no sample and has none.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.motion import multipliers_of
 from gearrattle.orbits.attractors import motion_names
 from gearrattle.signals import SEVERITIES
-from gearrattle.signals.shares import wilson
 from gearrattle.signals.strobe import Groups, grouped, room
+from gearrattle.signals.wilson_interval import wilson
 from gearrattle.studies.case_runs import DONE
 from gearrattle.studies.dataset_layout import rattling_from
 from gearrattle.studies.output import REGIMES, VERDICT, VERDICT_SEVERITY
 from gearrattle.studies.plan import SAMPLE
-from gearrattle.studies.sections import CHAOTIC, PERIODIC
+from gearrattle.studies.poincare_sections import CHAOTIC, PERIODIC
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,9 +2,9 @@
 
 A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variant_assembly``), marched and
 judged without a model, a system or a trajectory of their own, to the same bits as one at a time. Metrics and outputs
-that need samples are taken of each case as it comes out of the loop (``studies.followed``). The rest is computed case
-by case: figures of a whole run or a function of the user's, other algorithms, cases of another structure, cases that
-fail.
+that need samples are taken of each case as it comes out of the loop (``studies.batch_outputs``). The rest is computed
+case by case: figures of a whole run or a function of the user's, other algorithms, cases of another structure, cases
+that fail.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
 from gearrattle.quantities import CROSSING_CRITERIA
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
-from gearrattle.studies.followed import Followed, is_followed
+from gearrattle.studies.batch_outputs import Followed, is_followed
 from gearrattle.studies.output import WORST, Output
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan

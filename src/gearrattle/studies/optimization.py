@@ -35,12 +35,10 @@ from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.case_batches import can_batch, can_follow
-from gearrattle.studies.conduct import conduct
-from gearrattle.studies.evolution import Evolution
-from gearrattle.studies.fronts import VARIABLES, certificate_of, finished, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
+from gearrattle.studies.nsga2 import Evolution
 from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
-from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
+from gearrattle.studies.pareto_front import VARIABLES, certificate_of, finished, valued, written
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
@@ -49,6 +47,8 @@ from gearrattle.studies.storage import Address, Storage, storage_of
 from gearrattle.studies.storage_claim import ABOUT, Claim, check_owner
 from gearrattle.studies.stored_studies import failures_of, is_whole
 from gearrattle.studies.structures import structures_of
+from gearrattle.studies.study_call import conduct
+from gearrattle.studies.study_cost import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.study_store import Store, check_array_names
 from gearrattle.wording import counted
 

@@ -2,8 +2,8 @@
 
 Every quantity of every criterion and metric is one, by its name in their entries ("impacts per cycle", "TR rms",
 "separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.
-Words are kept as codes: their place in ``flag_meanings``. "... over all stable motions" (``stable_motion_outputs``) is the
-largest value that any motion of the case has. A function of the user's adds numbers of its own.
+Words are kept as codes: their place in ``flag_meanings``. "... over all stable motions" (``stable_motion_outputs``) is
+the largest value that any motion of the case has. A function of the user's adds numbers of its own.
 """
 
 from __future__ import annotations

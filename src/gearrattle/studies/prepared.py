@@ -13,17 +13,17 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.signals.shares import wilson
+from gearrattle.signals.wilson_interval import wilson
 from gearrattle.studies.case_batches import can_batch
 from gearrattle.studies.case_runs import OUTCOMES
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
-from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.storage import Address
 from gearrattle.studies.stored_studies import kept_in
+from gearrattle.studies.study_cost import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.study_store import Store, Work, case_by_case, check_array_names
 from gearrattle.wording import counted
 

@@ -3,8 +3,8 @@
 By severity a part that touches does not rattle; by regime, where a study kept that alone, every part that separates
 does. Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
-The interval is Wilson's (``signals.shares``). It holds for independent samples; Latin hypercubes and Sobol's sequence
-scatter less, so there it is wide rather than narrow.
+The interval is Wilson's (``signals.wilson_interval``). It holds for independent samples; Latin hypercubes and Sobol's
+sequence scatter less, so there it is wide rather than narrow.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
 from gearrattle.result import KIND
-from gearrattle.signals.shares import wilson
+from gearrattle.signals.wilson_interval import wilson
 from gearrattle.studies.dataset_layout import (
     chosen_codes,
     gaps_of,

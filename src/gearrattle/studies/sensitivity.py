@@ -37,9 +37,9 @@ from gearrattle.studies.dataset_layout import (
     units_of,
 )
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.indices import indices
+from gearrattle.studies.one_at_a_time import swings
 from gearrattle.studies.plan import SAMPLE
-from gearrattle.studies.swings import swings
+from gearrattle.studies.sobol_indices import indices
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,15 +23,15 @@ from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.case_batches import can_follow
-from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, check_list, check_names, outputs_of
-from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, span
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study_axes import Axis, axes_of, check_once
+from gearrattle.studies.study_call import conduct
+from gearrattle.studies.study_cost import seconds_alone, seconds_together
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -22,11 +22,11 @@ from pydantic import ValidationError
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import load
 from gearrattle.model.model_file import read_tables, read_text
-from gearrattle.model.problems import Positions, model_error, place, printable
+from gearrattle.model.pydantic_problems import Positions, model_error, place, printable
 from gearrattle.model.table import Location, shown
 from gearrattle.model.value_kinds import is_newer_schema
-from gearrattle.studies.conduct import Study
 from gearrattle.studies.kinds import StudySpec, kind_named
+from gearrattle.studies.study_call import Study
 
 _DEFAULT = "grid"
 

@@ -43,7 +43,7 @@ from starlette.types import ASGIApp
 
 from gearrattle.errors import Problem
 from gearrattle.workbench.access import Receive, Scope, Send
-from gearrattle.workbench.jobs.newest import Newest
+from gearrattle.workbench.jobs.latest_answers import Newest
 from gearrattle.workbench.jobs.worker import Reserve
 from gearrattle.workbench.routes import widget_routes
 from gearrattle.workbench.routes.json_answers import problems

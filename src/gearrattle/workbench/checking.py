@@ -15,10 +15,10 @@ from gearrattle.model.model_file import read_tables
 from gearrattle.model.path_labels import path_words, si_unit
 from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.plausibility import plausibility_notes
-from gearrattle.model.positions import headers
+from gearrattle.model.toml_line_numbers import headers
 from gearrattle.workbench.drawing import drawing
 from gearrattle.workbench.job_inputs import NAME
-from gearrattle.workbench.together import groups_of
+from gearrattle.workbench.value_groups import groups_of
 from gearrattle.workbench.workspace_folder import Folder
 
 

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from gearrattle.model import Coupling, Element, Inertia, Mesh, Motion, Piece, Torque
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.over_speed import OMEGA
-from gearrattle.model.symbol import Shown
+from gearrattle.model.table_symbol import Shown
 from gearrattle.model.value_kinds import GROUND
 from gearrattle.report.plots.driveline import disc_heights
 from gearrattle.report.plots.placement import Placement, carriers, place

@@ -30,7 +30,7 @@ from gearrattle.model.paths import ANY, SAME_THING, location_of, paths_at, value
 from gearrattle.model.toml_text import value_text
 from gearrattle.wording import listed
 from gearrattle.workbench import toml_blocks as documents
-from gearrattle.workbench.beginning import begun, multiplied
+from gearrattle.workbench.first_values import begun, multiplied
 from gearrattle.workbench.references import BODY, dependents, label, references, rows_of
 from gearrattle.workbench.toml_blocks import Block, Location
 

@@ -25,12 +25,12 @@ from gearrattle.json_types import json_value
 from gearrattle.measured.readers import format_of
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.page import figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.chart_files import read_charts
 from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.presentation import Presentation
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.report.saved import SUMMARY, save
 from gearrattle.report.static_figures import CHARTS
 from gearrattle.result import KIND

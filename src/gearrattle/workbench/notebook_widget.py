@@ -17,9 +17,9 @@ from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings
 from gearrattle.report.browser import widgets
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.notebook_view import notebook_view
 from gearrattle.report.plots.interactive import chart_json
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.results import Run
 from gearrattle.workbench.traces import Hits, InMemory, described, packed
 from gearrattle.workbench.views import motions_json, view_of

@@ -10,7 +10,7 @@ from typing import Any
 
 from gearrattle.model import Criteria, Excitation, Inertia, Motion, Simulation, Torque
 from gearrattle.model.components import COMPONENTS
-from gearrattle.model.symbol import Shown
+from gearrattle.model.table_symbol import Shown
 from gearrattle.workbench.references import ends_of
 
 TABLES: Mapping[str, type[Shown]] = {

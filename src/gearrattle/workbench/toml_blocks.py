@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gearrattle.model.positions import headers
+from gearrattle.model.toml_line_numbers import headers
 
 Location = tuple[int | str, ...]
 

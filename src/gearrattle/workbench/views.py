@@ -18,7 +18,7 @@ from gearrattle.analysis.statics import Modes
 from gearrattle.design.remedies import Remedies
 from gearrattle.design.threshold import Threshold
 from gearrattle.json_types import json_value
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.model.factors import FACTOR, Factor
 from gearrattle.orbits import Branch
 from gearrattle.pipeline import Findings

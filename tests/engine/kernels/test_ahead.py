@@ -25,7 +25,7 @@ from tests.architecture.places import EXAMPLES
 
 FIRST, SECOND = ((name, (False,)) for name in PLAN[:2])
 NOT_PLANNED = "statics.is_loose"
-PLANNED = "gearrattle.engine.kernels.planned"
+PLANNED = "gearrattle.engine.kernels.compiled_ahead"
 
 BEGIN = """
 import hashlib, json, os, signal, sys, time
@@ -35,7 +35,7 @@ from gearrattle.engine.kernels._jit import AHEAD
 _ahead._cores = lambda: 2
 """
 RUN = f"""
-from gearrattle.engine.kernels.planned import planned
+from gearrattle.engine.kernels.compiled_ahead import planned
 import gearrattle.engine.kernels as kernels, importlib
 lent = []
 lend = _ahead.Ahead._lend
@@ -179,7 +179,7 @@ def test_a_process_that_cannot_start_is_done_without(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.compiled
 def test_every_kernel_of_the_plan_has_its_arguments() -> None:
-    from gearrattle.engine.kernels.planned import planned
+    from gearrattle.engine.kernels.compiled_ahead import planned
 
     assert sorted(planned()) == sorted(PLAN)
     assert len(set(PLAN)) == len(PLAN)

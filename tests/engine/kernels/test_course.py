@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from gearrattle.engine.kernels import course, depths
-from gearrattle.engine.kernels.approach import Touched, write_touch
-from gearrattle.engine.kernels.course import Driven, Path, Trace
-from gearrattle.engine.kernels.direction import Direction, write_direction
+from gearrattle.engine.kernels import perturbed_motion, turning_point_depths
+from gearrattle.engine.kernels.branch_direction import Direction, write_direction
+from gearrattle.engine.kernels.corner_approach import Touched, write_touch
+from gearrattle.engine.kernels.perturbed_motion import Driven, Path, Trace
 
 STIFFNESS, DRAG, FORCE = 400.0, 2.0, 30.0
 START = np.array([0.3, -4.0, 1.0])
@@ -68,7 +68,7 @@ def course_of(crossed: tuple[float, ...]) -> tuple[Driven, Path]:
         is_law=np.ones(events, np.int64),
         outside=np.empty((2, 1), np.int64),
     )
-    depths.write_outside(path.clearance, path.upward, np.zeros(2, np.int64), path.outside)
+    turning_point_depths.write_outside(path.clearance, path.upward, np.zeros(2, np.int64), path.outside)
     shift = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     return Driven(GENERATOR[None], shift[None], np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3))), path
 
@@ -81,7 +81,7 @@ def room(path: Path, rows: int) -> Trace:
         delay=np.empty(count - 1),
         jump=np.empty((count - 1, 2)),
         reach=np.array([np.inf]),
-        turns=np.zeros((rows, depths.COLUMNS)),
+        turns=np.zeros((rows, turning_point_depths.COLUMNS)),
         number=np.zeros(1, np.int64),
     )
 
@@ -89,9 +89,9 @@ def room(path: Path, rows: int) -> Trace:
 def turns_of(crossed: tuple[float, ...], change: np.ndarray) -> np.ndarray:
     driven, path = course_of(crossed)
     trace = room(path, 40)
-    course.write_course(driven, path, START, change, trace)
+    perturbed_motion.write_course(driven, path, START, change, trace)
     turns = trace.turns[: trace.number[0]]
-    return turns[turns[:, depths.UPWARD] < depths.FALLING]
+    return turns[turns[:, turning_point_depths.UPWARD] < turning_point_depths.FALLING]
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])
@@ -101,16 +101,16 @@ def test_turning_points_have_their_instants_depths_and_slopes(crossed: tuple[flo
     expected = turning_times()
     assert len(expected) > 4
     turns = turns_of(crossed, change)
-    times = turns[:, depths.TIME]
+    times = turns[:, turning_point_depths.TIME]
     ahead = turns[[i for i in range(len(turns)) if i == 0 or times[i] != times[i - 1]]]
-    np.testing.assert_allclose(ahead[:, depths.TIME], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ahead[:, turning_point_depths.TIME], expected, rtol=0, atol=1e-9)
     for row in ahead:
-        time, is_upper = row[depths.TIME], row[depths.UPWARD] == 1
+        time, is_upper = row[turning_point_depths.TIME], row[turning_point_depths.UPWARD] == 1
         depth = at(time)[0] - UPPER if is_upper else LOWER - at(time)[0]
-        assert row[depths.DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[turning_point_depths.DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) - np.array([0.0, 0.0, CORNER_SHIFT]) if is_upper else -slopes(time)
-        assert row[depths.SLOPE] == pytest.approx(moved @ change, abs=1e-12)
-        assert row[depths.TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
+        assert row[turning_point_depths.SLOPE] == pytest.approx(moved @ change, abs=1e-12)
+        assert row[turning_point_depths.TIME_SLOPE] == pytest.approx(time_slopes(time) @ change, abs=1e-12)
 
 
 @pytest.mark.parametrize("row", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.1, -3.0]]), ids=["x", "p", "all"])
@@ -140,15 +140,15 @@ def test_between_two_crossings_of_a_corner_a_turning_point_counts_by_that_one_to
     }
     assert sorted(visits.values()) == [False, False, True]
     assert len(turns) == len(whole) + len(visits)
-    times = turns[:, depths.TIME]
+    times = turns[:, turning_point_depths.TIME]
     behind = turns[[i for i in range(1, len(turns)) if times[i] == times[i - 1]]]
     for row, (time, is_maximum) in zip(behind, visits.items(), strict=True):
-        assert row[depths.TIME] == pytest.approx(time, abs=1e-9)
+        assert row[turning_point_depths.TIME] == pytest.approx(time, abs=1e-9)
         depth = at(time)[0] - LOWER if is_maximum else UPPER - at(time)[0]
-        assert row[depths.DEPTH] == pytest.approx(depth, abs=1e-12)
+        assert row[turning_point_depths.DEPTH] == pytest.approx(depth, abs=1e-12)
         moved = slopes(time) if is_maximum else np.array([0.0, 0.0, CORNER_SHIFT]) - slopes(time)
-        assert row[depths.SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
-        assert row[depths.TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
+        assert row[turning_point_depths.SLOPE] == pytest.approx(moved.sum(), abs=1e-12)
+        assert row[turning_point_depths.TIME_SLOPE] == pytest.approx(time_slopes(time).sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize("crossed", [(), CROSSED], ids=["whole", "crossed"])

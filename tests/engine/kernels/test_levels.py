@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, level_within, step_of
+from gearrattle.engine.kernels.march_arrays import DEEPEST, LONGEST, level_within, step_of
 
 
 def test_steps_are_halves_of_the_longest_and_of_three_quarters_of_it() -> None:

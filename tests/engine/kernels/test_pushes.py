@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp
 from scipy.linalg import expm
 
-from gearrattle.engine.kernels import deflection_bounds, pushes
+from gearrattle.engine.kernels import deflection_bounds, signal_drive
 from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels.workspace import CHAIN_PACE, HORIZON
 
@@ -72,8 +72,8 @@ def test_fast_modes_follow_the_chains_as_the_equation_says() -> None:
     modes, free, bounds = parts["modes"], parts["free"], parts["bounds"]
     triangle = modes.triangle[:, :STATES].copy()
     pushed = modes.left[:, :STATES] @ free.generator[:, STATES:]
-    pushes.begin_pushes(free, bounds)
-    pushes.push(parts["common"], free, modes, bounds, parts["scratch"], 0, STATES)
+    signal_drive.begin_pushes(free, bounds)
+    signal_drive.push(parts["common"], free, modes, bounds, parts["scratch"], 0, STATES)
     solution = -modes.left[:, STATES:]
     np.testing.assert_allclose(triangle @ solution - solution @ next_links(), -pushed, rtol=0, atol=1e-12)
     assert np.all(modes.triangle[:, STATES:] == 0.0)
@@ -86,8 +86,8 @@ def test_slow_modes_are_pushed() -> None:
     parts = block(0.1)
     modes, free, bounds = parts["modes"], parts["free"], parts["bounds"]
     pushed = modes.left[:, :STATES] @ free.generator[:, STATES:]
-    pushes.begin_pushes(free, bounds)
-    pushes.push(parts["common"], free, modes, bounds, parts["scratch"], 0, STATES)
+    signal_drive.begin_pushes(free, bounds)
+    signal_drive.push(parts["common"], free, modes, bounds, parts["scratch"], 0, STATES)
     np.testing.assert_allclose(modes.triangle[:, STATES:], pushed, rtol=0, atol=1e-12)
     assert np.all(modes.left[:, STATES:] == 0.0)
     np.testing.assert_array_equal(bounds.followed, free.watched[:, STATES:])

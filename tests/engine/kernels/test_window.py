@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from gearrattle.engine.kernels.packed import step_of
-from gearrattle.engine.kernels.window import move_within, window_scratch
+from gearrattle.engine.kernels.march_arrays import step_of
+from gearrattle.engine.kernels.taylor_window import move_within, window_scratch
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.region import region_in
 from gearrattle.engine.system.region_store import Store, aligned, strips_for

@@ -21,11 +21,11 @@ import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, Event
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 LEFT = (0.5, 0.2)
 VANISHES, DOUBLES, GOES_ON = (2.0, 0.3), (-1.6, 0.3), (0.9, 0.4)

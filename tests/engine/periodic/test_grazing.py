@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import DOUBLING, GRAZING, Event
+from gearrattle.engine.periodic.events.event_record import DOUBLING, GRAZING, Event
 from gearrattle.engine.periodic.events.grazing import grazing_of
 from gearrattle.orbits import Branch
 from tests.oracles import stop_slider_mp as oracle

@@ -9,7 +9,7 @@ from gearrattle.engine.periodic import compiled_course
 from gearrattle.engine.periodic.grazing_depth import before_touch
 from gearrattle.engine.periodic.motion import State, Touch, Turns
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.over_value import family_of
+from gearrattle.orbits.value_family import family_of
 from tests.engine.periodic.test_slope import PATHS, start, train
 
 pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one

@@ -9,13 +9,13 @@ import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.events.base import GRAZING
+from gearrattle.engine.periodic.events.event_record import GRAZING
 from gearrattle.engine.periodic.families import CompiledFamily
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.turning_points import grazing_ahead, landed
-from gearrattle.orbits.find import periodic
-from gearrattle.orbits.over_value import family_of
+from gearrattle.orbits.periodic_search import periodic
+from gearrattle.orbits.value_family import family_of
 from tests.engine.periodic.test_grazing import DRAG, FREQUENCY, MEAN, PATH, oscillator
 from tests.orbits.test_curve import paper_case
 

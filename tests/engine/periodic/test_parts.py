@@ -9,14 +9,14 @@ import gearrattle as gr
 from gearrattle.engine.periodic import newton as correctors
 from gearrattle.engine.periodic import point as points
 from gearrattle.engine.periodic.compiled_course import outside_of
-from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING
+from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING
 from gearrattle.engine.periodic.families import Family, PartedFamily
 from gearrattle.engine.periodic.motion import Pass, Touch, Turns
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Guess
-from gearrattle.engine.system.passages import Passages
-from gearrattle.orbits.curve import Curve, followed
-from gearrattle.orbits.over_value import family_of, follower_over
+from gearrattle.engine.system.crossings_in_order import Passages
+from gearrattle.orbits.followed_branch import Curve, followed
+from gearrattle.orbits.value_family import family_of, follower_over
 from tests.engine.periodic.test_families import both
 from tests.orbits.test_consistency import contradictions_of
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic import patterns
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 Order = list[tuple[int, int]]
 

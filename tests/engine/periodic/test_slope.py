@@ -14,8 +14,8 @@ from gearrattle.engine.periodic.grazing_depth import depth
 from gearrattle.engine.periodic.motion import State, Touch
 from gearrattle.engine.solvers.scheme_choice import is_large
 from gearrattle.orbits.gradients import number_at
-from gearrattle.orbits.over_value import family_of, family_of_excitation
 from gearrattle.orbits.start_states import state_of
+from gearrattle.orbits.value_family import family_of, family_of_excitation
 from tests.orbits.test_friction import oscillator as with_friction
 
 pytestmark = pytest.mark.compiled  # without compiled kernels every family is a general one

@@ -13,11 +13,11 @@ import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import events_between
-from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, PATTERN
+from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, PATTERN
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 Mapped = Callable[[np.ndarray, float], tuple[np.ndarray, np.ndarray, np.ndarray]]
 Crossed = Callable[[float], list[tuple[float, int, int, float]]]

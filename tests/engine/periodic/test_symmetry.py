@@ -15,7 +15,7 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.orbits.over_value import family_of
+from gearrattle.orbits.value_family import family_of
 from tests.orbits.test_laws import symmetric
 
 FRICTION = {

@@ -13,8 +13,8 @@ from gearrattle.engine.periodic.events.location import Stretch
 from gearrattle.engine.periodic.events.pattern import View
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
-from gearrattle.orbits.find import periodic
-from gearrattle.orbits.over_value import follower_over
+from gearrattle.orbits.periodic_search import periodic
+from gearrattle.orbits.value_family import follower_over
 from tests.engine.periodic.test_grazing import DRAG, FREQUENCY, MEAN, PATH, oscillator
 
 pytestmark = pytest.mark.compiled

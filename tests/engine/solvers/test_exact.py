@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.kernels.workspace import LARGEST_STATE
-from gearrattle.engine.solvers import Motion, Task, exact, slots
+from gearrattle.engine.solvers import Motion, Task, exact, region_slots
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -24,8 +24,8 @@ def same_bits(one: Motion, other: Motion) -> None:
         assert np.array_equal(getattr(one.crossings, name), getattr(other.crossings, name)), name
 
 
-def fresh_slots(system: PiecewiseSystem) -> slots.Slots:
-    return slots.Shelf(slots.flow_of(system)).slots
+def fresh_slots(system: PiecewiseSystem) -> region_slots.Slots:
+    return region_slots.Shelf(region_slots.flow_of(system)).slots
 
 
 def rattling(seed: int) -> Task:
@@ -50,7 +50,7 @@ def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch
     values = rattling(seed)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
     first = run(values)
-    shelf = slots.Shelf(slots.flow_of(values.system))
+    shelf = region_slots.Shelf(region_slots.flow_of(values.system))
     monkeypatch.setattr(exact, "slots_of", lambda _: shelf.slots)
     run(values)
     same_bits(first, run(values))
@@ -68,7 +68,7 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
     monkeypatch.setattr(RegionBuilder, "__init__", keeping)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
     march = ExactMarch(problem)
-    assert march.slots.packed.width[march.march.counts[packed.SLOT]] == march.flow.states + 3
+    assert march.slots.packed.width[march.march.counts[march_arrays.SLOT]] == march.flow.states + 3
     while march.advance() is not Outcome.DONE:
         pass
     kept = march.motion()
@@ -81,7 +81,7 @@ def test_chatter_is_judged_by_the_time_that_it_is(monkeypatch: pytest.MonkeyPatc
     """The march's clock holds the entry of its region and the age of its bounds beside the time."""
     march, reports = ExactMarch(rattling(0)), list[tuple[float, float]]()
 
-    def heard(_log: packed.Log, _count: int, now: float) -> bool:
+    def heard(_log: march_arrays.Log, _count: int, now: float) -> bool:
         reports.append((now, march.position().time / march.flow.system.inputs.period))
         return False
 

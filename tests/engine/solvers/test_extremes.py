@@ -168,7 +168,7 @@ def test_a_train_too_long_for_tables_is_refused_before_memory_is_taken() -> None
 
 def test_too_many_regions_of_many_states_end_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gearrattle.engine.solvers.exact._BUILDING", 1.0)
-    monkeypatch.setattr("gearrattle.engine.solvers.slots._KEPT", OrderedDict())
+    monkeypatch.setattr("gearrattle.engine.solvers.region_slots._KEPT", OrderedDict())
     with pytest.raises(ConvergenceError, match=r"visits too many regions for so many inertias in \w+ at t = .*reduce"):
         gr.simulate(loads(TEXTS["case3"]), cycles=2, discard=0)
 

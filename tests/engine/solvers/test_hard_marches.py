@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.solvers.handover import StepLimit
+from gearrattle.engine.solvers.samples_in_si import StepLimit
 from gearrattle.errors import ConvergenceError
 from gearrattle.model.model_file import loads
 from tests.engine.solvers.short_sweep import MODEL, integrated

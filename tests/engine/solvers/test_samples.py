@@ -7,7 +7,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.handover import sampled_quantities, sampled_z
+from gearrattle.engine.solvers.samples_in_si import sampled_quantities, sampled_z
 from gearrattle.simulation.simulate import prepare
 from tests.architecture.places import EXAMPLES
 from tests.engine.solvers.tasks import finished, task

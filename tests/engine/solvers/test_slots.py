@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.engine.solvers import slots
+from gearrattle.engine.solvers import region_slots
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.slots import slots_of
+from gearrattle.engine.solvers.region_slots import slots_of
 from gearrattle.engine.system import region_store
 from tests.dense.case import Case
 from tests.dense.families import seeded
@@ -22,12 +22,12 @@ def case(family: str, seed: int) -> Case:
 @pytest.mark.parametrize("most", [0, 100_000])
 def test_a_tiny_bound_gives_the_same_bits(monkeypatch, family, seed, most):
     monkeypatch.setattr(region_store, "_SMALL", 0)
-    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    monkeypatch.setattr(region_slots, "_KEPT", type(region_slots._KEPT)())
     free = ExactMarch(case(family, seed).task())
     motion = finished(free)
     assert len(free.slots.pieces) > 2
-    monkeypatch.setattr(slots, "MOST_BYTES", most)
-    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    monkeypatch.setattr(region_slots, "MOST_BYTES", most)
+    monkeypatch.setattr(region_slots, "_KEPT", type(region_slots._KEPT)())
     bound = ExactMarch(case(family, seed).task())
     first = bound.slots
     again = finished(bound)
@@ -53,11 +53,11 @@ def test_a_run_under_way_keeps_the_slots_it_holds(monkeypatch):
 
 
 def test_the_regions_of_all_systems_share_a_bound(monkeypatch):
-    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    monkeypatch.setattr(region_slots, "_KEPT", type(region_slots._KEPT)())
     systems = [case(family, 1).task().system for family in ("chain", "everything")]
     for system in systems:
         slots_of(system)
-    assert len(slots._KEPT) == 2
-    monkeypatch.setattr(slots, "MOST_BYTES", slots._bytes_kept() - 1)
+    assert len(region_slots._KEPT) == 2
+    monkeypatch.setattr(region_slots, "MOST_BYTES", region_slots._bytes_kept() - 1)
     kept = slots_of(systems[0])
-    assert [shelf.slots for shelf in slots._KEPT.values()] == [kept]
+    assert [shelf.slots for shelf in region_slots._KEPT.values()] == [kept]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from benchmarks.growth.plant import task, train
 
-from gearrattle.engine.solvers import SOLVERS, scheme_choice, sweep
+from gearrattle.engine.solvers import SOLVERS, scheme_choice, window_solver
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
+from gearrattle.engine.solvers.window_solver import SweepMarch, plan_of
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.sparse_arrays import Majorant
 from gearrattle.outcome import Outcome
@@ -41,7 +41,7 @@ def test_correcting_near_a_crossing_is_making_everything_afresh(monkeypatch, sha
     """In a train far longer than a neighbourhood."""
     motions = []
     for most in (0, 1000):
-        monkeypatch.setattr(sweep, "MOST_CORRECTED", most)
+        monkeypatch.setattr(window_solver, "MOST_CORRECTED", most)
         motions.append(finished(SweepMarch(task(shape, 64, 1, samples=8))))
     one, other = motions
     assert len(one.crossings.time) > 200

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack, schur
 
-from gearrattle.engine.kernels.packed import LONGEST
+from gearrattle.engine.kernels.march_arrays import LONGEST
 from gearrattle.engine.kernels.workspace import ELIMINATION, FAST_ROUNDING, LARGEST
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.forced import Split, oscillation
+from gearrattle.engine.system.forced_response import Split, oscillation
 from gearrattle.engine.system.majorant import Majorant
 from gearrattle.engine.system.region import Region, exponential_increments, finest_level
 from gearrattle.engine.system.region_arrays import FAST_MODES, level_of_turns

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
+from gearrattle.engine.kernels.march_arrays import step_of
 from gearrattle.engine.kernels.oscillators import shift_chains
-from gearrattle.engine.kernels.packed import step_of
 from gearrattle.engine.kernels.workspace import CHAIN_PACE
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.region_store import Store, strips_for

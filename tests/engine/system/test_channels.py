@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from gearrattle.engine.system.channels import Channel, distinct, joined, shifted
+from gearrattle.engine.system.piecewise_channels import Channel, distinct, joined, shifted
 
 
 def random_channel(seed: int, end: float = 3.0, degree: int = 3) -> Channel:

@@ -158,7 +158,7 @@ def test_a_switch_that_is_missing_or_late_shows(changes: dict[str, object]) -> N
 @pytest.mark.parametrize("seed", range(8))
 def test_steps_of_any_length_give_the_same_works(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     long_ones = motion_of(seed, samples=1).energy
-    monkeypatch.setattr("gearrattle.engine.system.moments.MOST_BYTES", 0)
+    monkeypatch.setattr("gearrattle.engine.system.state_moments.MOST_BYTES", 0)
     short_ones = motion_of(seed, samples=1).energy
     for name in ("torque_work", "drag_loss", "element_loss", "error_work"):
         apart = np.abs(getattr(long_ones, name) - getattr(short_ones, name)).max()
@@ -187,7 +187,7 @@ def test_a_mode_that_dies_out_at_once_does_not_hold_the_audit_up(damping: float)
 
 
 def test_an_audit_of_millions_of_steps_an_interval_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearrattle.engine.system.moments.MOST_BYTES", 0)
+    monkeypatch.setattr("gearrattle.engine.system.state_moments.MOST_BYTES", 0)
     march = ExactMarch(task(oscillator(clearance(4.0, 1e12, 0.5), force=3.0), [1.25], [0.0], cycles=2, samples=4))
     while (outcome := march.advance()) is Outcome.SLICE_SPENT:
         pass

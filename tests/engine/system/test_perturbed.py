@@ -8,7 +8,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system import perturbation_growth as tabled
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.perturbation_growth import Variation, variation
 from gearrattle.engine.system.perturbations import Perturbed
 from tests.engine.solvers.tasks import oscillator, run, task

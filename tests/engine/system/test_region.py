@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from gearrattle.engine.kernels.packed import LONGEST, step_of
+from gearrattle.engine.kernels.march_arrays import LONGEST, step_of
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.piecewise_signals import Signals

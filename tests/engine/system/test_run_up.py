@@ -9,9 +9,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels.packed import ORDER
+from gearrattle.engine.kernels.march_arrays import ORDER
 from gearrattle.engine.system import run_up_signals
-from gearrattle.engine.system.phase import PER_RADIAN, Ramp
+from gearrattle.engine.system.run_up_phase import PER_RADIAN, Ramp
 from gearrattle.engine.system.run_up_signals import TRUNCATION, Sound, Tone, TooLong, bound, channels
 
 RPM = np.pi / 30.0

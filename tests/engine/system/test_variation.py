@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.perturbation_growth import Variation, variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from tests.engine.solvers.tasks import oscillator, run, task

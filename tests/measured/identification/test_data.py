@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.measured.identification.data_file import read_data
-from gearrattle.measured.identification.measured import State
+from gearrattle.measured.identification.measured_modes import State
 from gearrattle.measured.identification.response_file import read_samples
 from tests.measured.identification import made
 

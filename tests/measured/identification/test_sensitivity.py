@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 import gearrattle as gr
 from gearrattle.measured.identification.data_file import read_data
 from gearrattle.measured.identification.free_parameters import coefficients, free_parameters
-from gearrattle.measured.identification.measured import State
+from gearrattle.measured.identification.measured_modes import State
 from gearrattle.measured.identification.modal_problem import FitProblem
 from gearrattle.measured.identification.modal_sensitivity import Spectrum
 from tests.measured.identification import made

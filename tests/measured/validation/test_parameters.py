@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.measured.validation.explained import correlation, effects, update
+from gearrattle.measured.validation.explained_by_parameters import correlation, effects, update
 from gearrattle.measured.validation.parameter_uncertainty import Drawn
 from gearrattle.report.validation_tables import parameter_tables
 from tests.measured.validation import made
@@ -108,7 +108,7 @@ def test_errors_of_effects_hold_what_scatter_makes_of_them() -> None:
 
 def _fit(correlated: float) -> gr.typing.Fit:
     """A fit of inertia and first torque, one per cent each."""
-    from gearrattle.measured.identification.fitted import FittedParameter
+    from gearrattle.measured.identification.fit_result import FittedParameter
 
     parameters = tuple(
         FittedParameter(path, value, value, 0.01 * value, 0.1 * value, 10.0 * value, "")

@@ -14,7 +14,7 @@ from gearrattle.cli import main
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.run_up_validation_figures import run_up_charts
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 
 RPM = np.pi / 30.0
 MODEL = """

@@ -14,7 +14,7 @@ import gearrattle as gr
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.plots.density_figures import cross_chart, density_chart, response_chart, spectra_charts
 from gearrattle.report.plots.interactive import chart_json
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 
 RATE = 1000.0
 

@@ -22,7 +22,7 @@ from gearrattle.report.plots.region_figures import regions
 from gearrattle.report.plots.run_figures import FIGURES, charts
 from gearrattle.report.plots.run_up_figures import run_up_orders, run_up_spectra
 from gearrattle.report.plots.spectrum_figures import spectra
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 from gearrattle.report.plots.torque_angle_figure import torque_angles
 from gearrattle.signals import find_impacts, last_cycles, region_shares, steady
 from tests import synthetic

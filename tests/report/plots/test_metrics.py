@@ -14,7 +14,7 @@ from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.metric_figures import metrics_chart, rattle_metrics
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.report.plots.screening_figure import screening_map
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 from tests import synthetic
 
 FOUND = synthetic.findings("double-sided")

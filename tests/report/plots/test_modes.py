@@ -13,7 +13,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.report.plots.campbell_figure import campbell_chart
 from gearrattle.report.plots.mode_shapes import mode_sketch
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 from tests.architecture.places import EXAMPLES
 
 MODEL = gr.load(EXAMPLES / "paper" / "eight_dof.toml")

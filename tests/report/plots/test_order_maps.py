@@ -31,7 +31,7 @@ from gearrattle.report.plots.order_maps import (
 from gearrattle.report.plots.palette import SHADES, shade
 from gearrattle.report.plots.raster import largest_along
 from gearrattle.report.plots.run_figures import charts
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 RATE = 4000.0

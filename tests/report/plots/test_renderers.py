@@ -14,10 +14,10 @@ from matplotlib.colors import to_hex
 
 from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.interactive import chart_json
-from gearrattle.report.plots.maps import NOTHING, cells_of
 from gearrattle.report.plots.palette import NO_VALUE, PAPER
 from gearrattle.report.plots.shapes import background
-from gearrattle.report.plots.static import _hatching, draw
+from gearrattle.report.plots.study_maps import NOTHING, cells_of
+from gearrattle.report.plots.svg_charts import _hatching, draw
 from gearrattle.report.plots.typeset import matplotlib_figure
 
 TIME = np.linspace(0.0, 4.0, 401)

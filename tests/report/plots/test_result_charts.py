@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.report.kinds import presentation_of
 from gearrattle.report.plots.chart import Chart, Line
+from gearrattle.report.result_kinds import presentation_of
 from gearrattle.report.stiffness_page import OverRatios, StiffnessPage
 from tests.measured.test_gas_torque import engine
 

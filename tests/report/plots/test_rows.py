@@ -10,7 +10,7 @@ import pytest
 
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.row_charts import MOST_ROWS, ROW, Series, row_chart
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 from gearrattle.report.plots.typeset import matplotlib_figure
 
 

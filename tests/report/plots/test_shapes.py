@@ -11,8 +11,8 @@ import pytest
 
 from gearrattle.report.plots.chart import Chart, Dash, Key, Line, Panel, Shape
 from gearrattle.report.plots.shapes import SHAPES, swatch
-from gearrattle.report.plots.static import draw
 from gearrattle.report.plots.svg_axes import widened
+from gearrattle.report.plots.svg_charts import draw
 from gearrattle.report.plots.typeset import matplotlib_figure
 
 X = np.array([0.0, 1.0, 2.0])

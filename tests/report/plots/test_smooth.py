@@ -13,8 +13,8 @@ from gearrattle.engine.system import exact_statistics
 from gearrattle.model.examples import example_files
 from gearrattle.pipeline import Findings, judged
 from gearrattle.report.plots.chords import MOST_POINTS, SCREEN, WITHIN
+from gearrattle.report.plots.curve_between_samples import PIECES, Knots, between, with_crossings
 from gearrattle.report.plots.phase_plane import phase_curves
-from gearrattle.report.plots.smooth import PIECES, Knots, between, with_crossings
 from gearrattle.signals import last_cycles
 from gearrattle.trajectory import Array, Trajectory
 

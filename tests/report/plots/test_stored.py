@@ -12,7 +12,7 @@ from gearrattle.errors import ModelError
 from gearrattle.report.plots.chart_files import packed_charts, read_charts
 from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.run_figures import charts
-from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.svg_charts import draw
 from tests import synthetic
 from tests.report.plots.test_typeset import everything
 

@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.axis_names import labels_of, measure_of, positions, title_of
 from gearrattle.report.plots.basins_figure import basin_map
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.screening_figure import STEPS, bounds_of
 from gearrattle.report.plots.typeset import Style, matplotlib_figure
-from gearrattle.report.plots.typeset.settle import shown_words
+from gearrattle.report.plots.typeset.overlap_removal import shown_words
+from gearrattle.report.result_charts import charts_of
 from gearrattle.report.study_pages import page_of
 from tests.report.plots.test_typeset import words_of
 

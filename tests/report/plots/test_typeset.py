@@ -24,12 +24,12 @@ from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, MUTED, SHADES
 from gearrattle.report.plots.run_figures import charts
 from gearrattle.report.plots.svg_axes import limits
 from gearrattle.report.plots.typeset import FORMATS, Style, matplotlib_figure, save_figure
-from gearrattle.report.plots.typeset.beside import rows_of
-from gearrattle.report.plots.typeset.looks import looks_of
 from gearrattle.report.plots.typeset.marks import pooled
+from gearrattle.report.plots.typeset.overlap_removal import shown_words
 from gearrattle.report.plots.typeset.print_axes import broken, label_of
 from gearrattle.report.plots.typeset.print_files import known_formats, saved
-from gearrattle.report.plots.typeset.settle import shown_words
+from gearrattle.report.plots.typeset.row_names import rows_of
+from gearrattle.report.plots.typeset.styles_by_colour import looks_of
 from tests import synthetic
 
 pytestmark = pytest.mark.slow

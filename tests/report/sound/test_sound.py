@@ -15,10 +15,10 @@ from gearrattle.cli import main
 from gearrattle.measured.readers import read_raw
 from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.sound.path import modal_path, sound_path
-from gearrattle.report.sound.quality import quality
+from gearrattle.report.sound.impulse_train import HALF, PASS, impulse_train
+from gearrattle.report.sound.psychoacoustics import quality
 from gearrattle.report.sound.resample import resampled
-from gearrattle.report.sound.train import HALF, PASS, impulse_train
+from gearrattle.report.sound.transfer_path import modal_path, sound_path
 from gearrattle.signals import find_impacts
 from tests.architecture.places import EXAMPLES
 

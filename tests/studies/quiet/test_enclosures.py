@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from gearrattle.studies.quiet.branch_and_bound import Search
 from gearrattle.studies.quiet.coefficients import family_of
-from gearrattle.studies.quiet.damped import all_decays
+from gearrattle.studies.quiet.decay_proof import all_decays
 from gearrattle.studies.quiet.edges import edges_of
-from gearrattle.studies.quiet.forms import Array, Form, Quadratic
+from gearrattle.studies.quiet.taylor_forms import Array, Form, Quadratic
 from tests.studies.quiet.drivelines import BOX, gearbox
 
 COUNT = 3

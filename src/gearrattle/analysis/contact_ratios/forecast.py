@@ -7,8 +7,8 @@ third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean 
 several fixed points, as there may be several motions; the search begins at every combination of a grid of gains, and
 all that are found are kept. None may be near the truth: only orders of the excitation are in the motion, so
 sub-harmonics and chaos are not, and a fixed point need not be stable. Each is therefore followed to the periodic motion
-it stands for, where there is one, and to that motion's Floquet multipliers (``harmonic_balance``). Stable motions come first;
-among equals, the one most searches ended at.
+it stands for, where there is one, and to that motion's Floquet multipliers (``harmonic_balance``). Stable motions come
+first; among equals, the one most searches ended at.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from gearrattle.analysis.contact_ratios.contact_ratio_record import (
     slopes,
 )
 from gearrattle.analysis.contact_ratios.harmonic_balance import Balance, balance
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -75,7 +75,7 @@ _RULES: dict[str, Any] = {
 }
 _COMPILING = threading.RLock()
 """Held by who compiles, so that settings that another thread has changed meanwhile do not count."""
-AHEAD = Ahead("gearrattle.engine.kernels.planned")
+AHEAD = Ahead("gearrattle.engine.kernels.compiled_ahead")
 """The kernels that other processes compile."""
 
 

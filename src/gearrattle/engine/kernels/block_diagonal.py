@@ -113,8 +113,8 @@ def _is_coupled(triangle, begin, end, size):
 def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
-    workspace: see ``memory_addresses``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
-    Returns the number of blocks.
+    workspace: see ``memory_addresses``; T, V^-1 and V change, where blocks begin is written, rows of bounds are
+    scratch. Returns the number of blocks.
     """
     free = free_at(workspace)
     modes = modes_at(workspace)

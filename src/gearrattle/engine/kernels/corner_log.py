@@ -7,7 +7,7 @@ counts as at least a band, so that the same crossing is not found twice and roun
 from __future__ import annotations
 
 from gearrattle.engine.kernels._jit import inlined
-from gearrattle.engine.kernels.packed import BAND
+from gearrattle.engine.kernels.march_arrays import BAND
 
 MOST_STALLED = 10_000
 """Crossings in a row that do not advance the clock."""

@@ -11,8 +11,8 @@ from math import ceil, exp, log2, sqrt
 from gearrattle.engine.kernels._jit import strict
 from gearrattle.engine.kernels.dense import TOP, copy_rows, norm_of_columns, times
 from gearrattle.engine.kernels.memory_addresses import bounds_at, common_at, free_at, modes_at, region_at, scratch_at
-from gearrattle.engine.kernels.pushes import add_push, begin_pushes, finish_pushes, push, shape
-from gearrattle.engine.kernels.responses import modulus
+from gearrattle.engine.kernels.particular_solutions import modulus
+from gearrattle.engine.kernels.signal_drive import add_push, begin_pushes, finish_pushes, push, shape
 from gearrattle.engine.kernels.workspace import FAST, FAST_ROUNDING, HORIZON, SLACK
 
 _HALF = sqrt(0.5)

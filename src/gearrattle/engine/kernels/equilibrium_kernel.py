@@ -7,7 +7,7 @@ from math import inf, sqrt
 import numpy as np
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.eigen import diagonalise
+from gearrattle.engine.kernels.jacobi_eigenvalues import diagonalise
 from gearrattle.engine.kernels.state_scaling import most_of
 
 FOUND, RUNAWAY, LOST = range(3)

@@ -1,7 +1,7 @@
 """Extremes, moments and time above a level of rows times the state, through the parts of a motion.
 
-Through a part every row is a power series of time (``system.series``). A part whose first four terms, and a bound on
-all others, do not pass the extremes seen so far is left out. Values at Chebyshev points of an interval bound what
+Through a part every row is a power series of time (``system.row_series``). A part whose first four terms, and a bound
+on all others, do not pass the extremes seen so far is left out. Values at Chebyshev points of an interval bound what
 lies between them (Ehlich, Zeller 1964, Math. Z. 86, 41-44: a polynomial of degree d exceeds its values at 2 d + 1 such
 points by the factor 2^(1/2) at most); the few parts that pass by these as well are searched for turning points.
 """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gearrattle.engine.kernels._jit import kernel
-from gearrattle.engine.kernels.products import copy
+from gearrattle.engine.kernels.strip_products import copy
 
 
 @kernel

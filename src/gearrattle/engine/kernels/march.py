@@ -17,20 +17,9 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import inlined, kernel
 from gearrattle.engine.kernels.corner_log import MOST_STALLED, band_of, has_left, lifted, log_crossing
-from gearrattle.engine.kernels.instants import stand_at_instant, until_instant, write_chains
-from gearrattle.engine.kernels.notes import note
-from gearrattle.engine.kernels.oscillators import inputs_at, turn_little, turn_step
-from gearrattle.engine.kernels.outcomes import (
-    CHATTER,
-    DONE,
-    LOG_FULL,
-    NEEDS_REGION,
-    NO_PROGRESS,
-    NON_FINITE,
-    NOTES_FULL,
-    SLICE_SPENT,
-)
-from gearrattle.engine.kernels.packed import (
+from gearrattle.engine.kernels.first_exit import NEVER, SIXTH, stays_inside
+from gearrattle.engine.kernels.known_instants import stand_at_instant, until_instant, write_chains
+from gearrattle.engine.kernels.march_arrays import (
     CYCLE,
     ENTERED,
     ENTRY,
@@ -53,9 +42,20 @@ from gearrattle.engine.kernels.packed import (
     UNANCHORED,
     UNBOUNDED,
 )
-from gearrattle.engine.kernels.polynomial import NEVER, SIXTH, stays_inside
-from gearrattle.engine.kernels.products import multiply, multiply_add
-from gearrattle.engine.kernels.window import (
+from gearrattle.engine.kernels.oscillators import inputs_at, turn_little, turn_step
+from gearrattle.engine.kernels.outcomes import (
+    CHATTER,
+    DONE,
+    LOG_FULL,
+    NEEDS_REGION,
+    NO_PROGRESS,
+    NON_FINITE,
+    NOTES_FULL,
+    SLICE_SPENT,
+)
+from gearrattle.engine.kernels.sample_notes import note
+from gearrattle.engine.kernels.strip_products import multiply, multiply_add
+from gearrattle.engine.kernels.taylor_window import (
     advance,
     enter,
     first_crossing,

@@ -15,7 +15,7 @@ from gearrattle.engine.kernels._llvm import call_code
 from gearrattle.engine.kernels.arrays import Int32Vector, IntMatrix, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.equation_of_motion import Field, element_states
 from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
-from gearrattle.engine.kernels.products import copy
+from gearrattle.engine.kernels.strip_products import copy
 
 ONE_STEP = 2
 ROOT_FOUND = 2

@@ -22,7 +22,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import IntArray3, IntMatrix, IntVector, Matrix, UInt64Vector, Vector
 from gearrattle.engine.kernels.laws import Laws
-from gearrattle.engine.kernels.packed import ORDER, Inputs
+from gearrattle.engine.kernels.march_arrays import ORDER, Inputs
 
 
 class Network(NamedTuple):

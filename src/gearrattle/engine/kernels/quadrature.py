@@ -2,8 +2,8 @@
 
 A power is a sum of products of two linear forms of z, so its integral is one of moments. Of whole steps only z z' at
 their beginnings is summed, by length: the integral over them follows from that sum once, in the end
-(``system.moments``); so does that over whole intervals between two samples. The remainder of an interval, shorter than
-every step, is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
+(``system.state_moments``); so does that over whole intervals between two samples. The remainder of an interval, shorter
+than every step, is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import NamedTuple
 from gearrattle.engine.kernels._jit import inlined, kernel
 from gearrattle.engine.kernels._llvm import strip_product, strip_product_added
 from gearrattle.engine.kernels.arrays import Array4, Matrix, Vector
-from gearrattle.engine.kernels.packed import ORDER
-from gearrattle.engine.kernels.products import add, copy, multiply
+from gearrattle.engine.kernels.march_arrays import ORDER
+from gearrattle.engine.kernels.strip_products import add, copy, multiply
 
 FEW_TERMS = 8
 ALL_TERMS = ORDER + 1
@@ -125,7 +125,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
         # counted from the region's shift, so that products of moments cancel little
         for j in range(width):
             z[j] -= moves.shift[region, j]
-        # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.moments``)
+        # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.state_moments``)
         if path[i, 3]:
             _weigh(moments, moves.advance.shape[0] + moves.step.shape[0] + region, 1.0, z, width, room)
             continue

@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels import block_diagonal, deflection_bounds, region_rates, responses, strips
+from gearrattle.engine.kernels import block_diagonal, deflection_bounds, particular_solutions, region_rates, strips
 from gearrattle.engine.kernels._jit import address_of, compact, strict, strict_entry
 from gearrattle.engine.kernels._llvm import call_code, call_count, call_real, call_silent, call_truth
+from gearrattle.engine.kernels.march_arrays import BAND
 from gearrattle.engine.kernels.memory_addresses import (
     bounds_at,
     common_at,
@@ -27,7 +28,6 @@ from gearrattle.engine.kernels.memory_addresses import (
     modes_at,
     region_at,
 )
-from gearrattle.engine.kernels.packed import BAND
 from gearrattle.engine.kernels.strips import step
 from gearrattle.engine.kernels.workspace import (
     BUILT,
@@ -42,11 +42,11 @@ from gearrattle.engine.kernels.workspace import (
 class Stages(NamedTuple):
     """The stages; their addresses once they are compiled."""
 
-    stiffest: Any = responses.stiffest
+    stiffest: Any = particular_solutions.stiffest
     accelerate: Any = region_rates.accelerate
-    typical: Any = responses.typical
+    typical: Any = particular_solutions.typical
     look: Any = region_rates.look
-    split_inputs: Any = responses.split_inputs
+    split_inputs: Any = particular_solutions.split_inputs
     generate: Any = region_rates.generate
     split_off: Any = region_rates.split_off
     transpose_states: Any = region_rates.transpose_states

@@ -9,7 +9,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel, strict
 from gearrattle.engine.kernels.arrays import Array4, IntVector, Matrix, Vector
 from gearrattle.engine.kernels.equation_of_motion import derivative, element_states
-from gearrattle.engine.kernels.products import multiply, multiply_row
+from gearrattle.engine.kernels.strip_products import multiply, multiply_row
 
 
 @kernel

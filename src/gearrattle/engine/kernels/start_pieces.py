@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
+from gearrattle.engine.kernels.march_arrays import ON_CORNER, PENDING, UNANCHORED
 from gearrattle.engine.kernels.memory_addresses import common_at, laws_at, region_at
-from gearrattle.engine.kernels.packed import ON_CORNER, PENDING, UNANCHORED
 
 
 @strict_entry

@@ -6,8 +6,8 @@ from math import ceil, log2
 
 from gearrattle.engine.kernels._jit import inlined, strict
 from gearrattle.engine.kernels.dense import TOP, copy_rows, norm_of_chained_columns, times_chained
+from gearrattle.engine.kernels.march_arrays import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
 from gearrattle.engine.kernels.memory_addresses import bounds_at, common_at, free_at, region_at, scratch_at
-from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
 from gearrattle.engine.kernels.workspace import POWERS
 
 step = inlined(step_of)

@@ -1,7 +1,7 @@
 """Sums over the crossings of a motion: counts, sums and largest values, added up in the order of the log.
 
-One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``variants_march``).
-``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
+One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants
+(``variants_march``). ``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
 """
 
 from __future__ import annotations

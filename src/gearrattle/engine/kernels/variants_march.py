@@ -14,9 +14,7 @@ from gearrattle.engine.kernels._llvm import call_count, call_real, call_silent, 
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.equilibrium_kernel import FOUND
 from gearrattle.engine.kernels.laws import Laws
-from gearrattle.engine.kernels.memory_addresses import bounds_at, common_at, free_at, region_at
-from gearrattle.engine.kernels.outcomes import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
-from gearrattle.engine.kernels.packed import (
+from gearrattle.engine.kernels.march_arrays import (
     EVENTS,
     EXPANSIONS,
     LEVEL,
@@ -33,6 +31,8 @@ from gearrattle.engine.kernels.packed import (
     Regions,
     Samples,
 )
+from gearrattle.engine.kernels.memory_addresses import bounds_at, common_at, free_at, region_at
+from gearrattle.engine.kernels.outcomes import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
 from gearrattle.engine.kernels.region_stages import Stages
 from gearrattle.engine.kernels.start_pieces import choose_pieces, put_at_start
 from gearrattle.engine.kernels.tallies import tally
@@ -345,7 +345,8 @@ def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cur
 def march_many(entries, cases, thread, out, slices):
     """March variants from where the cursor stands, for so many slices, and evaluate each at its end.
 
-    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``, ``periods.differentiate`` to a
+    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``, ``periods.differentiate``
+    to a
         ``Map``.
     slices: how many of ``_BUDGET`` steps each.
     Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.

@@ -19,13 +19,13 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import IntVector, Matrix, Vector
 from gearrattle.engine.kernels.corner_log import MOST_STALLED, band_of, has_left, lifted, log_crossing
-from gearrattle.engine.kernels.correct import correct, jump_series
+from gearrattle.engine.kernels.crossing_correction import correct, jump_series
+from gearrattle.engine.kernels.first_exit import NEVER, evaluate, exit_from, slope
+from gearrattle.engine.kernels.march_arrays import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
 from gearrattle.engine.kernels.network_series import error_series, expand, move, tie_up, wave_series
 from gearrattle.engine.kernels.oscillators import inputs_at
 from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_PROGRESS, NON_FINITE, SLICE_SPENT
-from gearrattle.engine.kernels.packed import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
-from gearrattle.engine.kernels.polynomial import NEVER, evaluate, exit_from, slope
-from gearrattle.engine.kernels.products import copy
+from gearrattle.engine.kernels.strip_products import copy
 
 WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
 """More indices into ``counts``: the window in its period, crossings since all was made afresh, whether it ever was."""

@@ -32,7 +32,7 @@ from gearrattle.engine.kernels.arrays import (
     Vector,
 )
 from gearrattle.engine.kernels.laws import Laws
-from gearrattle.engine.kernels.packed import ORDER
+from gearrattle.engine.kernels.march_arrays import ORDER
 
 
 class Common(NamedTuple):

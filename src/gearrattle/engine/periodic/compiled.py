@@ -1,4 +1,4 @@
-"""One motion over whole periods, its gradient and its slope over a parameter, in compiled code (``kernels.periods``).
+"""One motion over whole periods, its gradient and its slope over a parameter (``kernels.whole_periods``), compiled.
 
 For drivelines of laws and harmonics alone. What the loop cannot do, such as a start on a corner, it leaves out.
 """
@@ -8,16 +8,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import packed, variants_march
+from gearrattle.engine.kernels import march_arrays, variants_march
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.depths import COLUMNS, MOST_TURNS
-from gearrattle.engine.kernels.periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
+from gearrattle.engine.kernels.turning_point_depths import COLUMNS, MOST_TURNS
 from gearrattle.engine.kernels.variant_arrays import Coefficients, Judged
 from gearrattle.engine.kernels.variants_march import AS_GIVEN
+from gearrattle.engine.kernels.whole_periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.periodic.compiled_course import reaches, room_for_touch, turns_of
 from gearrattle.engine.periodic.motion import Along, Touch, Turns
 from gearrattle.engine.solvers.variants import Batch, Pattern
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ class PeriodBatch(Batch):
 
     def passages(self) -> Passages:
         """Return the crossings of the motion."""
-        count = int(self.march.counts[packed.EVENTS])
+        count = int(self.march.counts[march_arrays.EVENTS])
         log = self.log
         period = float(self.cases.numbers.period[-1, 0])
         watch = log.clearance[:count].copy()
@@ -103,6 +103,6 @@ class PeriodBatch(Batch):
     def turns(self) -> Turns | None:
         """Return the turning points, if they were asked for and there is one direction for their slopes."""
         count = int(self.out.turning[0])
-        crossings = int(self.march.counts[packed.EVENTS])
+        crossings = int(self.march.counts[march_arrays.EVENTS])
         known = crossings <= len(self.out.delay)
         return turns_of(self.out.turns, count, self.out.delay[:crossings].copy()) if known else None

@@ -1,4 +1,4 @@
-"""The compiled course of a motion (``kernels.course``) for drivelines of any kind, and what it has found.
+"""The compiled course of a motion (``kernels.perturbed_motion``) for drivelines of any kind, and what it has found.
 
 A driveline with friction, clipped damping or alternating stiffness is described by its flow and those of its
 neighbours: derivatives by the parameter p are central differences of coefficients; no motion is differenced.
@@ -11,14 +11,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import depths
-from gearrattle.engine.kernels.approach import Touched, write_touch
-from gearrattle.engine.kernels.course import Driven, Path, Trace, write_course
-from gearrattle.engine.kernels.direction import write_course_along
+from gearrattle.engine.kernels import turning_point_depths
+from gearrattle.engine.kernels.branch_direction import write_course_along
+from gearrattle.engine.kernels.corner_approach import Touched, write_touch
+from gearrattle.engine.kernels.perturbed_motion import Driven, Path, Trace, write_course
 from gearrattle.engine.periodic.motion import OF_TURNS, Along, Approach, Dips, Pass, Touch, Turns
 from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -175,14 +175,14 @@ class Course:
         scale = self._scale
         columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
         memories = self._setting.flow.memory.size
-        trace = self._trace(rows=depths.MOST_TURNS)
+        trace = self._trace(rows=turning_point_depths.MOST_TURNS)
         if not write_course_along(self._driven, self._path, self._z, columns, scale, row, memories, trace):
             return None
         return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def turns(self, along: Along) -> Turns | None:
         """Return the turning points near corners, with slopes along a change."""
-        trace = self._trace(rows=depths.MOST_TURNS)
+        trace = self._trace(rows=turning_point_depths.MOST_TURNS)
         path = self._path._replace(outside=along.outside)
         change = np.append(along.state * self._scale, along.parameter)
         write_course(self._driven, path, self._z, change, trace)
@@ -205,7 +205,7 @@ class Course:
             delay=np.empty(count - 1),
             jump=np.empty((count - 1, states)),
             reach=reaches(self._setting.flow.system),
-            turns=np.zeros((rows, depths.COLUMNS)),
+            turns=np.zeros((rows, turning_point_depths.COLUMNS)),
             number=np.zeros(1, np.int64),
         )
 
@@ -272,7 +272,9 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
     begins: how many crossings lie before the start and before the end of the part; 0 and 0 for the whole motion.
     """
     outside = np.empty((2, clearances), np.int64)
-    depths.write_outside(crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside)
+    turning_point_depths.write_outside(
+        crossings.watch.astype(np.int64), crossings.upward.astype(np.int64), np.array(begins), outside
+    )
     return outside
 
 
@@ -287,9 +289,9 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
     if count < 0:
         return None
     rows = rows[:count]
-    is_turn = rows[:, depths.UPWARD] < depths.FALLING
-    watch, upward = rows[:, : depths.TIME].T.astype(np.int64)
-    every = watch, upward, *rows[:, depths.TIME :].T.copy()
+    is_turn = rows[:, turning_point_depths.UPWARD] < turning_point_depths.FALLING
+    watch, upward = rows[:, : turning_point_depths.TIME].T.astype(np.int64)
+    every = watch, upward, *rows[:, turning_point_depths.TIME :].T.copy()
     dips = Dips._make(part[~is_turn] for part in every)
     watch, upward, time, depth, slope, time_slope = (part[is_turn] for part in every[: len(OF_TURNS)])
     return Turns(watch, upward, time, depth, slope, time_slope, dips, delay)

@@ -17,8 +17,8 @@ from scipy.linalg import expm
 from gearrattle.engine.periodic.compiled_course import bound_of, row_of
 from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 

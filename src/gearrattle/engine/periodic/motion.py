@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -61,7 +61,7 @@ class Dips(NamedTuple):
     """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
 
     watch: IntArray  # (D,) clearance
-    upward: IntArray  # (D,) ``kernels.depths.RISING`` or FALLING, by the sign of the rate
+    upward: IntArray  # (D,) ``kernels.turning_point_depths.RISING`` or FALLING, by the sign of the rate
     time: Array  # (D,) in periods from the start
     depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
     slope: Array  # (D,) of that along a direction

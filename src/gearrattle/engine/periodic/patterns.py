@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import product
 
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 Pattern = tuple[tuple[int, int], ...]
 """Crossings in order, as pairs (watch, 1 for the upper bound)."""

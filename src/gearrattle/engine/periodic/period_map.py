@@ -16,18 +16,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.periodic.motion import DECIDED, Pass, State
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.handover import passages_of
+from gearrattle.engine.solvers.region_slots import Slots, slots_of
+from gearrattle.engine.solvers.samples_in_si import passages_of
 from gearrattle.engine.solvers.scheme_choice import is_large_for_periods
-from gearrattle.engine.solvers.slots import Slots, slots_of
 from gearrattle.engine.solvers.solver import Marching, Task
 from gearrattle.engine.solvers.start_region import starting_pieces
-from gearrattle.engine.solvers.sweep import SweepMarch
+from gearrattle.engine.solvers.window_solver import SweepMarch
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.deflection_levels import deflection_levels
 from gearrattle.engine.system.flow import Pieces, flow_of
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbation_growth import variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
@@ -43,9 +43,9 @@ _PERIODIC = 1e-9
 class Marched(NamedTuple):
     """A march that is done."""
 
-    samples: packed.Samples
+    samples: march_arrays.Samples
     initial: IntArray  # (W,) pieces of all that may cross, at its start
-    log: packed.Log
+    log: march_arrays.Log
     cycles: int
 
 

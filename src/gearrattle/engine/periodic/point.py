@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.motion import Pass, Touch, multipliers_of
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -1,7 +1,7 @@
 """What the turning points of a motion tell of the branch: which one grazes next, what two motions hide between them.
 
 Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
-(``kernels.depths``).
+(``kernels.turning_point_depths``).
 
 *Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
 the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
@@ -23,8 +23,9 @@ slopes on both sides: along the first step beyond it may become a few times as s
 
     P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
 
-The depth of a turning point and its gradient (``kernels.approach``) are exact and smooth on the side without contact,
-and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion touches.
+The depth of a turning point and its gradient (``kernels.corner_approach``) are exact and smooth on the side without
+contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion
+touches.
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.multistep import ERROR_FAILS, EVENTS, SOLVE_FAILS, STEPS, TIME, Held, march_on
 from gearrattle.engine.solvers import sundials
-from gearrattle.engine.solvers.block import Block, contiguous
-from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
+from gearrattle.engine.solvers.problem_for_c import Block, contiguous
+from gearrattle.engine.solvers.samples_in_si import MOST_CHOSEN, StepLimit
 from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome

@@ -12,12 +12,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.march import march_on
-from gearrattle.engine.kernels.notes import work_out
+from gearrattle.engine.kernels.sample_notes import work_out
 from gearrattle.engine.kernels.start_pieces import deflect
-from gearrattle.engine.solvers.handover import (
+from gearrattle.engine.solvers.region_slots import Slots, packed_inputs, packed_instants, slots_of
+from gearrattle.engine.solvers.samples_in_si import (
     StepLimit,
     chatters,
     crossings_of,
@@ -29,12 +30,11 @@ from gearrattle.engine.solvers.handover import (
     sampled_quantities,
     sampled_z,
 )
-from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.engine.solvers.solver import Motion, Position, Task
 from gearrattle.engine.solvers.start_region import starting_pieces
+from gearrattle.engine.system.crossings_in_order import Auxiliaries
 from gearrattle.engine.system.energy_audit import Auditor
 from gearrattle.engine.system.flow import inputs_at_start
-from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.region_store import Size, aligned, strips_for
 from gearrattle.outcome import Outcome
 
@@ -48,14 +48,14 @@ _NOTES = 1024  # steps with samples in them before these are worked out
 _NOTED = 1_000_000  # samples a cycle, times notes
 
 
-def notes_for(size: Size, per_cycle: int) -> packed.Notes:
+def notes_for(size: Size, per_cycle: int) -> march_arrays.Notes:
     """Room for some notes: few where a step passes many samples, so that Ctrl-C works while they are worked out."""
     room = max(1, min(_NOTES, _NOTED // per_cycle))
     whole = 4 * strips_for(size.longest)
     carried = 4 * strips_for(size.carried)
     row, count, slot = np.empty((3, room), np.int64)
     ahead, elapsed = np.empty((2, room))
-    return packed.Notes(row, count, slot, ahead, elapsed, np.empty((room, whole)), np.empty((room, carried)))
+    return march_arrays.Notes(row, count, slot, ahead, elapsed, np.empty((room, whole)), np.empty((room, carried)))
 
 
 class ExactMarch:
@@ -83,11 +83,11 @@ class ExactMarch:
         memory = states[size.states - size.memories : size.states]
         memory[:] = np.where(np.isnan(known), memory, known)
         # the march stands in the first region, with no bound and no fresh inputs yet
-        counts = np.zeros(packed.COUNTS, np.int64)
-        counts[packed.SLOT] = self.slots.slot_of(pieces)
-        counts[packed.PENDING] = -1
-        counts[packed.UNANCHORED] = 1 << 20
-        counts[packed.LEVEL] = self.slots.store.fine(counts[packed.SLOT])
+        counts = np.zeros(march_arrays.COUNTS, np.int64)
+        counts[march_arrays.SLOT] = self.slots.slot_of(pieces)
+        counts[march_arrays.PENDING] = -1
+        counts[march_arrays.UNANCHORED] = 1 << 20
+        counts[march_arrays.LEVEL] = self.slots.store.fine(counts[march_arrays.SLOT])
         # arrays padded to strips of four
         y = aligned(4 * strips_for(size.longest))
         y[: size.states] = states
@@ -95,7 +95,9 @@ class ExactMarch:
         carried = aligned(4 * strips_for(size.carried))
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
-        self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
+        self.march = march_arrays.March(
+            y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side
+        )
         # notes, inputs and log
         self.notes = notes_for(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
@@ -115,20 +117,22 @@ class ExactMarch:
         counts = self.march.counts
         per_cycle = self.task.samples_per_cycle
         rows = cycles * per_cycle + 1
-        pieces_now = self.slots.pieces[counts[packed.SLOT]]
+        pieces_now = self.slots.pieces[counts[march_arrays.SLOT]]
         self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
         states = np.zeros((rows, sample.size))
         pieces = np.zeros((rows, self.initial.size), np.int64)
         states[0] = sample
         pieces[0] = self.initial
-        self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle))
+        self.samples = march_arrays.Samples(
+            per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle)
+        )
         self.first_cycle = first_cycle
         self.cycles = cycles
         # counts anew, and the instants known beforehand
-        counts[packed.SAMPLE] = self.samples.first + 1
-        counts[packed.EVENTS] = 0
+        counts[march_arrays.SAMPLE] = self.samples.first + 1
+        counts[march_arrays.EVENTS] = 0
         self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
-        counts[packed.INSTANT] = 0
+        counts[march_arrays.INSTANT] = 0
         self.before = counts.copy(), float(self.march.tried[0])
         self.auditor: Auditor | None = None
 
@@ -139,16 +143,16 @@ class ExactMarch:
     def snapshot(self) -> dict[str, Array | IntArray]:
         """The march, its last sample, and where both stand; regions by their pieces, for slots are numbered as met."""
         arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
-        region = np.array(self.slots.pieces[self.march.counts[packed.SLOT]], dtype=np.int64)
+        region = np.array(self.slots.pieces[self.march.counts[march_arrays.SLOT]], dtype=np.int64)
         cycle = np.array(self.first_cycle + self.cycles)
-        arrays["counts"][packed.SLOT] = 0
+        arrays["counts"][march_arrays.SLOT] = 0
         return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
         """Go on from a snapshot for some cycles."""
         for name, value in self.march._asdict().items():
             value[...] = snapshot[name]
-        self.march.counts[packed.SLOT] = self.slots.slot_of(tuple(int(piece) for piece in snapshot["region"]))
+        self.march.counts[march_arrays.SLOT] = self.slots.slot_of(tuple(int(piece) for piece in snapshot["region"]))
         self._begin(int(snapshot["cycle"]), cycles, np.asarray(snapshot["sample"], dtype=float))
 
     def advance(self) -> Outcome:
@@ -170,7 +174,7 @@ class ExactMarch:
         outcome = Outcome(
             self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
         )
-        if counts[packed.NOTED]:
+        if counts[march_arrays.NOTED]:
             self._work_out(regions, self.inputs, self.notes, self.samples, counts)
         # what it asks for: room for notes, the next region, a larger log
         if outcome is Outcome.NOTES_FULL:
@@ -183,9 +187,9 @@ class ExactMarch:
         if outcome is Outcome.SLICE_SPENT:
             # a run that goes on without end
             now = self._now()
-            if chatters(self.log, int(counts[packed.EVENTS]), now):
+            if chatters(self.log, int(counts[march_arrays.EVENTS]), now):
                 return Outcome.CHATTER
-            if self._limit.is_exceeded(int(counts[packed.STEPS]), now):
+            if self._limit.is_exceeded(int(counts[march_arrays.STEPS]), now):
                 return Outcome.NO_PROGRESS
         return outcome
 
@@ -194,20 +198,20 @@ class ExactMarch:
         counts = self.march.counts
         before = self.slots
         known = len(self.slots.pieces)
-        clearance, upward = divmod(int(counts[packed.PENDING]), 2)
-        self.slots, counts[packed.SLOT] = before.beyond(int(counts[packed.SLOT]), clearance, upward)
-        counts[packed.PENDING] = -1
+        clearance, upward = divmod(int(counts[march_arrays.PENDING]), 2)
+        self.slots, counts[march_arrays.SLOT] = before.beyond(int(counts[march_arrays.SLOT]), clearance, upward)
+        counts[march_arrays.PENDING] = -1
         self._built += self.slots is not before or len(self.slots.pieces) > known
         is_exceeded = self._limit_of_regions.is_exceeded(self._built, self._now())
         return Outcome.TOO_MANY_REGIONS if is_exceeded else Outcome.SLICE_SPENT
 
     def _now(self) -> float:
         """The time of the march in periods."""
-        return float(self.march.counts[packed.CYCLE] + self.march.clock[:2].sum())
+        return float(self.march.counts[march_arrays.CYCLE] + self.march.clock[:2].sum())
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
-        marched = float((self.march.counts[packed.SAMPLE] - self.samples.first) / len(self.samples.pieces))
+        marched = float((self.march.counts[march_arrays.SAMPLE] - self.samples.first) / len(self.samples.pieces))
         if not self.task.audit:
             return marched
         return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
@@ -215,20 +219,20 @@ class ExactMarch:
     def position(self) -> Position:
         """Time, deflections and the last clearance crossed."""
         counts = self.march.counts
-        cycle = counts[packed.CYCLE]
+        cycle = counts[march_arrays.CYCLE]
         fraction = self.march.clock[:2].sum()
         states = self.march.y[: self.flow.states].copy()
-        if counts[packed.ENTERED]:
-            states += self.slots.store.particular(counts[packed.SLOT]) @ self.march.u
+        if counts[march_arrays.ENTERED]:
+            states += self.slots.store.particular(counts[march_arrays.SLOT]) @ self.march.u
         z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         time = (cycle + fraction) * self.flow.system.inputs.period
-        pieces = self.slots.pieces[counts[packed.SLOT]]
+        pieces = self.slots.pieces[counts[march_arrays.SLOT]]
         return Position(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
         """The clearance that was crossed last, by its own corner or by that of its auxiliary element."""
-        count = int(self.march.counts[packed.EVENTS])
+        count = int(self.march.counts[march_arrays.EVENTS])
         system = self.flow.system
         if not count:
             return None
@@ -241,7 +245,7 @@ class ExactMarch:
         period = self.flow.system.inputs.period
         counted = self.march.counts - self.before[0]
         tried = float(self.march.tried[0]) - self.before[1]
-        steps = int(counted[packed.STEPS])
+        steps = int(counted[march_arrays.STEPS])
         sampled, (forces, memory) = sampled_quantities(flow, self.samples)
         clearances = len(flow.system.clearances)
         log = self.logged()
@@ -257,9 +261,9 @@ class ExactMarch:
             initial_piece=self.initial[:clearances],
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,
-            function_calls=steps + int(counted[packed.EXPANSIONS]),
+            function_calls=steps + int(counted[march_arrays.EXPANSIONS]),
             average_step=self.cycles * period / max(steps, 1),
-            average_trial_step=tried / max(int(counted[packed.TRIALS]), 1) * period,
+            average_trial_step=tried / max(int(counted[march_arrays.TRIALS]), 1) * period,
             energy=None if self.auditor is None else self.auditor.result(),
         )
 
@@ -286,6 +290,6 @@ class ExactMarch:
             first_cycle=self.first_cycle,
         )
 
-    def logged(self) -> packed.Log:
+    def logged(self) -> march_arrays.Log:
         """The crossings so far, in the order in which they came."""
-        return first_of(self.log, int(self.march.counts[packed.EVENTS]))
+        return first_of(self.log, int(self.march.counts[march_arrays.EVENTS]))

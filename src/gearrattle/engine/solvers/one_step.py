@@ -28,7 +28,7 @@ from gearrattle.engine.kernels.step_loop import (
     Stepper,
     step_on,
 )
-from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
+from gearrattle.engine.solvers.samples_in_si import MOST_CHOSEN, StepLimit
 from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.step_stability import default_step, regions_visited, stability_notes
 from gearrattle.engine.solvers.tableaus import Tableau

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from math import prod
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.solver import Marching, Task
-from gearrattle.engine.solvers.sweep import SweepMarch
+from gearrattle.engine.solvers.window_solver import SweepMarch
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.sparse_arrays import Majorant, is_sparse, windows_of
-from gearrattle.remember import kept
 
 FEW_REGIONS = 100  # built in a tenth of a second
 MANY_INERTIAS = 200  # from here building one region takes seconds; the time grows with the third power

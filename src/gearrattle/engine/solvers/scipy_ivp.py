@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.block import Block
+from gearrattle.engine.solvers.problem_for_c import Block
 from gearrattle.engine.solvers.solver import Marching, Task
 from gearrattle.engine.solvers.stepwise import LARGEST, Interpolant, StepwiseMarch
 from gearrattle.outcome import Outcome

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variant_arrays import Crossings
+from gearrattle.engine.system.crossings_in_order import Auxiliaries
 from gearrattle.engine.system.energy_audit import EnergyAudit
-from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.packed import ON_CORNER
+from gearrattle.derived_values import kept
+from gearrattle.engine.kernels.march_arrays import ON_CORNER
 from gearrattle.engine.system.flow import Flow
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -11,9 +11,9 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.solvers.tableaus import Tableau
 from gearrattle.engine.system.flow import Flow
-from gearrattle.remember import kept
 
 IntArray = NDArray[np.int64]
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.sampling import elements_at
-from gearrattle.engine.solvers.block import Block
-from gearrattle.engine.solvers.handover import StepLimit
+from gearrattle.engine.solvers.problem_for_c import Block
+from gearrattle.engine.solvers.samples_in_si import StepLimit
 from gearrattle.engine.solvers.solver import Motion, Position, Task
 from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome

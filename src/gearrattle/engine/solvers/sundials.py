@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.block import Block
+from gearrattle.engine.solvers.problem_for_c import Block
 from gearrattle.errors import NotInstalled, Problem
 
 ADAMS = 1

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import (
     equilibrium_kernel,
     march,
-    notes,
-    packed,
+    march_arrays,
     region_stages,
     rigid_response,
+    sample_notes,
     state_scaling,
     variant_common,
     variants_march,
@@ -42,7 +42,8 @@ from gearrattle.engine.kernels.variant_arrays import (
 )
 from gearrattle.engine.kernels.variants_march import Buffers
 from gearrattle.engine.solvers.exact import notes_for
-from gearrattle.engine.solvers.handover import (
+from gearrattle.engine.solvers.region_slots import packed_inputs, packed_instants
+from gearrattle.engine.solvers.samples_in_si import (
     StepLimit,
     chatters,
     crossings_of,
@@ -52,7 +53,6 @@ from gearrattle.engine.solvers.handover import (
     sampled_quantities,
 )
 from gearrattle.engine.solvers.scheme_choice import is_large
-from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
 from gearrattle.engine.solvers.solver import Motion
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import elastic_elements, statics_of
@@ -234,9 +234,9 @@ class Batch:
         elif answer == variants_march.MORE_LOG:
             self.log = doubled(self.log)
         # a variant that goes on without end is left to the general way
-        now = float(counts[packed.CYCLE] + self.march.clock[:2].sum())
-        events = int(counts[packed.EVENTS])
-        is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
+        now = float(counts[march_arrays.CYCLE] + self.march.clock[:2].sum())
+        events = int(counts[march_arrays.EVENTS])
+        is_lost = self.limit.is_exceeded(int(counts[march_arrays.STEPS]), now)
         is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
         if self.cursor[variants_march.UNDER_WAY] and is_lost:
             self.outcome[self.done] = variants_march.LEFT
@@ -252,7 +252,7 @@ class Batch:
         # crossings behind the first sample, and the pieces there
         samples = self.samples
         counts = self.march.counts
-        log = first_of(self.log, int(counts[packed.EVENTS]))
+        log = first_of(self.log, int(counts[march_arrays.EVENTS]))
         ahead = (log.cycle - samples.first // samples.per_cycle) + log.fraction > 0.0
         initial = self.buffers.initial.copy()
         passed = np.flatnonzero(~ahead)
@@ -261,7 +261,7 @@ class Batch:
             return None
         # samples in SI units
         sampled, _ = sampled_quantities(flow, samples)
-        steps = int(counts[packed.STEPS])
+        steps = int(counts[march_arrays.STEPS])
         period = flow.system.inputs.period
         cycles = (samples.first + len(samples.states) - 1) // samples.per_cycle
         return Motion(
@@ -270,9 +270,9 @@ class Batch:
             initial_piece=initial,
             final_force_integral=samples.states[-1, -self.buffers.final.size :].copy(),
             steps=steps,
-            function_calls=steps + int(counts[packed.EXPANSIONS]),
+            function_calls=steps + int(counts[march_arrays.EXPANSIONS]),
             average_step=cycles * period / max(steps, 1),
-            average_trial_step=float(self.march.tried[0]) / max(int(counts[packed.TRIALS]), 1) * period,
+            average_trial_step=float(self.march.tried[0]) / max(int(counts[march_arrays.TRIALS]), 1) * period,
         )
 
     def _entries(self, evaluate: Callable[..., Any]) -> Any:
@@ -309,7 +309,7 @@ class Batch:
             "angles_from_deflections": (equilibrium_kernel.angles_from_deflections, solution),
             "respond_rigidly": (rigid_response.respond_rigidly, response),
             "march_on": (march.march_on, marched),
-            "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
+            "work_out_samples": (sample_notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
         }
         # compiled, as for a single run
         addresses = {
@@ -340,20 +340,20 @@ def _buffers(flow: Flow, cases: Any) -> Any:
     )
 
 
-def _march(size: Size) -> packed.March:
+def _march(size: Size) -> march_arrays.March:
     """An empty march."""
     y = aligned(4 * strips_for(size.states + size.inputs))
     carried = aligned(4 * strips_for(size.carried))
     bound = aligned(4 * strips_for(3 * size.clearances))
-    counts = np.zeros(packed.COUNTS, np.int64)
+    counts = np.zeros(march_arrays.COUNTS, np.int64)
     side = np.zeros(size.clearances, np.int64)
-    return packed.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
+    return march_arrays.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
 
 
-def _room(flow: Flow, size: Size, cycles: int, kept: Kept) -> packed.Samples:
+def _room(flow: Flow, size: Size, cycles: int, kept: Kept) -> march_arrays.Samples:
     """Capacity for the samples of the last cycles, both ends included."""
     first = (cycles - kept.cycles) * kept.per_cycle
     rows = kept.cycles * kept.per_cycle + 1
     states = np.zeros((rows, size.states + size.carried))
     pieces = np.zeros((rows, size.clearances), np.int64)
-    return packed.Samples(kept.per_cycle, first, states, pieces, flow.waves(kept.per_cycle))
+    return march_arrays.Samples(kept.per_cycle, first, states, pieces, flow.waves(kept.per_cycle))

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.sampling import element_samples, elements_at
 from gearrattle.engine.kernels.variant_arrays import Crossings
-from gearrattle.engine.solvers.handover import rates_of
+from gearrattle.engine.solvers.samples_in_si import rates_of
 from gearrattle.engine.solvers.solver import Motion, Position, Task
 from gearrattle.engine.solvers.start_region import starting_pieces
-from gearrattle.engine.system.field import field_of
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.engine.system.region_arrays import RegionBuilder
+from gearrattle.engine.system.vector_field_arrays import field_of
 from gearrattle.slices import slices
 
 if TYPE_CHECKING:

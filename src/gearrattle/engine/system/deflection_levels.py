@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.motion_levels import levels
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.passages import Passages
 
 Array = NDArray[np.float64]
 

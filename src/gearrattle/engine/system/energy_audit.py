@@ -5,7 +5,7 @@
 with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
 for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
 lost where the slider is let go. Every term on the right is a product of two linear forms of the state z: its integral
-follows from that of z z' over the time in every region (``system.moments``), which is integrated on dense output,
+follows from that of z z' over the time in every region (``system.state_moments``), which is integrated on dense output,
 interval by interval between crossings and samples that are a long step apart or more. The left side is taken from the
 sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
 residual. Inputs over time, which polynomials stand for in z, count as they are specified: the power of the difference
@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels._jit import vectorised
-from gearrattle.engine.kernels.packed import step_of
+from gearrattle.engine.kernels.march_arrays import step_of
 from gearrattle.engine.kernels.quadrature import ALL_TERMS, FEW_TERMS, Moves, Room, integrate_moments
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.law import PiecewiseLaw
-from gearrattle.engine.system.moments import NODES, NODES_WITH_SIGNALS, Steps
 from gearrattle.engine.system.piecewise_signals import INNER, INNER_WEIGHTS, Signals
 from gearrattle.engine.system.region import finest_level, strips
+from gearrattle.engine.system.state_moments import NODES, NODES_WITH_SIGNALS, Steps
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

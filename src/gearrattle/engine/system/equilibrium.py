@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels import equilibrium_kernel
 from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels._late import plainly
@@ -29,7 +30,6 @@ from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.errors import ConvergenceError
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import extremes as compiled
 from gearrattle.engine.system.energy_audit import _visited
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.series import Rows, Series
+from gearrattle.engine.system.row_series import Rows, Series
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -17,13 +17,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.engine.system.energy_scaling import Scaling, energy_scaling, power_of_two
-from gearrattle.engine.system.forced import oscillation
+from gearrattle.engine.system.forced_response import oscillation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.piecewise_signals import ROUNDED, Signals, interval_of
-from gearrattle.remember import kept
 from gearrattle.slices import slices
 
 Array = NDArray[np.float64]

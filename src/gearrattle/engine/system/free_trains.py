@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import elastic_elements
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.remember import kept
 
 
 class Train(NamedTuple):

@@ -11,11 +11,11 @@ stretched by what the deflection is ahead; where one begins to slip its spring i
 follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
 many cycles of a chaotic motion the product overflows.
 
-A perturbation is measured in the engine's balanced coordinates (roots of energies, ``energy_scaling``). The *predictability
-horizon* is the first time at which some perturbation, begun at any earlier time, has grown by ``GROWTH``. Rounding acts
-like one error of about ``ROUNDING`` half-gaps at the worst instant, in 95 of 100 motions less than ``ROUNDING_95``
-(measured against fifty digits on 73 chaotic motions: ``make horizon``, docs/reference/horizon.md). So at the horizon
-deflections are off by about 1e-8 half-gaps, and the motion is predicted pointwise no longer.
+A perturbation is measured in the engine's balanced coordinates (roots of energies, ``energy_scaling``). The
+*predictability horizon* is the first time at which some perturbation, begun at any earlier time, has grown by
+``GROWTH``. Rounding acts like one error of about ``ROUNDING`` half-gaps at the worst instant, in 95 of 100 motions less
+than ``ROUNDING_95`` (measured against fifty digits on 73 chaotic motions: ``make horizon``, docs/reference/horizon.md).
+So at the horizon deflections are off by about 1e-8 half-gaps, and the motion is predicted pointwise no longer.
 
 A train of many clearances meets thousands of regions, whose exponentials would fill the memory: its perturbations are
 carried a few at a time instead (``perturbations``).
@@ -30,15 +30,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels import perturbation_series as kernel
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.flow_gradient import gradient_segments
-from gearrattle.engine.kernels.packed import LONGEST, ORDER, step_of
+from gearrattle.engine.kernels.march_arrays import LONGEST, ORDER, step_of
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbations import Gradient, Perturbed, driveline_of, regions_of
 from gearrattle.engine.system.region import exponential_increments, finest_level
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

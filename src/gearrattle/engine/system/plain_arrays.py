@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variant_arrays import Coefficients, Frame
 from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem, turned
-from gearrattle.remember import kept
 
 
 @kept

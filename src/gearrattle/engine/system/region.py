@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
+from gearrattle.engine.kernels.march_arrays import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.forced import Split
+from gearrattle.engine.system.forced_response import Split
 from gearrattle.engine.system.majorant import Majorant
 from gearrattle.engine.system.region_store import Store
 

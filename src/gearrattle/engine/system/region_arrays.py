@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import region_stages
 from gearrattle.engine.kernels._jit import compact, is_compiling
 from gearrattle.engine.kernels._llvm import lapack_address
-from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, Regions, level_within
+from gearrattle.engine.kernels.march_arrays import DEEPEST, LONGEST, Regions, level_within
 from gearrattle.engine.kernels.variant_arrays import Scales
 from gearrattle.engine.kernels.variant_common import lay_out
 from gearrattle.engine.kernels.workspace import (

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.packed import DEEPEST, ORDER, Regions
+from gearrattle.engine.kernels.march_arrays import DEEPEST, ORDER, Regions
 from gearrattle.engine.kernels.workspace import POWERS
 from gearrattle.engine.system.flow import Flow, Pieces
 from gearrattle.engine.system.region_arrays import RegionBuilder
@@ -120,7 +120,7 @@ class Capacity(NamedTuple):
 
 
 class Store:
-    """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
+    """A driveline's regions in the order they were added; not safe for threads, see ``solvers.region_slots``."""
 
     def __init__(self, flow: Flow, capacity: Capacity | None = None) -> None:
         self.flow = flow

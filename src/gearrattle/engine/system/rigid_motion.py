@@ -21,13 +21,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.derived_values import kept
 from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels.rigid_response import mark_accelerated, respond_rigidly
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements, statics_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.plain_arrays import coefficients_of, frame_of
-from gearrattle.remember import kept
 
 Array = NDArray[np.float64]
 

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.channels import Channel, distinct
-from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.piecewise_channels import Channel, distinct
+from gearrattle.engine.system.run_up_phase import Ramp
 
 Array = NDArray[np.float64]
 

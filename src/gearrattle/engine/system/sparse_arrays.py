@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.march_arrays import NEGLIGIBLE, ORDER, window_norm
 from gearrattle.engine.kernels.network_series import Near, Network
-from gearrattle.engine.kernels.packed import NEGLIGIBLE, ORDER, window_norm
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 

@@ -14,12 +14,12 @@ from gearrattle.measured.fitting.motion_fit import fit_motion
 from gearrattle.measured.fitting.recording_table import RecordingTable, RecordingTables
 from gearrattle.measured.identification.data_file import Data
 from gearrattle.measured.identification.estimates import Progress, Settings
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.modes_fit import fit_modes
 from gearrattle.measured.read import read
 from gearrattle.model import Model, check_model
 from gearrattle.model.model_file import check_reachable, kind_of, read_tables, read_text
-from gearrattle.model.problems import Positions, model_error
+from gearrattle.model.pydantic_problems import Positions, model_error
 from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
 from gearrattle.recording import Recording
 

@@ -22,13 +22,13 @@ from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.fitting.steady_motion import steady_motion
 from gearrattle.measured.fitting.surface import Surface, settle
 from gearrattle.measured.identification.estimates import Progress, Searched, Settings, estimates
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.free_parameters import free_parameters
 from gearrattle.measured.identification.multi_start import Effort, Minimum, search, spread_out
 from gearrattle.measured.validation.measured_cycles import check_names
 from gearrattle.measured.validation.pairing import paired
 from gearrattle.measured.validation.simulated_recording import to_be_recorded
-from gearrattle.measured.validation.wanted import problems_of
+from gearrattle.measured.validation.validation_arguments import problems_of
 from gearrattle.model import Model
 from gearrattle.recording import Recording
 from gearrattle.simulation.simulate import simulate

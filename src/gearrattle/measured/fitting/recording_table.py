@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from gearrattle.measured.identification.data_tables import Numbers
-from gearrattle.measured.validation.wanted import TRENDS, Wanted
+from gearrattle.measured.validation.validation_arguments import TRENDS, Wanted
 from gearrattle.model import units
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
 from gearrattle.model.value_kinds import FLAG, AnyTable, Choice, Plain, Quantity, Reader, SchemaVersion, Text

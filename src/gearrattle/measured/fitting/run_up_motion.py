@@ -18,7 +18,7 @@ from gearrattle.measured.fitting.steady_motion import calibration_of
 from gearrattle.measured.validation.pairing import Pairing
 from gearrattle.measured.validation.simulated_recording import recorded
 from gearrattle.measured.validation.validate_run_up import check_repeats, longest_stretch, orders_in_common
-from gearrattle.measured.validation.wanted import Wanted
+from gearrattle.measured.validation.validation_arguments import Wanted
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.recording import Channel, Recording

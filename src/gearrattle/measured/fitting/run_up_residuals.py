@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from gearrattle.measured.fitting.angle_offset import angle_offset
 from gearrattle.measured.fitting.covariance import Covariance, widening
 from gearrattle.measured.fitting.measured_motion import Complex, Measured, directions
-from gearrattle.measured.track import Track
+from gearrattle.measured.order_over_speed import Track
 from gearrattle.recording import Channel
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from gearrattle.measured.validation.block_bootstrap import draws
 from gearrattle.measured.validation.cycles import Setting, Source, samples_for, source_of
 from gearrattle.measured.validation.measured_cycles import measured_cycles
 from gearrattle.measured.validation.pairing import Pairing
-from gearrattle.measured.validation.wanted import Wanted
+from gearrattle.measured.validation.validation_arguments import Wanted
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run

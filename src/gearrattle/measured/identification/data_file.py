@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_tables import DataTables, ModeTable, ResponseTable, StateTable
-from gearrattle.measured.identification.measured import (
+from gearrattle.measured.identification.measured_modes import (
     QUANTITIES,
     MeasuredMode,
     MeasuredResponse,
@@ -27,7 +27,7 @@ from gearrattle.measured.identification.measured import (
 from gearrattle.measured.identification.response_file import Samples, read_samples
 from gearrattle.model import Model
 from gearrattle.model.model_file import check_reachable, read_tables, read_text
-from gearrattle.model.problems import Positions, model_error, place
+from gearrattle.model.pydantic_problems import Positions, model_error, place
 from gearrattle.model.table import Breach, did_you_mean, listed, shown
 from gearrattle.wording import counted
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from gearrattle.measured.identification.measured import QUANTITIES
+from gearrattle.measured.identification.measured_modes import QUANTITIES
 from gearrattle.model import units
 from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.value_kinds import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text

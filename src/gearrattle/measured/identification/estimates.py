@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_problem import DataProblem
-from gearrattle.measured.identification.fitted import UNLIKELY, Fit, FittedParameter, LocalMinimum
+from gearrattle.measured.identification.fit_result import UNLIKELY, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.free_parameters import Parameters
 from gearrattle.measured.identification.identifiability import (
     null_space,

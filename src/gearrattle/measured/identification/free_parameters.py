@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.statics import slopes
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.measured import State
+from gearrattle.measured.identification.measured_modes import State
 from gearrattle.model import Model
 from gearrattle.model.paths import expanded, value_at
 from gearrattle.model.table import did_you_mean, listed, shown

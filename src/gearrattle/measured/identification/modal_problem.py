@@ -22,7 +22,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_problem import DataProblem, Residual
 from gearrattle.measured.identification.free_parameters import Coefficients
 from gearrattle.measured.identification.identifiability import Combination
-from gearrattle.measured.identification.measured import MeasuredMode, MeasuredResponse, Measurements, State
+from gearrattle.measured.identification.measured_modes import MeasuredMode, MeasuredResponse, Measurements, State
 from gearrattle.measured.identification.modal_sensitivity import Spectrum
 from gearrattle.wording import counted
 

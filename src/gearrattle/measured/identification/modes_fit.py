@@ -13,9 +13,9 @@ from gearrattle.assembly import left_out, refuse_motions
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_file import Data, read_data
 from gearrattle.measured.identification.estimates import Searched, Settings, estimates
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.free_parameters import coefficients, free_parameters, unused
-from gearrattle.measured.identification.measured import State
+from gearrattle.measured.identification.measured_modes import State
 from gearrattle.measured.identification.modal_problem import FitProblem, check_modes
 from gearrattle.measured.identification.multi_start import search
 from gearrattle.measured.identification.multi_start import starts as starts_of

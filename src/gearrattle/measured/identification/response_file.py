@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.measured import QUANTITIES
+from gearrattle.measured.identification.measured_modes import QUANTITIES
 from gearrattle.model import units
 from gearrattle.model.table import shown
 from gearrattle.model.units import Dimension, UnitError

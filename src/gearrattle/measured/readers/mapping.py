@@ -29,7 +29,7 @@ from gearrattle.measured.readers import READERS, Column, Raw, Request, read_raw
 from gearrattle.measured.readers.mapping_tables import ChannelTable, MeasurementTables
 from gearrattle.measured.readers.quantities import factor
 from gearrattle.model.model_file import check_reachable, read_tables, read_text
-from gearrattle.model.problems import Positions, model_error, place
+from gearrattle.model.pydantic_problems import Positions, model_error, place
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.recording import Array

@@ -17,7 +17,7 @@ from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.units import UnitError
 from gearrattle.model.value_kinds import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.recording import QUANTITIES
-from gearrattle.signals.wheel import Gaps
+from gearrattle.signals.wheel_teeth import Gaps
 from gearrattle.wording import with_article
 
 KINDS = {"lowpass": 1, "highpass": 1, "bandpass": 2, "bandstop": 2}

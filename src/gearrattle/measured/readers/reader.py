@@ -1,9 +1,9 @@
 """Base of the readers, one file format each, recognised by the file's content; and the columns they give.
 
 A reader recognises its format by the first bytes of a file, reads the columns of the file, and writes a recording in
-this format. Names and units in the result are those of the file. Units are read in ``quantities``; ``reader_answers`` declares
-which columns a reader takes for times and which numbers for values. ``measured.readers`` reports damaged files in one
-form, so a reader need not catch the errors of its library.
+this format. Names and units in the result are those of the file. Units are read in ``quantities``; ``reader_answers``
+declares which columns a reader takes for times and which numbers for values. ``measured.readers`` reports damaged files
+in one form, so a reader need not catch the errors of its library.
 """
 
 from __future__ import annotations

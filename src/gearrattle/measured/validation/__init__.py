@@ -5,8 +5,8 @@ that was not measured, two motions can only be compared by what they have on ave
 spectra, rates of impacts. Each is given with the interval that the scatter from cycle to cycle leaves.
 """
 
-from gearrattle.measured.sigma import Printed, of_printed, sigma
-from gearrattle.measured.track import Track
+from gearrattle.measured.order_over_speed import Track
+from gearrattle.measured.paper_sigma import Printed, of_printed, sigma
 from gearrattle.measured.validation.effects import Effect, Explained, Parameter
 from gearrattle.measured.validation.run_up_record import RunUp
 from gearrattle.measured.validation.validate import validate

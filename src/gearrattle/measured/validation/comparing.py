@@ -10,18 +10,18 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.validation import band_densities, budget, cycle_clock, level_agreement, order_agreement
 from gearrattle.measured.validation.block_bootstrap import Draws, draws
-from gearrattle.measured.validation.curves import curves_of
 from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut, samples_for, source_of
 from gearrattle.measured.validation.effects import Explained
-from gearrattle.measured.validation.explained import SPARE, explained, sentences
+from gearrattle.measured.validation.explained_by_parameters import SPARE, explained, sentences
 from gearrattle.measured.validation.impact_agreement import compare_impacts, counted_of
+from gearrattle.measured.validation.mean_cycle_curves import curves_of
 from gearrattle.measured.validation.measured_cycles import check_names, check_period, measured_cycles
 from gearrattle.measured.validation.pairing import Pairing, paired
 from gearrattle.measured.validation.parameter_uncertainty import Drawn, correlations, repeated, standard_errors
 from gearrattle.measured.validation.simulated_recording import recorded, to_be_recorded
+from gearrattle.measured.validation.validation_arguments import Wanted
 from gearrattle.measured.validation.validation_records import Clock, Level, Pair, Validation
 from gearrattle.measured.validation.validation_sentences import findings_of, verdict_of
-from gearrattle.measured.validation.wanted import Wanted
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording

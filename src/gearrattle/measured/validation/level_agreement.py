@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.measured.sigma import sigma
+from gearrattle.measured.paper_sigma import sigma
 from gearrattle.measured.validation.block_bootstrap import Draws, factor
 from gearrattle.measured.validation.cycles import Cycles
 from gearrattle.measured.validation.validation_records import Level

@@ -10,7 +10,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.validation import cycle_clock
 from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut
 from gearrattle.measured.validation.pairing import Pairing
-from gearrattle.measured.validation.wanted import Wanted
+from gearrattle.measured.validation.validation_arguments import Wanted
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 

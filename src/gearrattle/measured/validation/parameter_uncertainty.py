@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.model import Model
 from gearrattle.model.paths import paths_at, value_at
 from gearrattle.model.table import did_you_mean

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from gearrattle.comparison.comparison_record import Record
 from gearrattle.json_types import Json, json_value
-from gearrattle.measured.track import Track
+from gearrattle.measured.order_over_speed import Track
 from gearrattle.result import Result
 from gearrattle.wording import counted
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.read import read
 from gearrattle.measured.validation.comparing import check_asked, compared
+from gearrattle.measured.validation.validation_arguments import Wanted, problems_of
 from gearrattle.measured.validation.validation_records import Validation
-from gearrattle.measured.validation.wanted import Wanted, problems_of
 from gearrattle.model import Model, load
 from gearrattle.model.table import listed
 from gearrattle.model.value_kinds import CALLBACK, check_arguments

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.order_over_speed import Track
 from gearrattle.measured.read import read
-from gearrattle.measured.track import Track
 from gearrattle.measured.validation.block_bootstrap import CONFIDENCE
 from gearrattle.measured.validation.pairing import Pairing, paired
 from gearrattle.measured.validation.run_up_record import RunUp

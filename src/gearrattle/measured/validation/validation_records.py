@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from gearrattle.comparison.comparison_record import Record
 from gearrattle.json_types import Json, json_value
-from gearrattle.measured.sigma import NEGLIGIBLE
+from gearrattle.measured.paper_sigma import NEGLIGIBLE
 from gearrattle.measured.validation.effects import Explained
 from gearrattle.result import Result
 from gearrattle.trajectory import Array

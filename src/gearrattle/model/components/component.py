@@ -15,8 +15,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 from gearrattle.model import units
 from gearrattle.model.components.alternation import Alternation
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.symbol import Shown, Symbol
 from gearrattle.model.table import Location
+from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import GROUND, Name, Quantity
 
 TorsionalStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "non-negative")]

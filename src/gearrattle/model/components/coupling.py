@@ -26,8 +26,8 @@ from gearrattle.model.components.contact_damping import ContactDamping, clipping
 from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
 from gearrattle.model.components.hooke import HookeJoint, joint_rules
 from gearrattle.model.excitation import AngularHarmonic
-from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach, Table
+from gearrattle.model.table_symbol import Symbol
 from gearrattle.model.value_kinds import GROUND, Between, Quantity, Ratio, value_of
 
 _FRICTION_SCALING = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}

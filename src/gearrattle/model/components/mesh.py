@@ -21,8 +21,8 @@ from gearrattle.model.components.component import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
-from gearrattle.model.symbol import Symbol
 from gearrattle.model.table import Breach
+from gearrattle.model.table_symbol import Symbol
 from gearrattle.model.value_kinds import Between, two, value_of
 
 

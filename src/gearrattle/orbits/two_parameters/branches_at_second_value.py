@@ -29,13 +29,13 @@ from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
 from gearrattle.orbits.all_motions import OverSpeed
 from gearrattle.orbits.branch_switching import followers_of, further_curves
-from gearrattle.orbits.curve import Curve, Work, followed
-from gearrattle.orbits.find import periodic
+from gearrattle.orbits.followed_branch import Curve, Work, followed
 from gearrattle.orbits.known_motions import Known, states_of_periods
 from gearrattle.orbits.orbit import CYCLES, contact_state, is_stable, settled_state
-from gearrattle.orbits.over_value import follower_over
+from gearrattle.orbits.periodic_search import periodic
 from gearrattle.orbits.progress import Progress
 from gearrattle.orbits.start_states import state_of
+from gearrattle.orbits.value_family import follower_over
 
 _MOST_POINTS = 400  # over the second value, from one row to the next
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.event_record import FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import HalfPeriodFamily
@@ -38,7 +38,6 @@ from gearrattle.model.path_labels import path_label, shown_value
 from gearrattle.model.value_kinds import CALLBACK, checked
 from gearrattle.orbits.family_ends import EDGE, end_again, slope_of_length
 from gearrattle.orbits.gradients import moved_as, second_of
-from gearrattle.orbits.over_value import family_like, family_of, watched_names
 from gearrattle.orbits.progress import Progress, never_falling, part_of
 from gearrattle.orbits.two_parameters.special_points import (
     FARTHEST,
@@ -51,6 +50,7 @@ from gearrattle.orbits.two_parameters.special_points import (
     special_points_of,
     with_special_points,
 )
+from gearrattle.orbits.value_family import family_like, family_of, watched_names
 
 if TYPE_CHECKING:
     import pandas as pd

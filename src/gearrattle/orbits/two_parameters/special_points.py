@@ -31,7 +31,7 @@ from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events import LOSSES, events_between
-from gearrattle.engine.periodic.events.base import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.event_record import FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.engine.periodic.two_parameters.relocation import polynomial_at, relocated

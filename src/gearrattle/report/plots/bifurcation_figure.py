@@ -16,7 +16,7 @@ from gearrattle.report.plots.chart import Band, Cells, Chart, Key, Line, Panel, 
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, STATES
 from gearrattle.studies.coexistence import swept
 from gearrattle.studies.dataset_layout import headlines_in
-from gearrattle.studies.sections import EXPONENT
+from gearrattle.studies.poincare_sections import EXPONENT
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:

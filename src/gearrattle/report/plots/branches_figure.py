@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.events.base import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
+from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, PATTERN
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
@@ -22,9 +22,9 @@ from gearrattle.orbits.stability import CHANGES, Course, courses_of, slices_of
 from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corner_marks import units_of
+from gearrattle.report.plots.motion_window import Scale, scale
 from gearrattle.report.plots.palette import CENTRE, COLOURS, INK
 from gearrattle.report.plots.unit_circle import outside_words, unit_circle
-from gearrattle.report.plots.view import Scale, scale
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 

@@ -12,10 +12,10 @@ from gearrattle.assembly.input_histories import torque_histories
 from gearrattle.assembly.means import own_mean
 from gearrattle.assembly.records import Recorded
 from gearrattle.report.plots.chart import Band, Chart, Line, Panel, Rule
-from gearrattle.report.plots.chosen import Judged, chosen_clearances
+from gearrattle.report.plots.chosen_parts import Judged, chosen_clearances
 from gearrattle.report.plots.corner_marks import SIDES, reach, shading, units
+from gearrattle.report.plots.motion_window import Scale, TimeAxis, coarse, detail, scale
 from gearrattle.report.plots.palette import COAST, DRIVE, INK, MUTED
-from gearrattle.report.plots.view import Scale, TimeAxis, coarse, detail, scale
 from gearrattle.signals import Impacts, Window, find_impacts
 
 _MOST_IMPACTS = 3000

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Band, Key, Rule
-from gearrattle.report.plots.chosen import Judged
+from gearrattle.report.plots.chosen_parts import Judged
 from gearrattle.report.plots.palette import COAST, DRIVE
 from gearrattle.signals import centre
 from gearrattle.trajectory import Array, Layout

@@ -6,8 +6,8 @@ import numpy as np
 
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.palette import ACCENT, CENTRE, MUTED
-from gearrattle.report.plots.view import scale
 
 _POINTS = 6000
 _DEGREES = 180.0 / np.pi

@@ -7,8 +7,8 @@ fluctuations about uniform rotation.
 from __future__ import annotations
 
 from gearrattle.report.plots.chart import Chart, Line, Panel
-from gearrattle.report.plots.chosen import Judged, chosen_bodies
-from gearrattle.report.plots.view import TimeAxis, coarse, detail, detail_words, scale
+from gearrattle.report.plots.chosen_parts import Judged, chosen_bodies
+from gearrattle.report.plots.motion_window import TimeAxis, coarse, detail, detail_words, scale
 from gearrattle.trajectory import Array
 
 _CAPTION = "{what} of every body over the {cycles}{axis}. All panels share the axis: zoom one and the others follow."

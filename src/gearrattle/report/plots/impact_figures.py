@@ -10,10 +10,10 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Bars, Chart, Line, Panel
-from gearrattle.report.plots.chosen import chosen_clearances
+from gearrattle.report.plots.chosen_parts import chosen_clearances
 from gearrattle.report.plots.corner_marks import SIDES, units
+from gearrattle.report.plots.motion_window import Scale, TimeAxis, scale
 from gearrattle.report.plots.palette import COAST, DRIVE
-from gearrattle.report.plots.view import Scale, TimeAxis, scale
 from gearrattle.signals import Impacts, find_impacts, steady
 from gearrattle.trajectory import Array, Trajectory
 

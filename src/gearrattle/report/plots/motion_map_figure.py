@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearrattle.engine.periodic.events.base import FOLD
+from gearrattle.engine.periodic.events.event_record import FOLD
 from gearrattle.orbits.family_ends import EDGE
 from gearrattle.orbits.motion_map import BESIDE, MISSING, MUST, NOT_COUNTED, NOTHING_STABLE, QUIET, WORDS, MotionMap
 from gearrattle.orbits.two_parameters.special_points import SpecialPoint
 from gearrattle.report.plots.axis_names import Measure
 from gearrattle.report.plots.branches_figure import measure_over
 from gearrattle.report.plots.chart import Cells, Chart, Dash, Key, Line, Panel
-from gearrattle.report.plots.maps import NOTHING, cells_of
 from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.study_maps import NOTHING, cells_of
 
 COLOURS_OF_CODES = {
     QUIET: "#dfe7ee",

@@ -13,8 +13,8 @@ import numpy as np
 from gearrattle.assembly import deflection_rate
 from gearrattle.report.plots.chart import Band, Dash, Key, Line, Panel, Rule
 from gearrattle.report.plots.corner_marks import reach, shading, units_of
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.palette import INK
-from gearrattle.report.plots.view import scale
 from gearrattle.results import Run
 from gearrattle.trajectory import Array
 

@@ -15,11 +15,11 @@ from gearrattle.assembly import deflection_acceleration as acceleration_of
 from gearrattle.assembly import deflection_rate as rate_of
 from gearrattle.report.plots.chart import Band, Chart, Line, Mark, Panel, Rule
 from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
-from gearrattle.report.plots.chosen import Judged, chosen_clearances
+from gearrattle.report.plots.chosen_parts import Judged, chosen_clearances
 from gearrattle.report.plots.corner_marks import SIDES, reach, shading, units
+from gearrattle.report.plots.curve_between_samples import Knots, between, with_crossings
+from gearrattle.report.plots.motion_window import coarse, scale
 from gearrattle.report.plots.palette import INK
-from gearrattle.report.plots.smooth import Knots, between, with_crossings
-from gearrattle.report.plots.view import coarse, scale
 from gearrattle.signals import Window, last_cycles
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted

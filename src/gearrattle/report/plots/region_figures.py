@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.report.plots.chart import Cells, Chart, Line, Panel
-from gearrattle.report.plots.chosen import Judged, chosen_clearances
+from gearrattle.report.plots.chosen_parts import Judged, chosen_clearances
 from gearrattle.report.plots.corner_marks import SIDES
+from gearrattle.report.plots.motion_window import TimeAxis, detail
 from gearrattle.report.plots.palette import COAST, DRIVE, INK
-from gearrattle.report.plots.view import TimeAxis, detail
 from gearrattle.signals import Window, centre, find_impacts, region_at
 from gearrattle.trajectory import Array, IntArray, Trajectory
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.maps import NOTHING, cells_of, edge_between
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import COLOURS, INK
+from gearrattle.report.plots.study_maps import NOTHING, cells_of, edge_between
 from gearrattle.studies.screening import BY_PATH, LOAD
 from gearrattle.studies.screening_check import rattles_in
 from gearrattle.trajectory import Array

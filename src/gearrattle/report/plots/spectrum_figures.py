@@ -10,7 +10,7 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart, Line, Panel, Rule
-from gearrattle.report.plots.chosen import chosen_bodies
+from gearrattle.report.plots.chosen_parts import chosen_bodies
 from gearrattle.report.plots.palette import MUTED
 from gearrattle.signals import Spectrum
 from gearrattle.trajectory import Layout

@@ -13,8 +13,8 @@ from gearrattle.orbits.sweeps import Sweeps
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.chart import Band, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corner_marks import units_of
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.palette import COAST, DRIVE, INK
-from gearrattle.report.plots.view import scale
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 

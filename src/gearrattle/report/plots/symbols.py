@@ -1,13 +1,13 @@
 """The drawing symbols of a driveline sketch, as SVG.
 
 A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. Symbols
-of components are in ``model/symbol.py``. Positions are in pixels.
+of components are in ``model/table_symbol.py``. Positions are in pixels.
 """
 
 from __future__ import annotations
 
 from gearrattle.model import Coupling, Mesh
-from gearrattle.model.symbol import Symbol
+from gearrattle.model.table_symbol import Symbol
 from gearrattle.report.plots.palette import INK
 
 Point = tuple[float, float]

@@ -12,8 +12,8 @@ from gearrattle.analysis.torque_angle import torque_angle
 from gearrattle.assembly import deflection
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.motion_window import scale
 from gearrattle.report.plots.palette import ACCENT, CENTRE, MUTED
-from gearrattle.report.plots.view import scale
 from gearrattle.signals import last_cycles
 
 CYCLES = 4

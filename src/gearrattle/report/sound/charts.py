@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
+from gearrattle.report.plots.motion_window import DETAIL_POINTS
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.plots.thinning import thin
-from gearrattle.report.plots.view import DETAIL_POINTS
 from gearrattle.report.sound.listen import Sound
 from gearrattle.signals.cross_spectra import cut, power_density
 

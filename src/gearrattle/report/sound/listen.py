@@ -26,10 +26,10 @@ from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
-from gearrattle.report.sound.path import SoundPath, sound_path
-from gearrattle.report.sound.quality import Quality, quality
+from gearrattle.report.sound.impulse_train import impulse_train
+from gearrattle.report.sound.psychoacoustics import Quality, quality
 from gearrattle.report.sound.resample import LONGEST, resampled
-from gearrattle.report.sound.train import impulse_train
+from gearrattle.report.sound.transfer_path import SoundPath, sound_path
 from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import find_impacts

@@ -12,9 +12,9 @@ from gearrattle.report.page import Section
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.convergence import probability_convergence
-from gearrattle.report.plots.maps import code_maps, number_maps, probability_map
 from gearrattle.report.plots.sample_figures import histograms, probability_bars, tornado
 from gearrattle.report.plots.sensitivities import sobol_bars, swing_bars
+from gearrattle.report.plots.study_maps import code_maps, number_maps, probability_map
 from gearrattle.report.plots.study_sweep_figures import output_sweep, probability_sweep
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.study_page import StudyPage, joined

@@ -15,7 +15,7 @@ from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.study_pages.study_page import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table
-from gearrattle.studies.fronts import certificate_of, in_order
+from gearrattle.studies.pareto_front import certificate_of, in_order
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

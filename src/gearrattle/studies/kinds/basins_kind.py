@@ -28,11 +28,11 @@ from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model.value_kinds import Choice, Count, Plain, Texts
-from gearrattle.studies.attraction import prepare
-from gearrattle.studies.conduct import Study
+from gearrattle.studies.basins_study import prepare
 from gearrattle.studies.kinds.study_kind import AnyValues, Names, Sample, StudySpec
-from gearrattle.studies.sections import NEARNESS
+from gearrattle.studies.poincare_sections import NEARNESS
 from gearrattle.studies.study import CASES, MOST
+from gearrattle.studies.study_call import Study
 
 
 class BasinsSpec(StudySpec):

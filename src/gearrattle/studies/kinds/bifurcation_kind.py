@@ -27,10 +27,10 @@ from pydantic import Field
 
 from gearrattle.model.table import Breach, listed
 from gearrattle.model.value_kinds import Choice, Count, Plain, Texts
-from gearrattle.studies.conduct import Study
-from gearrattle.studies.diagram import DIRECTIONS, prepare
+from gearrattle.studies.bifurcation_study import DIRECTIONS, prepare
 from gearrattle.studies.kinds.study_kind import AnyValues, Names, StudySpec
-from gearrattle.studies.sections import NEARNESS
+from gearrattle.studies.poincare_sections import NEARNESS
+from gearrattle.studies.study_call import Study
 
 
 class BifurcationSpec(StudySpec):

@@ -28,10 +28,10 @@ from pydantic import Field
 
 from gearrattle.model.table import Breach
 from gearrattle.model.value_kinds import Choice, Plain
-from gearrattle.studies.conduct import Study
 from gearrattle.studies.kinds.study_kind import AnyValues, Names, Sample, StudySpec
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.study import CASES, MOST, prepare
+from gearrattle.studies.study_call import Study
 
 
 class GridSample(Sample):

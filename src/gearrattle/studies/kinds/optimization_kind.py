@@ -26,9 +26,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from gearrattle.model.value_kinds import Choice
-from gearrattle.studies.conduct import Study
 from gearrattle.studies.kinds.study_kind import AnyValues, Names, Seed, StudySpec
 from gearrattle.studies.optimization import DESIGNS, TIMES, prepare
+from gearrattle.studies.study_call import Study
 
 
 class OptimizationSpec(StudySpec):

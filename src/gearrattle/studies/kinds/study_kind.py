@@ -17,8 +17,8 @@ from pydantic import Field
 
 from gearrattle.model.table import Table
 from gearrattle.model.value_kinds import SEED, AnyTable, SchemaVersion, Text, Texts
-from gearrattle.studies.conduct import Study
 from gearrattle.studies.designs import SAMPLES
+from gearrattle.studies.study_call import Study
 
 AnyValues = Annotated[Mapping[str, Any], AnyTable()]
 """A table by paths of the model, or by outputs; what may stand in it depends on the model."""

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.studies.quiet.forms import Array, Form, joined
-from gearrattle.studies.quiet.state import CLIP, SLIP, Motion, State, turning
+from gearrattle.studies.quiet.rest_state import CLIP, SLIP, Motion, State, turning
+from gearrattle.studies.quiet.taylor_forms import Array, Form, joined
 
 _FINE = 256  # phases a period of the highest order
 _COARSE = 48

@@ -23,8 +23,8 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
 from gearrattle.studies.quiet.bounds import Bounds, Phases, bounds_of
 from gearrattle.studies.quiet.coefficients import Family
-from gearrattle.studies.quiet.forms import Array
-from gearrattle.studies.quiet.state import CLIP, GAP, SLIP, STAGE, State
+from gearrattle.studies.quiet.rest_state import CLIP, GAP, SLIP, STAGE, State
+from gearrattle.studies.quiet.taylor_forms import Array
 
 PROVEN, REFUTED, OPEN = range(3)
 UNDECIDED = "undecided"

@@ -29,7 +29,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.studies.quiet.edges import Edge
-from gearrattle.studies.quiet.forms import Array, Form, Quadratic
+from gearrattle.studies.quiet.taylor_forms import Array, Form, Quadratic
 
 _SAME = 1e-9  # of the largest number of its kind: more is another dependence than a polynomial of second degree
 _ROUNDING = 1e-13

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.studies.quiet.forms import Array, Form, Matrix
+from gearrattle.studies.quiet.taylor_forms import Array, Form, Matrix
 
 _ALLOWED = 1e-9  # of all moduli, for rounding
 _SMALL = 0.01  # largest |1 - A^-1 A|, by rounding

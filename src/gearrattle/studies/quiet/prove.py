@@ -3,7 +3,8 @@
 While no gap opens or closes, no spring changes its stage and no friction slips, a driveline is linear, and its steady
 motion in the state of rest is known exactly: the mean state and a complex amplitude for every order. Its extremes are
 bounded over whole boxes of parameters (``enclosure``, ``bounds``), and boxes are divided until they are decided
-(``branch_and_bound``). That all other motions nearby come to this one is shown by the structure of the driveline (``damped``).
+(``branch_and_bound``). That all other motions nearby come to this one is shown by the structure of the driveline
+(``damped``).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from typing import Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.model_file import read_tables, read_text
-from gearrattle.model.problems import Positions, place
+from gearrattle.model.pydantic_problems import Positions, place
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.value_kinds import SCHEMA_VERSION
 from gearrattle.studies.study_file import placed

@@ -20,7 +20,7 @@ from gearrattle.workbench.jobs.job_record import ENDED, Job, State, now, read_jo
 from gearrattle.workbench.jobs.task_options import check_options
 from gearrattle.workbench.jobs.tasks import TASKS
 from gearrattle.workbench.jobs.worker import EndedError, FailedError, Reserve, WarmProcess
-from gearrattle.workbench.together import change_words
+from gearrattle.workbench.value_groups import change_words
 from gearrattle.workbench.workspace_folder import Folder, NotThereError
 from gearrattle.writing import put
 

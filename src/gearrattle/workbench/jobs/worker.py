@@ -255,7 +255,7 @@ def _answer(connection: Connection, what: str, content: dict[str, Any]) -> tuple
 def warm_up() -> None:
     """Import what jobs use and load compiled loops, by a short run."""
     from gearrattle.model.examples import example
-    from gearrattle.workbench.live import live_view
+    from gearrattle.workbench.slider_run import live_view
 
     live_view(example("rattle_oscillator"), {})
 
@@ -263,7 +263,7 @@ def warm_up() -> None:
 def _job(content: dict[str, Any], progress: Callable[[float], None]) -> str:
     """Compute a job and keep it in its folder; return its sentence."""
     from gearrattle.model import load
-    from gearrattle.report.kinds import presentation_of
+    from gearrattle.report.result_kinds import presentation_of
     from gearrattle.workbench.job_inputs import INPUTS, NAME
     from gearrattle.workbench.jobs.tasks import carry_out
     from gearrattle.workbench.kept_results import PARTIAL, keep
@@ -297,7 +297,7 @@ def _as_named(error: ModelError, inputs: Path, file: str) -> ModelError:
 
 def _live(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
     del progress
-    from gearrattle.workbench.live import live_view
+    from gearrattle.workbench.slider_run import live_view
 
     return live_view(_model_asked(content), content["values"])
 

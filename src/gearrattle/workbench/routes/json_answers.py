@@ -15,7 +15,7 @@ from gearrattle.errors import GearRattleError, ModelError, Problem, shown_proble
 from gearrattle.files import Refused
 from gearrattle.json_types import json_value, parsed_json
 from gearrattle.workbench.job_files import problem_of
-from gearrattle.workbench.jobs.newest import SupersededError
+from gearrattle.workbench.jobs.latest_answers import SupersededError
 from gearrattle.workbench.workspace_folder import NotThereError
 from gearrattle.writing import disk_is_full
 

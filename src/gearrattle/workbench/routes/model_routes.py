@@ -7,9 +7,9 @@ from typing import Any
 from starlette.requests import Request
 from starlette.routing import BaseRoute, Route
 
-from gearrattle.workbench.beginning import SCHEMA
 from gearrattle.workbench.checking import checked, plain
 from gearrattle.workbench.editing import edited
+from gearrattle.workbench.first_values import SCHEMA
 from gearrattle.workbench.routes.json_answers import answering, json_object, text_of
 from gearrattle.workbench.table_templates import shelf
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import (
+from gearrattle.engine.periodic.events.event_record import (
     BREAKING,
     DOUBLING,
     FOLD,

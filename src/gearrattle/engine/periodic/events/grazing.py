@@ -52,8 +52,8 @@ from gearrattle.engine.periodic.grazing_depth import before_touch, depth, pieces
 from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbation_growth import variation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError

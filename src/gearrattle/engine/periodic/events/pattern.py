@@ -18,7 +18,7 @@ from gearrattle.engine.periodic import patterns
 from gearrattle.engine.periodic.motion import Touch
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.turning_points import beyond_zero, length_between, times_between
-from gearrattle.engine.system.passages import Passages
+from gearrattle.engine.system.crossings_in_order import Passages
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.equations import Bordered
 from gearrattle.engine.periodic.events import LOSSES
-from gearrattle.engine.periodic.events.base import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.grazing import apart
 from gearrattle.engine.periodic.events.neimark_sacker import pair_product
 from gearrattle.engine.periodic.families import Family

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events.base import NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.event_record import NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth

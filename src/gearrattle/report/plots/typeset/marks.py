@@ -14,8 +14,8 @@ import numpy as np
 from gearrattle.report.plots.chart import Band, Bars, Cells, Heat, Label, Line, Panel, Rule
 from gearrattle.report.plots.palette import FAINT, NO_VALUE, PAPER, SHADES
 from gearrattle.report.plots.thinning import thin
-from gearrattle.report.plots.typeset.beside import Rows
-from gearrattle.report.plots.typeset.looks import Looks, blended, stroke
+from gearrattle.report.plots.typeset.row_names import Rows
+from gearrattle.report.plots.typeset.styles_by_colour import Looks, blended, stroke
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.report.plots.chart import Panel
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.svg_axes import limits
-from gearrattle.report.plots.typeset.beside import Rows
+from gearrattle.report.plots.typeset.row_names import Rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.report.plots.palette import PAPER
-from gearrattle.report.plots.typeset.looks import blended
+from gearrattle.report.plots.typeset.styles_by_colour import blended
 from gearrattle.writing import put
 
 if TYPE_CHECKING:

@@ -15,12 +15,12 @@ import numpy as np
 from gearrattle.report.plots.chart import Chart, Key
 from gearrattle.report.plots.palette import MUTED, shade
 from gearrattle.report.plots.svg_axes import limits
-from gearrattle.report.plots.typeset.beside import rows_of
-from gearrattle.report.plots.typeset.looks import Looks, looks_of
 from gearrattle.report.plots.typeset.marks import draw_marks, grid
+from gearrattle.report.plots.typeset.overlap_removal import settle_axes, settle_words
 from gearrattle.report.plots.typeset.print_axes import number_label, prepare
-from gearrattle.report.plots.typeset.settle import settle_axes, settle_words
+from gearrattle.report.plots.typeset.row_names import rows_of
 from gearrattle.report.plots.typeset.style import Style
+from gearrattle.report.plots.typeset.styles_by_colour import Looks, looks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
