@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled
-from gearrattle.orbits.exact_runs import exact_run, map_of_one_period
+from gearrattle.orbits.exact_runs import ExactRun, exact_run, map_of_one_period
 from gearrattle.orbits.stability import losses_of
 from gearrattle.orbits.start_states import state_of
-from gearrattle.orbits.sweeps import Sweeper, Sweeps
+from gearrattle.orbits.sweeps import Sweeper, Sweeps, Way
 from gearrattle.time_limits import OutOfTime, TimeLimit, limited
 
 SPEED = "excitation.speed"
@@ -136,3 +138,26 @@ def test_what_is_known_can_be_asked_for_while_threads_add_to_it(model: gr.Model)
     )
     assert sweeper.sweep().is_complete
     assert [int(word) for word in watch.words] == sorted(int(word) for word in watch.words)
+
+
+def irregular(like: ExactRun, value: float, rms: float, scatter: float) -> ExactRun:
+    """A motion that does not repeat, with this rms of its clearance."""
+    return replace(like, value=value, cycles=0, rms=np.array([rms]), scatter=np.array([scatter]))
+
+
+@pytest.mark.parametrize(
+    ("rms", "scatter", "steps"),
+    [
+        ((1.0, 1.02, 1.8, 1.82), (0.01, 0.01, 0.01, 0.01), [(0, 1), (1, 2), (2, 3)]),
+        ((1.0, 1.4, 1.8, 1.82), (0.01, 0.2, 0.01, 0.01), [(0, 2), (2, 3)]),
+        ((1.0, 1.3, 1.5, 1.82), (0.01, 0.2, 0.2, 0.01), [(0, 3)]),
+        ((1.0, 1.1, 1.2, 1.3), (0.01, 0.01, 0.01, 0.01), [(0, 1), (1, 2), (2, 3)]),
+    ],
+)
+def test_a_motion_on_its_way_to_another_does_not_hide_a_jump(
+    sweeps: Sweeps, rms: tuple[float, ...], scatter: tuple[float, ...], steps: list[tuple[int, int]]
+) -> None:
+    way = Way(upward=True)
+    for i, (size, error) in enumerate(zip(rms, scatter, strict=True)):
+        way.runs[float(i)] = irregular(sweeps.up[0], float(i), size, error)
+    assert [(int(first.value), int(last.value)) for first, last in way.decided_steps] == steps

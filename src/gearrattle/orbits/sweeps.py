@@ -53,6 +53,8 @@ _TICK = 0.1  # seconds between two looks at whether the work is to stop
 _ABRUPT = 1.5  # ratio of rms of neighbours from which the change may be a jump
 _LEAST = 1.05  # the same at the end of a range of two motions
 _MOST_JUMPS = 12  # in one direction that are narrowed, the largest first
+_MOST_UNDECIDED = 2  # neighbours in a row that may be on the way from one motion to another
+_MOST_LONGER = 4  # times that such a motion is followed for longer
 
 
 @dataclass(frozen=True)
@@ -180,13 +182,17 @@ class Sweeps:
 
 
 @dataclass
-class _Way:
-    """One direction: its motions so far, from which motion each began, and which of them were followed on."""
+class Way:
+    """One direction: its motions so far, from which motion each began, and which of them were followed on.
+
+    ``longer`` counts how often a motion was followed for longer because it was still on its way to another one.
+    """
 
     upward: bool
     runs: dict[float, ExactRun] = field(default_factory=dict)
     origin: dict[float, ExactRun | None] = field(default_factory=dict)
     followed_on: set[float] = field(default_factory=set)
+    longer: dict[float, int] = field(default_factory=dict)
 
     @property
     def so_far(self) -> dict[float, ExactRun]:
@@ -204,6 +210,26 @@ class _Way:
         """Each motion with the next one."""
         return pairwise(self.ordered)
 
+    @property
+    def decided_steps(self) -> Iterator[tuple[ExactRun, ExactRun]]:
+        """Each motion with the next one, without those that are still on their way from one motion to another.
+
+        Such a motion scatters so much that it differs neither from its predecessor nor from its successor, although
+        these differ: with it a jump would be two steps, none of them sure.
+        """
+        motions = self.ordered
+        i = 0
+        while i + 1 < len(motions):
+            following = i + 1
+            for j in range(i + 2, min(i + 2 + _MOST_UNDECIDED, len(motions))):
+                between = motions[i + 1 : j]
+                are_undecided = not any(motions[i].differs(one) or one.differs(motions[j]) for one in between)
+                if are_undecided and motions[i].differs(motions[j]):
+                    following = j
+                    break
+            yield motions[i], motions[following]
+            i = following
+
     def nearest(self, value: float) -> ExactRun | None:
         """The motion at the nearest value."""
         known = self.so_far
@@ -215,7 +241,7 @@ class _Way:
         return earlier[-1] if earlier else None
 
 
-Job = tuple[_Way, float, ExactRun | None]
+Job = tuple[Way, float, ExactRun | None]
 """A run to be done: direction, value, and the motion from whose end it begins; None: from the model's own start."""
 
 
@@ -260,7 +286,7 @@ class Sweeper:
         self._limit = limit
         self._progress = progress
         self._words = words
-        self._ways = {upward: _Way(upward) for upward in (True, False)}
+        self._ways = {upward: Way(upward) for upward in (True, False)}
         self._failures: dict[float, str] = {}
         self._is_complete = False
         self.is_stopped = False
@@ -315,10 +341,18 @@ class Sweeper:
         """Halve the steps with jumps until they are narrower than a share of the range."""
         while True:
             self._follow_on()
-            wide = [(way, *step) for way in self._ways.values() for step in self._wide_steps(way, width)]
-            if not wide:
+            middles = [
+                (way, 0.5 * (first.value + last.value), first)
+                for way in self._ways.values()
+                for first, last in self._wide_steps(way, width)
+            ]
+            new = [job for job in middles if job[1] not in job[0].runs]
+            undecided = [(way, value) for way, value, _ in middles if value in way.runs]
+            again = [(way, value) for way, value in undecided if way.longer.get(value, 0) < _MOST_LONGER]
+            if not new and not again:
                 return
-            self._run_all([(way, 0.5 * (first.value + last.value), first) for way, first, last in wide])
+            self._carry_out([partial(self._go_longer, way, value) for way, value in again])
+            self._run_all(new)
             self._agree()
 
     def _halve(self) -> None:
@@ -364,17 +398,17 @@ class Sweeper:
         left = [(way, value) for way, value in chosen if value not in way.followed_on and not way.runs[value].cycles]
         self._carry_out([partial(self._go_on, way, value) for way, value in left])
 
-    def _wide_steps(self, way: _Way, width: float) -> list[tuple[ExactRun, ExactRun]]:
+    def _wide_steps(self, way: Way, width: float) -> list[tuple[ExactRun, ExactRun]]:
         """Steps with a jump that is not narrow yet; the largest changes first, and not all of many."""
         least = width * (self.ends[1] - self.ends[0])
         jumps = sorted(self._jumps(way), key=lambda jump: -abs(jump.before.ratios(jump.after)[jump.clearance]))
         return [(jump.before, jump.after) for jump in jumps[:_MOST_JUMPS] if 2.0 * jump.error > least]
 
-    def _jumps(self, way: _Way) -> list[Jump]:
+    def _jumps(self, way: Way) -> list[Jump]:
         """The jumps of a direction, in its order: abrupt changes, and where it leaves a range of two motions."""
         other = self._ways[not way.upward]
         jumps = []
-        for first, last in way.steps:
+        for first, last in way.decided_steps:
             opposite = other.nearest(first.value), other.nearest(last.value)
             if opposite[0] is None or opposite[1] is None:
                 sides = [False, False]
@@ -401,7 +435,7 @@ class Sweeper:
 
         self._carry_out([partial(do, own) for own in of_value.values()])
 
-    def _run(self, way: _Way, value: float, before: ExactRun | None) -> None:
+    def _run(self, way: Way, value: float, before: ExactRun | None) -> None:
         """Follow the motion at a value from the end of another; None: from the model's own start."""
         model = self.model.with_({self.path: value})
         try:
@@ -419,7 +453,7 @@ class Sweeper:
         way.followed_on.discard(value)
         way.runs[value] = run
 
-    def _go_on(self, way: _Way, value: float) -> None:
+    def _go_on(self, way: Way, value: float) -> None:
         """Follow the motion at a value on."""
         model = self.model.with_({self.path: value})
         run = way.runs[value]
@@ -430,6 +464,15 @@ class Sweeper:
             self._failures[value] = error.message
             return
         way.runs[value] = run.with_more(later)
+
+    def _go_longer(self, way: Way, value: float) -> None:
+        """Follow the motion at a value for longer: what it was on its way no longer counts."""
+        model = self.model.with_({self.path: value})
+        way.longer[value] = way.longer.get(value, 0) + 1
+        try:
+            way.runs[value] = exact_run(model, map_of_one_period(model), way.runs[value].end, value)
+        except ConvergenceError as error:
+            self._failures[value] = error.message
 
     def _carry_out(self, jobs: Sequence[Callable[[], None]]) -> None:
         """Do jobs in threads, while the progress is told.

@@ -96,7 +96,7 @@ def trials(c: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> int:
         count += 1
         return bool(plain(*arguments))
 
-    monkeypatch.setattr(first_exit, "stays_inside", counted)
+    monkeypatch.setattr(kernels, "stays_inside", counted)
     search = getattr(kernels.exit_from, "py_func", kernels.exit_from)
     search(c, 0.0, c[0], c[1], 2.0 * c[2])
     return count
