@@ -85,7 +85,7 @@ def read(path: Path, request: Request) -> Raw:
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
     # notes on channels and groups left out
-    notes = [f"no signals, left out: {', '.join(skipped)}"] if skipped else []
+    notes = [f"left out, because they are no signals: {', '.join(skipped)}"] if skipped else []
     for error in without_times:
         problem = error.problems[0]
         notes.append(f"{problem.place.removeprefix(f'{path}: ')} left out: {problem.rule}; {problem.remedy}")
