@@ -1,8 +1,9 @@
 """``exact``: event-driven, certified, exact between corners.
 
-Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
-rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
-own sensitivity. Regions come from ``system.region``, built one at a time when they are first met.
+Inside a region the motion is propagated by tables of the matrix exponential. Crossings are isolated and located to
+rounding (``kernels.march``, ``kernels.window.first_crossing``, ``kernels.polynomial.first_exit``). Nothing here
+approximates the model: what remains is rounding, amplified by the motion's own sensitivity. Regions come from
+``system.region``, built one at a time when they are first met.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class EnergyAudit:
     # more
     element_loss: Array
     stored: tuple[float, float]  # energy at the start and at the end
-    # (m,) the share of the element_loss that dry friction took; empty in files of before
+    # (m,) the share of the element_loss that dry friction took; empty in files of earlier versions
     friction_loss: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
