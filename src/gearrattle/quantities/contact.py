@@ -108,7 +108,7 @@ class ContactSides(Quantity[Inputs]):
             coast = sum(share for region, share in shares.items() if region < min(inner))
             note = f"{name}: sides of contact from samples of the deflection" if not inputs.has_log else ""
             error = 0.0 if inputs.has_log else math.nan
-            # one row a share, one a kind of impact
+            # one row per share, one per kind of impact
             rows += [
                 self.row(name, "drive-side share", drive, "1", note, error),
                 self.row(name, "coast-side share", coast, "1", note, error),

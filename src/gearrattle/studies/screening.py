@@ -15,7 +15,7 @@ clutch that swings beyond its stage, gears that have left their flanks make othe
 forecast is quiet only where none of them lifts the gear off. No linear driveline describes impacts of rattling gears,
 motions that pass between stages, or the choice among several motions by the start.
 
-Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
+Nothing is integrated: a map takes milliseconds per case. With ``check`` cases near the border are also run and judged,
 with ``simulate`` all of them.
 """
 

@@ -120,7 +120,7 @@ class Auditor:
         initial: piece of every element and auxiliary at the start.
         samples: gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
         count: how many samples there are.
-        per_cycle: samples a period.
+        per_cycle: samples per period.
         time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
         memory: (E, S) memories before each crossing, scaled.
         first_cycle: whole periods before the first sample.

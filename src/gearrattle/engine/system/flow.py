@@ -45,7 +45,7 @@ class Flow:
     curvature_of_error: Array
     velocity: Array  # (n, Z) q' [SI]
     torque: Array  # (n, Z) applied torque [SI]
-    frequency: Array  # (H,) 2 pi p_j, radians a period
+    frequency: Array  # (H,) 2 pi p_j, radians per period
     # (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary watches
     corner_scale: Array
     memory: Array  # (S,) scale of every memory: a power of two by which it is multiplied in z

@@ -1,6 +1,6 @@
 """MAT files of version 5, as MATLAB's ``save`` writes them without further words, and of version 4.
 
-A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots, structures of
+A vector is a signal; a matrix is one signal per column; fields of structures are read through their dots, structures of
 an array by their number: ``rec.Y(2).Data``. ``write`` puts names, units and quantities beside the signals, as JSON in
 the text ``gearrattle``, and the format in ``gearrattle_format``. Version 7.3 is HDF5, and read there.
 """
@@ -51,7 +51,7 @@ def read(path: Path, request: Request) -> Raw:
 
 
 def write(recording: Recording, path: Path) -> None:
-    """Write ``time`` [s], one vector a channel, and their names, units and quantities."""
+    """Write ``time`` [s], one vector per channel, and their names, units and quantities."""
     from scipy.io import savemat
 
     variables: dict[str, Any] = {"time": recording.time}
