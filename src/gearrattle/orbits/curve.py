@@ -280,7 +280,7 @@ def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]
 
 
 def _without(at_begin: Sequence[Event], events: Sequence[Event]) -> list[Event]:
-    """The events of a step but for a breaking that has been named at the begin of the branch."""
+    """The events of a step except for a breaking that has been named at the begin of the branch."""
     return [e for e in events if not at_begin or e.kind != BREAKING or e.point.length > _AT_BREAKING]
 
 

@@ -392,7 +392,7 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
 
 
 def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
-    """The motion at an end of the range up to which a family reaches, but for rounding."""
+    """The motion at an end of the range up to which a family reaches, except for rounding."""
     end, middle = at
     unit = curve.family.unit
     if way * (end.parameter - limit) > _NEAREST * unit:

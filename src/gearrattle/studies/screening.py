@@ -121,7 +121,7 @@ def screen(
     Raises
     ------
     ModelError
-        no loose gear, a value or path that is none, records instead of harmonics; ``check`` beside ``simulate``.
+        no loose gear, a value or path that is not valid, records instead of harmonics; ``check`` with ``simulate``.
     ConvergenceError
         not even one case could be simulated.
 

@@ -50,7 +50,7 @@ class Edited(NamedTuple):
 
 def edited(text: str, edits: Sequence[Edit]) -> Edited:
     """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what a deleted body took
-    along. ModelError if the text is no TOML, an edit is none, or its path leads nowhere.
+    along. ModelError if the text is no TOML, an edit is not valid, or its path does not exist.
     """
     if not isinstance(edits, Sequence) or isinstance(edits, str) or len(edits) > _MOST:
         raise _refused("edits", "", f"must be a list of at most {_MOST} edits")

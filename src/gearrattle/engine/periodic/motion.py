@@ -24,7 +24,7 @@ _FREE = 1e-9  # a singular value below this is zero
 class Touch:
     """Which corner is touched, and about when.
 
-    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for
+    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, except for
     visits beyond a corner that are so short that they may be rounding.
     """
 

@@ -143,7 +143,7 @@ class Flow:
     def knots(self) -> Array:
         """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
 
-        What is a dyadic fraction of a period but for rounding is made one: there dyadic steps end exactly.
+        What is a dyadic fraction of a period except for rounding is made one: there dyadic steps end exactly.
         """
         signals = self.system.signals
         if signals is None:
@@ -199,7 +199,7 @@ class Flow:
         return np.hstack([self._waves_at(cycle, fraction) * self.input_size, self.chains_at(cycle, fraction)])
 
     def waves(self, per_cycle: int) -> Array:
-        """(per_cycle, U) inputs but for their sizes at the samples of any period; (0, U) if periods are not alike."""
+        """(per_cycle, U) inputs without their sizes at the samples of any period; (0, U) if periods are not alike."""
         last = _last_waves(self)
         waves = last.get(per_cycle)
         if waves is None:

@@ -133,7 +133,7 @@ def opened(source: Model | Run | str | os.PathLike[str]) -> Model | Run:
 
 
 def run_of(source: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
-    """Return the run, simulated where it is none yet."""
+    """Return the run; a model is simulated first."""
     source = opened(source)
     if isinstance(source, Run):
         unused = [key for key, value in settings.items() if value is not None]
