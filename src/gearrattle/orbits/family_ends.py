@@ -35,7 +35,7 @@ from gearrattle.orbits.motion_families import moving_directions_of, room_of, tou
 Array = NDArray[np.float64]
 EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
-LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
+LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is released
 _BACK = (1e-3, 1e-4, 1e-5)  # of the unit of the parameter: back into a family, to see how fast its length falls
 _WITHIN = 0.1  # of the length of a family: a state that moves by less from the middle stays inside
 _UPRIGHT = 1e-3  # part of a tangent along the parameter

@@ -113,9 +113,9 @@ def screen(
     -------
     xr.Dataset
         A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
-        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction let go
-        in the stages of rest; lift_low and lift_high are the range over all linear drivelines, and forecast is what
-        it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With ``simulate``
+        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction
+        released in the stages of rest; lift_low and lift_high are the range over all linear models, and forecast is
+        what it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With ``simulate``
         or ``check`` there are severity and regime, codes of ``flag_meanings``, -1 where nothing was simulated.
 
     Raises

@@ -170,7 +170,7 @@ def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
 
 
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
-    """Return which entries of the state are memories that are let go all along a motion, and may be anything.
+    """Return which entries of the state are memories that are released all along a motion, and may be anything.
 
     scale: (N,) balanced = scale * SI.
     """
