@@ -274,7 +274,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
 
 
 def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> Iterator[int]:
-    """Yield where some bytes stand in a file, but for the insides of large datasets."""
+    """Yield where some bytes stand in a file, except for the insides of large datasets."""
     last = 0
     for first, end in [*insides, (len(content), len(content))]:
         while (last := content.find(what, last, first + len(what))) >= 0:

@@ -253,7 +253,7 @@ class Run(Result):
         kind
             "bodies": angle, velocity and acceleration of every body, ``angle.NAME`` and so on, along a sweep also
             ``speed``; "elements": deflection, force and region of every clearance, and torque of every element. Both
-            have one row a sample, and the time [s] as index. "events": the crossings, as ``events`` has them.
+            have one row per sample, and the time [s] as index. "events": the crossings, as ``events`` has them.
 
         Returns
         -------
@@ -280,7 +280,7 @@ class Run(Result):
         return self._wide(*_TABLES[kind])
 
     def _wide(self, *names: str) -> pd.DataFrame:
-        """A row a sample, a column a name and quantity; of bodies also the speed along a sweep."""
+        """One row per sample, one column per name and quantity; of bodies also the speed along a sweep."""
         import pandas as pd
 
         t = self.trajectory

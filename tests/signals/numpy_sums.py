@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gearrattle.signals import Window, centre, find_impacts, judged_of, reduced_inertias, region_at
+from gearrattle.signals import Window, centre, clearance_arrays, find_impacts, reduced_inertias, region_at
 from gearrattle.signals.impacts import Impacts
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
@@ -50,7 +50,7 @@ def sides_crossed(trajectory: Trajectory, clearance: int, window: Window) -> tup
     lower = np.minimum(events.from_region[inside], events.to_region[inside])  # the piece below the crossed corner
     inner = sorted(centre(trajectory.layout, clearance))
     below, above = np.isin(lower, inner), np.isin(lower + 1, inner)
-    crossed = below != above if judged_of(trajectory.layout).gap[clearance] else ~(below & above)
+    crossed = below != above if clearance_arrays(trajectory.layout).gap[clearance] else ~(below & above)
     return bool(np.any(crossed & (lower >= max(inner)))), bool(np.any(crossed & (lower < max(inner))))
 
 

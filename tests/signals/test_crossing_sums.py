@@ -131,8 +131,8 @@ def test_discarded_chunks_tell_the_flank_of_the_last_contact() -> None:
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ((2.5, 0, 1, 3, 1.0, 0.0), "from region 1 to 3, not beside it"),
-        ((2.5, 0, 1, 2, 1.0, 0.0), "from region 1 to 2, not beside it"),
+        ((2.5, 0, 1, 3, 1.0, 0.0), "from region 1 to 3, which is not its neighbour"),
+        ((2.5, 0, 1, 2, 1.0, 0.0), "from region 1 to 2, which is not its neighbour"),
         ((2.5, 1, 0, 1, 1.0, 0.0), "there is no clearance 1"),
         ((2.5, -1, 0, 1, 1.0, 0.0), "there is no clearance -1"),
     ],

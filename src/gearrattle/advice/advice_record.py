@@ -43,9 +43,9 @@ class Advice(Result):
     lines
         in the order of the procedure.
     forecasts
-        of what a run with the settings given will show.
+        of what a run with these settings will show.
     notes
-        that another motion exists at this load.
+        notes, for example that another motion exists at this load.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Advice(Result):
         return next(line for line in self.lines if line.topic == topic)
 
     def scores(self, run: Run) -> tuple[Score, ...]:
-        """Return every forecast that a run settles, with what happened.
+        """Return every forecast that the run decides, with what happened.
 
         Raises
         ------

@@ -139,7 +139,7 @@ def advice_on(
     pilot.treat_regions(stage(4))
     stage(5)(0.0)
     others, notes = others_of(planned, pilot, is_asked=is_asked, progress=stage(6))
-    # one line a step of the procedure
+    # one line per step of the procedure
     lines = (
         lumping,
         scaling_line(model),

@@ -167,7 +167,7 @@ def campbell(
     Raises
     ------
     ModelError
-        a range that is none, more than 64 states, or what ``modes`` refuses.
+        a range that is not valid, more than 64 states, or what ``modes`` refuses.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Auxiliaries of friction and clipped contact damping: sliders of couplings, limiters of contacts.
 
 A stage's hysteresis is the full height of its loop, 2 H, in all; the part beyond the stage before is a slider of its
-own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
+own, engaged where the stage begins and released where it ends. What the first stages of both sides share is one slider
 that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
 """
 
@@ -33,7 +33,7 @@ class Named(NamedTuple):
 def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[float, str, str]]:
     """Yield time [s], name and new state in words of every auxiliary that left its piece by itself.
 
-    What is engaged or let go because its element enters another piece is no switch: that is a crossing.
+    What is engaged or released because its element enters another piece is no switch: that is a crossing.
     """
     auxiliaries = motion.auxiliaries
     layout = motion.layout

@@ -23,12 +23,12 @@ T = TypeVar("T")
 
 _FIRST = "preparing"
 _COMPILING = " (compiling, once after an installation)"
-_LOADING = 0.5  # seconds; a kernel that was kept is loaded sooner
-_TICK = 0.05
-_PATIENCE = 2.0
-_GRACE = 0.25
-_GRACE_FOR_KNOWN = 10.0
-_LINE_EVERY = 5.0
+_LOADING = 0.5  # s; loading a kernel from the cache takes less
+_TICK = 0.05  # s between two looks at the work
+_PATIENCE = 2.0  # s before progress shows, and before a pace is known
+_GRACE = 0.25  # s for the work to stop after Ctrl-C
+_GRACE_FOR_KNOWN = 10.0  # s, the same where a partial result is wanted
+_LINE_EVERY = 5.0  # s between two plain lines
 
 
 class Watch:
@@ -43,7 +43,7 @@ class Watch:
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
-        """Take note of the finished share; Cancelled if the work should stop."""
+        """Store the finished share; raise Cancelled if the work should stop."""
         if self.phase == _FIRST:
             self.phase = "simulating"
         self.fraction = fraction
@@ -61,17 +61,17 @@ class Watch:
         self(0.0)
 
     def expect(self, seconds: float) -> None:
-        """Take note of how long the phase still takes [s], which the share so far tells less well; NaN: not known."""
+        """Store the time the phase still takes [s], where the work knows it better than its pace; NaN: unknown."""
         self._expected = time.monotonic(), seconds
 
     def because(self, reason: str) -> None:
-        """Take note of why the phase takes so long, in words."""
+        """Store in words why the phase takes so long."""
         self.reason = reason
 
     def remaining(self) -> float | None:
         """Seconds this phase will still take, as the work says or at the pace so far; None while unknown.
 
-        The time that compilation takes is no part of the pace, and while it goes on nothing is known.
+        The pace leaves out the time of compilation. While a kernel is being compiled the answer is None.
         """
         if COMPILATION.current > _LOADING:
             return None
@@ -104,12 +104,15 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
     grace
         how long it may take to stop [s].
     known
-        called after Ctrl-C with what the work returned nevertheless; it may then take ``_GRACE_FOR_KNOWN``.
+        called after Ctrl-C with the result, if the work still returns one; it then has ``_GRACE_FOR_KNOWN`` seconds to
+        stop.
 
     Raises
     ------
     KeyboardInterrupt
-        on Ctrl-C or SIGTERM, once the work has stopped or the grace is over, whatever it is doing.
+        on Ctrl-C or SIGTERM, when the work has stopped or its time to stop is over.
+    Cancelled
+        on Ctrl-C, after ``known`` was called.
     """
     watch = Watch()
     result = []
@@ -125,13 +128,13 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
 
     # start the work in a thread of its own
     ended = threading.Event()
-    context = contextvars.copy_context()  # which files may be read
+    context = contextvars.copy_context()  # the thread may read the same files as its caller
     thread = threading.Thread(target=context.run, args=(body,), name=WORKER, daemon=True)
     display = _Display(watch)
     try:
         thread.start()
-        # show progress until it ends
-        while not ended.wait(_TICK):  # a join that is interrupted takes the thread for ended (CPython 3.11)
+        # show progress until it ends; not thread.join: in CPython 3.11 an interrupted join marks the thread as ended
+        while not ended.wait(_TICK):
             display.update()
     # on Ctrl-C: stop the work, and show what is known
     except KeyboardInterrupt as interruption:
@@ -152,7 +155,7 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
 
 
 def _working_time() -> float:
-    """Return the time that goes by while nothing is compiled [s]."""
+    """Return the time without that of compilation [s]."""
     return time.monotonic() - COMPILATION.seconds
 
 
@@ -184,7 +187,7 @@ class _Display:
             self._told = line
 
     def _left(self) -> str:
-        """How long it still takes, and why so long, in words; empty while that is not known, and at the end."""
+        """Return in words the time left and the reason for its length; empty where neither is known, and at the end."""
         left = self._watch.remaining()
         pace = "" if left is None or left < 1.0 else f"about {_duration(left)} left"
         return "; ".join(words for words in (pace, self._watch.reason) if words)

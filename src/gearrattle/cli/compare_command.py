@@ -24,7 +24,7 @@ class Contest:
     reference: Annotated[str, Parameter(help="The judge.")] = "exact"
     cycles: Annotated[Whole | None, Parameter(help="Length of the runs, in common periods.")] = None
     discard: Annotated[Whole | None, Parameter(help="Cycles left out of the statistics as start-up.")] = None
-    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
+    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples per cycle.")] = None
     tolerance: Annotated[float, Parameter(help="Of the algorithms that choose their steps.")] = 1e-6
     step: Annotated[str | None, Parameter(help='Of those of fixed step: seconds, or e.g. "20 us".')] = None
     initial: Annotated[Literal["steady", "static", "zero"] | None, Parameter(help="Where the runs start.")] = None

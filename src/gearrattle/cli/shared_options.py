@@ -85,7 +85,7 @@ class Settings:
     algorithm: Annotated[str | None, Parameter(help='"exact" (default), or a stepping algorithm such as "rk4".')] = None
     cycles: Annotated[Whole | None, Parameter(help="Length of the run, in common periods.")] = None
     discard: Annotated[Whole | None, Parameter(help="Cycles left out of the criteria as start-up.")] = None
-    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
+    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples per cycle.")] = None
     tolerance: Annotated[float | None, Parameter(help="Accuracy; its meaning depends on the algorithm.")] = None
     step: Annotated[str | None, Parameter(help='Step of a fixed-step algorithm: seconds, or e.g. "20 us".')] = None
     initial: Annotated[Literal["steady", "static", "zero"] | None, Parameter(help="Where the run starts.")] = None

@@ -36,23 +36,27 @@ def threshold(
 ) -> None:
     """Find the smallest change of one value at which a driveline is quiet, by exact runs.
 
-    The range is scanned, then the nearest change of the answer is halved. A value is quiet only if the motion from
-    rest, the motion before and the motion after a push all are. Ctrl-C ends it with what is known by then.
+    The range is scanned. Then the interval between two neighbouring values with different answers, the nearest one on
+    either side of the model's own value, is halved until it is narrow enough. A value counts as quiet only if three
+    motions are quiet: from rest, from the end of the motion at the neighbouring value, and after a push; with ramps
+    or a record of a torque the motion from its own start alone. Ctrl-C stops the search and shows what is known by
+    then.
 
     Parameters
     ----------
     model
         Model file (TOML).
     path
-        Of the value, such as mesh.m1.backlash, or with * and factors: inertia.*.drag_torque with "x1:x8".
+        Path of the value, such as mesh.m1.backlash; or a pattern with * whose values are multiplied:
+        inertia.*.drag_torque with --range "x1:x8".
     range_
         LOW:HIGH, such as "0.05:0.2 mm"; numbers without a unit are in SI.
     until
-        What is looked for: quiet, or "largest impact energy < 0.1 mJ", "m5: largest approach speed < 5 mm/s".
+        The goal: quiet, or a limit, such as "largest impact energy < 0.1 mJ" or "m5: largest approach speed < 5 mm/s".
     count
-        Values of the scan. Default: 7.
+        Number of values in the scan. Default: 7.
     width
-        Of the bracket, as a share of the value. Default: 0.01.
+        Width at which halving stops, as a share of the value. Default: 0.01.
     workers
         Threads; default: as many as there are cores.
     """

@@ -1,4 +1,4 @@
-"""A comparison as a table: one line a contender, one column a number."""
+"""A comparison as a table: one line per contender, one column per number."""
 
 from __future__ import annotations
 

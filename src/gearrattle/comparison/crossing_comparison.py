@@ -2,10 +2,10 @@
 
 Crossings are matched per clearance, corner and direction, in order of time (``signals.align``): a brief double
 crossing that one solver steps over counts as missed and shifts no other match. No pair is further apart than the
-*reach*, by default a quarter of the shortest excitation period: what is off by more is not the same crossing. Impacts
+*reach*, by default a quarter of the shortest excitation period: a larger difference means another crossing. Impacts
 (``signals.find_impacts``) are matched in the same way.
 
-Only crossings up to the horizon count; those just beyond it may be partners.
+Crossings count up to the horizon; one just after it may still be the partner of one before it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Matches(Record):
     corner
         where [rad or m].
     direction
-        1 with growing deflection, -1 with falling.
+        1 for growing, -1 for falling deflection.
     time_error
         (p,) given - reference of every pair [s].
     missed
@@ -140,7 +140,7 @@ def compare_impacts(
 
 
 def default_reach(reference: Trajectory) -> float:
-    """Return a quarter of the shortest excitation period [s]; a twentieth of T where nothing excites."""
+    """Return a quarter of the shortest excitation period [s]; a twentieth of the period where nothing excites."""
     layout = reference.layout
     return float(0.5 * np.pi / (layout.omega * layout.orders.max())) if layout.orders.size else 0.05 * layout.period
 

@@ -105,7 +105,7 @@ def gas_torque(
     Raises
     ------
     ModelError
-        a value, unit or file that is none.
+        a value, unit or file that is not valid.
 
     Examples
     --------

@@ -69,7 +69,7 @@ class Contents(Result):
     format
         name of its format.
     table
-        a row a channel: ``channel``, ``unit`` (as in the file), ``quantity`` and ``subject`` (empty where
+        one row per channel: ``channel``, ``unit`` (as in the file), ``quantity`` and ``subject`` (empty where
         neither file nor unit says it), ``samples``, ``rate`` [Hz] (mean; NaN for one sample), ``uniform``,
         ``begin`` and ``end`` [s], ``smallest`` and ``largest`` (of the finite samples), ``not_numbers`` (count),
         ``first`` (the first three samples).

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 NEGLIGIBLE = 0.1
-"""[%] of what was measured: a difference below it is none."""
+"""[%] of what was measured: a smaller difference does not count."""
 
 
 def sigma(measured: float, simulated: float) -> float:

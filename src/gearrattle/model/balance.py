@@ -31,5 +31,6 @@ class OrBalance(OverSpeed):
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a quantity, a table of two lists, or the word."""
         number = super().describe()
-        word = {"const": BALANCE, "description": "what balances all other means and drags of its free train"}
+        words = "the mean torque that balances all other mean torques and the drag of its free train"
+        word = {"const": BALANCE, "description": words}
         return {"anyOf": [*number["anyOf"], word], "description": f'{number["description"]}; or "{BALANCE}"'}

@@ -308,7 +308,7 @@ def _is_read(cell: str, stamp: FromFirst) -> bool:
 
 
 def _number(text: str) -> float:
-    """Return a number; NaN for what is none."""
+    """Return a number; NaN for a text that is no number."""
     try:
         return _or_nan(text)
     except ValueError:

@@ -66,7 +66,7 @@ class Torque(Shown):
     on: Name
     """Name of the inertia it acts on."""
     mean: Annotated[float | Balancing, OrBalance(units.TORQUE)] = 0.0
-    """Mean torque [N m]; may be a table over speed. "balance": what balances all other means of its free train."""
+    """Mean torque [N m]; may be a table over speed. "balance": balances all other means and drags of its free train."""
     harmonics: tuple[TorqueHarmonic, ...] = ()
     """Its sines."""
     signal: Annotated[Signal, OverTime(units.TORQUE, static=True)] | None = None

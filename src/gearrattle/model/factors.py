@@ -75,5 +75,5 @@ def is_factor(value: object) -> bool:
 
 
 def factor_in(value: Any) -> Factor:
-    """Return the factor that a value is or a table stands for, see ``is_factor``; ModelError if its number is none."""
+    """Return the factor that a value is or a table stands for, see ``is_factor``; ModelError: no valid number."""
     return value if isinstance(value, Factor) else factor(value[FACTOR])

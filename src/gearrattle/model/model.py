@@ -384,7 +384,7 @@ def _dangling(location: tuple[str | int, ...], name: str, names: Collection[str]
 
 
 def _start_length(simulation: object, count: int) -> Iterator[Breach]:
-    """Yield breaches of a start state that has not one entry an inertia."""
+    """Yield breaches of a start state that has not one entry per inertia."""
     initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
     for key in ("angle", "velocity"):
         entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)

@@ -36,7 +36,7 @@ STARTS = ("steady", "static", "zero")
 
 
 class Initial(Table):
-    """An initial state, one entry an inertia in file order."""
+    """An initial state, one entry per inertia in file order."""
 
     angle: tuple[Annotated[float, Quantity(units.ANGLE)], ...]
     """Angles [rad]."""
@@ -78,7 +78,7 @@ class Simulation(Shown):
     discard: Annotated[int, Count(0)] | None = None
     """Periods left out of the criteria."""
     samples_per_cycle: Annotated[int, Count(1, 10**6)] | None = None
-    """Output samples a period, a million at most."""
+    """Output samples per period, a million at most."""
     tolerance: Annotated[float, Plain("positive")] | None = None
     """exact: bound on a crossing's residual relative to the largest corner; others: relative local error."""
     step: Annotated[float, Quantity(units.TIME, "positive")] | None = None

@@ -50,7 +50,7 @@ class Instant(NamedTuple):
 
 
 def instant_of(text: str) -> Instant | None:
-    """Return the time stamp in the text of one entry, without quotes; None if it is none."""
+    """Return the time stamp in the text of one entry, without quotes; None if it is no time stamp."""
     rest = text.strip()
     day = None
     if match := _DAY.match(rest):

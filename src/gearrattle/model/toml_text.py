@@ -28,7 +28,7 @@ def _is_block(value: Any) -> bool:
 
 
 def _lines(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield ``key = value`` lines; an array of tables takes one line an entry."""
+    """Yield ``key = value`` lines; an array of tables takes one line per entry."""
     for key, value in table.items():
         if value is None:
             continue

@@ -12,7 +12,7 @@ Newton's method from a grid of starts misses motions: on piecewise-linear maps i
 5. every motion is followed over the speed, up and down, through folds and families: where its branch comes back to the
    speed of the model, it gives other motions. Those that a divisor gave, and mirror images, have been followed,
 6. the fixed points of the n-period map are counted. If all motions end in a bounded set, none is one of a family and
-   the map is continuous (no slider is let go with its torque), the sum of the signs of det(I - M) over them is 1
+   the map is continuous (no slider is released with its torque), the sum of the signs of det(I - M) over them is 1
    (Brouwer's degree): a sum that differs says that one is missing. Then Newton's method goes on from further starts,
    repelled by what is known.
 """

@@ -1,4 +1,4 @@
-"""Mean torques that balance but for rounding: what is left over is given to the largest of them.
+"""Mean torques that balance except for rounding: what is left over is given to the largest of them.
 
 The means of a file have a few digits, so those on a train that turns freely add up to some millionths and not to zero.
 Such a train would run away, slowly, and no motion of it would repeat.

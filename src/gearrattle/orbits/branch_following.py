@@ -52,7 +52,7 @@ def continuation(
         of the value, such as "excitation.speed" or "mesh.gear.backlash".
     range
         its ends, numbers in SI or strings with a unit; the branch begins at the first, which may be the larger. What
-        happens exactly at an end is not among the events, but for a breaking of symmetry at the first one.
+        happens exactly at an end is not among the events, except for a breaking of symmetry at the first one.
     start
         of the search for the motion at the first end, as of ``periodic``.
     cycles

@@ -49,7 +49,7 @@ class BranchPart:
         return swings
 
     def reaches(self, value: float) -> bool:
-        """Whether there is a motion at a value; ends but for rounding included."""
+        """Whether there is a motion at a value; ends except for rounding included."""
         rounding = _REACHED * abs(value)
         return bool(self.value[0] - rounding <= value <= self.value[-1] + rounding)
 

@@ -43,12 +43,12 @@ SAMPLES = 32
 _REPEATS = 1e-4
 _ABOUT_REPEATS = 1e-2
 _PARTS = 4  # of the measured block, whose rms are compared with each other
-_SURE = 4.0  # standard errors, beyond which a difference is none of chance
+_SURE = 4.0  # standard errors, beyond which a difference is not chance
 # ratio of rms from which motions differ, irregular ones and those that repeat
 _IRREGULAR = 1.5
 _REGULAR = 1.05
-_CLEAR = 2.0  # ratio of rms from which nobody doubts a difference that is none of chance
-# of scatters that are alike, their ratio; and a scatter that is none
+_CLEAR = 2.0  # ratio of rms from which nobody doubts that a difference is not chance
+# of scatters that are alike, their ratio; and the largest scatter that counts as none
 _ALIKE = 3.0
 _EVEN = 0.05
 _SMALL = 1e-3  # of the largest corner of a law: an rms below it counts as none, such as that of a contact

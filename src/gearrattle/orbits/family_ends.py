@@ -35,7 +35,7 @@ from gearrattle.orbits.motion_families import moving_directions_of, room_of, tou
 Array = NDArray[np.float64]
 EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
-LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is let go
+LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is released
 _BACK = (1e-3, 1e-4, 1e-5)  # of the unit of the parameter: back into a family, to see how fast its length falls
 _WITHIN = 0.1  # of the length of a family: a state that moves by less from the middle stays inside
 _UPRIGHT = 1e-3  # part of a tangent along the parameter
@@ -392,7 +392,7 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
 
 
 def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
-    """The motion at an end of the range up to which a family reaches, but for rounding."""
+    """The motion at an end of the range up to which a family reaches, except for rounding."""
     end, middle = at
     unit = curve.family.unit
     if way * (end.parameter - limit) > _NEAREST * unit:

@@ -248,7 +248,7 @@ class _Walk:
         return bool(family.memories) and is_near_release(family.map_at(last.parameter), last)
 
     def _end_in_release(self) -> None:
-        """End where a slider is let go with its torque, if one is."""
+        """End where a slider is released with its torque, if one is."""
         release = self._release()
         if release is not None:
             self.events.append(release)
@@ -259,7 +259,7 @@ class _Walk:
             self.is_done = True
 
     def _release(self) -> Event | None:
-        """The grazing in which the branch ends because a slider is let go with its torque; None: it ends otherwise."""
+        """The grazing at which the branch ends because a slider is released with torque; None: it ends otherwise."""
         family = self._follower.family
         if not family.memories or len(self.points) < 2:
             return None
@@ -280,7 +280,7 @@ def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]
 
 
 def _without(at_begin: Sequence[Event], events: Sequence[Event]) -> list[Event]:
-    """The events of a step but for a breaking that has been named at the begin of the branch."""
+    """The events of a step except for a breaking that has been named at the begin of the branch."""
     return [e for e in events if not at_begin or e.kind != BREAKING or e.point.length > _AT_BREAKING]
 
 

@@ -66,7 +66,7 @@ class KnownMotion(NamedTuple):
 
 @dataclass
 class Known:
-    """Motions that repeat after n periods, no two of them the same but for a shift by whole periods."""
+    """Motions that repeat after n periods, no two of them the same except for a shift by whole periods."""
 
     period_map: PeriodMap  # of the driveline, over n periods
     motions: list[KnownMotion] = field(default_factory=list)

@@ -120,7 +120,7 @@ def _one_by_one(period_map: PeriodMap, free: Array) -> Iterator[tuple[int, Array
 
 
 def moving_directions_of(period_map: PeriodMap, motion: Pass) -> list[Array]:
-    """Return the free directions (N,) [SI] of a motion but for memories of sliders that are let go all along."""
+    """Return the free directions (N,) [SI] of a motion except for memories of sliders that are released all along."""
     idle = idle_memories(motion, period_map.scale, period_map.flow.memory.size)
     return [direction for chosen, direction in directions_of(period_map, motion) if chosen not in idle]
 

@@ -349,7 +349,7 @@ def _run(run: _RunPlan, progress: Progress) -> tuple[RunParts, Envelope]:
 def with_peaks(sampled: Array) -> Array:
     """Return samples (Nt, K) with those that exceed their neighbours raised to the top of the parabola through three.
 
-    Of a sine sampled 64 times a period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
+    Of a sine sampled 64 times per period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
     """
     before = sampled[:-2]
     top = sampled[1:-1]

@@ -4,9 +4,9 @@ A branch is walked from node to node: its points, and the events between them. T
 fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. Between a point and the nearest such event
 it is that of the point, between two of them that of the motion halfway. Where no event was located a range ends halfway
 between two points. At a fold the parameter turns back, so a range ends at every fold: over each range the parameter
-only grows, or only falls. A range without width, such as that of a vertical branch, is none.
+only grows, or only falls. A range without width, such as that of a vertical branch, does not count.
 
-Where the parameter runs over a fold the motion jumps, and so it does where a slider is let go with its torque
+Where the parameter runs over a fold the motion jumps, and so it does where a slider is released with its torque
 (``release``). Which way the fold lies is told by the next motion that differs from it by more than rounding: a grazing
 may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion goes on
 along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards

@@ -108,10 +108,7 @@ def unit_of(ends: Sequence[float]) -> float:
 
 
 def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
-    """Refuse an index that is no whole number from the first end up to, but not including, the last.
-
-    Raises ModelError: it is none.
-    """
+    """Raise a ModelError for an index that is no whole number from the first end up to, but not including, the last."""
     first, count = ends
     if isinstance(index, Integral) and not isinstance(index, bool) and first <= int(index) < count:
         return

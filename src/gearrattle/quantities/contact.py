@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gearrattle.quantities.metric_inputs import LOG, Inputs
 from gearrattle.quantities.quantity import PAPER, CrossingQuantity, Quantity, Row, State, Sums, Values
-from gearrattle.signals import centre, centre_words, is_gap, outside, pieces_of
+from gearrattle.signals import centre, centre_words, is_gap, pieces_of, share_in_contact
 from gearrattle.signals.crossing_sums import Sides
 from gearrattle.trajectory import Array, Layout
 
@@ -50,7 +50,7 @@ class ContactShare(CrossingQuantity):
             first = int(layout.region_of_first_piece[k])
             times = state["dwell"][..., pieces_of(layout, k)]
             shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
-            values[name, "contact share"] = outside(layout, k, shares)
+            values[name, "contact share"] = share_in_contact(layout, k, shares)
             values |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
         return values
 
@@ -108,7 +108,7 @@ class ContactSides(Quantity[Inputs]):
             coast = sum(share for region, share in shares.items() if region < min(inner))
             note = f"{name}: sides of contact from samples of the deflection" if not inputs.has_log else ""
             error = 0.0 if inputs.has_log else math.nan
-            # one row a share, one a kind of impact
+            # one row per share, one per kind of impact
             rows += [
                 self.row(name, "drive-side share", drive, "1", note, error),
                 self.row(name, "coast-side share", coast, "1", note, error),

@@ -85,7 +85,7 @@ def metrics(
     Returns
     -------
     pd.DataFrame
-        One row a value: metric, subject, quantity, value, unit, window, source, note. What there is not is NaN, with
+        One row per value: metric, subject, quantity, value, unit, window, source, note. What there is not is NaN, with
         a note. ``attrs["notes"]`` holds what there is to know about all of them.
 
     Raises
@@ -123,7 +123,7 @@ def metrics(
     else:
         inputs = _inputs_of_recording(source, model, speed, orders)
         units = units if model is None else model.units
-    # measure, one row a value
+    # measure, one row per value
     rows = _measured(inputs, chosen, units, is_event=event is not None)
     table = pd.DataFrame([row.table_row("metric") for row in rows])
     notes = [*inputs.notes, *([_left_out()] if event is not None and names is None else [])]

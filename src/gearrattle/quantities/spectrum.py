@@ -30,7 +30,7 @@ from gearrattle.signals import (
     super_harmonics,
 )
 from gearrattle.signals.subharmonics import FEWEST_PERIODS
-from gearrattle.signals.welch import CYCLES_PER_SEGMENT, averaged
+from gearrattle.signals.welch import CYCLES_PER_SEGMENT, window_words
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
@@ -223,4 +223,4 @@ def density_of(state: State, scope: Scope) -> Spectrum:
     if segments == 0:
         return psd(state["rest"], period, per_cycle)
     frequency = np.fft.rfftfreq(CYCLES_PER_SEGMENT * per_cycle, period / per_cycle).astype(np.float64)
-    return Spectrum(frequency, state["density"] / segments, averaged(CYCLES_PER_SEGMENT, segments), segments)
+    return Spectrum(frequency, state["density"] / segments, window_words(CYCLES_PER_SEGMENT, segments), segments)

@@ -122,7 +122,7 @@ class Verdict(Result):
         return parts[name]
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return the parts as a table: a row a part, worst first, by name; a column an attribute of ``Part``.
+        """Return the parts as a table: one row per part, worst first, by name; one column per attribute of ``Part``.
 
         Returns
         -------

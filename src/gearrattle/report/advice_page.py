@@ -83,7 +83,7 @@ class AdvicePage(Presentation[Advice]):
         return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
 
     def _clearances(self) -> Table:
-        """A row a clearance, where there are too many for a line: regime, mean slope, and what linear response says."""
+        """One row per clearance, where they are too many for a line: regime, mean slope, what linear response says."""
         columns: dict[str, dict[str, str]] = {"regime": {}, "mean slope": {}, "corners": {}}
         for forecast in self.result.forecasts:
             value = forecast.value

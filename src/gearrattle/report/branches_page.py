@@ -298,7 +298,7 @@ class BranchesPage(ModelPresentation[Branch]):
         return Table(head, rows, frozenset({4, 5}), "Ranges of one stability", note)
 
     def _event_table(self) -> Table:
-        # a row a family of neighbouring events, or a single event
+        # one row per family of neighbouring events, or a single event
         shown = measure(self.result)
         rows = list[tuple[str, ...]]()
         events = self.result.events

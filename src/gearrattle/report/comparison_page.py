@@ -229,7 +229,7 @@ def _detail(comparison: Comparison) -> list[Section]:
     different = tuple(statistics_tables(comparison))
     stability = stability_table(comparison)
     words_on_steps = (
-        "Fixed steps can lie outside the method's stability region; chosen steps are kept inside by their error test."
+        "Fixed steps can lie outside the method's stability region; variable steps are kept inside by their error test."
     )
     return [
         *([Section("stability", "Stability", words=(words_on_steps,), tables=(stability,))] if stability.rows else []),

@@ -112,7 +112,7 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
         return Table(("clearance", "ratio", *(["limits"] if has_limits else [])), tuple(rows))
 
     def _fixed_points(self) -> list[Table]:
-        """Every fixed point of a forecast, a row a clearance."""
+        """Every fixed point of a forecast, one row per clearance."""
         rows = []
         for number, point in enumerate(self._points(), start=1):
             for i, clearance in enumerate(self.result.index):

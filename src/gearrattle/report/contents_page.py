@@ -1,4 +1,4 @@
-"""Contents of a measured file as a result: a row a channel; saved as .toml, a mapping file to begin with."""
+"""Contents of a measured file as a result: one row per channel; saved as .toml, a mapping file to begin with."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ class Figures(Mapping[str, "Figure"]):
         Raises
         ------
         ModelError
-            another format, a resolution that is none, a name that is none.
+            an unknown format, a resolution out of range, or a name that is no figure.
         OSError
             the folder cannot be written; then nothing has changed.
         """
@@ -152,7 +152,7 @@ def figures(
     Raises
     ------
     ModelError
-        a result without figures; a width, font, size or style that is none.
+        a result without figures; a width, font, size or style that is not valid.
 
     Examples
     --------

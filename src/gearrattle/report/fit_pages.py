@@ -217,7 +217,7 @@ def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]
 
 
 def _unexplained(fit: Fit) -> str:
-    """Say that a fit is none."""
+    """Say that a fit does not explain the data."""
     size = f"{fit.rms_residual:.3g}"
     if fit.chance is None:
         return f"The model hardly explains the data: residuals are {size} times the standard errors that were assumed."

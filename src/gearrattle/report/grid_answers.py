@@ -125,7 +125,7 @@ def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _deciding_table(data: xr.Dataset, deciding: list[dict[str, Any]]) -> Table:
-    """The values that decide most, a row an output and subject."""
+    """The values that decide most, one row per output and subject."""
     rows: list[tuple[str, ...]] = []
     for entry in deciding:
         unit = units_of(data, entry["output"])[entry["subject"]] if entry["by"] == "swing" else ""

@@ -98,7 +98,7 @@ def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Tab
 
 
 def _shape(shape: Array, names: tuple[str, ...]) -> str:
-    """Draw a mode shape as vertical bars, one a body in file order; of many bodies name those that move most."""
+    """Draw a mode shape as vertical bars, one per body in file order; of many bodies name those that move most."""
     largest = float(np.max(np.abs(shape))) or 1.0
     values = (shape / largest).tolist()
     step = 18 if len(names) <= _MOST_NAMED else 6

@@ -1,4 +1,4 @@
-"""Rattle metrics as a result: a row a value, and the figure of all of them."""
+"""Rattle metrics as a result: one row per value, and the figure of all of them."""
 
 from __future__ import annotations
 

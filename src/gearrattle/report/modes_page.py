@@ -160,7 +160,7 @@ class CampbellPage(Presentation[Campbell]):
         return self.result.to_dict()
 
     def numbers(self) -> Arrays:
-        # crossings of orders and natural frequencies, a variable a field
+        # crossings of orders and natural frequencies, one variable per field
         diagram = self.result
         unit = "rad/s" if self.result.units == "SI" else "1"
         columns = {

@@ -40,7 +40,7 @@ def listed(shares: Mapping[str, float]) -> str:
 
 
 def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
-    """One row a mode: how fast, how damped, and what works, moves and shakes."""
+    """One row per mode: how fast, how damped, and what works, moves and shakes."""
     # frequency, damping ratio and largest energy shares of every mode
     head = ("mode", "frequency" + (", Hz" if si else ""), "order", "damping", "works in", "moves", "excited by")
     rows = []
@@ -75,7 +75,7 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
 
 
 def frequencies_table(modes: Modes, *, si: bool) -> Table:
-    """One row a mode: frequency, damping and shape in numbers."""
+    """One row per mode: frequency, damping and shape in numbers."""
     head = ("mode", "frequency [Hz]" if si else "frequency", "damping [%]", *modes.inertia_names)
     rows = [
         (
@@ -90,7 +90,7 @@ def frequencies_table(modes: Modes, *, si: bool) -> Table:
 
 
 def energies_in_words(modes: Modes) -> Table:
-    """One row a mode: what works in it and what excites it."""
+    """One row per mode: what works in it and what excites it."""
     rows = []
     for mode, frequency in enumerate(modes.frequencies.tolist()):
         works = "rigid motion" if frequency == 0.0 else listed(modes.works_in(mode))

@@ -1,4 +1,4 @@
-"""Records as a Dataset: a variable a field, a row a record."""
+"""Records as a Dataset: one variable per field, one row per record."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def charts_of(result: Any) -> list[Chart]:
     Raises
     ------
     ModelError
-        it is none of these, or its kind has no figures.
+        it is no result, folder or saved file, or its kind has no figures.
     OSError
         a file cannot be read.
     """

@@ -70,7 +70,7 @@ def presentation_of(result: Any) -> Presentation[Any]:
     Raises
     ------
     ModelError
-        it is none of these.
+        it is no result of gearrattle.
     """
     if isinstance(result, Presentation):
         return result
@@ -89,7 +89,7 @@ def presentation_class(kind: str) -> type[Presentation[Any]]:
 
 
 def kind_of(result: Any) -> str | None:
-    """Return the kind of a result; None for what is none."""
+    """Return the kind of a result; None for anything else."""
     if isinstance(result, Result):
         return type(result).shown_as or result.kind
     kind = getattr(result, "attrs", {}).get(KIND)

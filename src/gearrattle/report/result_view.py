@@ -1,4 +1,4 @@
-"""How a result shows and saves itself: what ``gearrattle.result`` asks for (``result.View``).
+"""How a result is shown and saved: the functions that ``gearrattle.result`` calls (``result.View``).
 
 Each function imports what it needs: a result on a terminal needs neither figures nor templates.
 """

@@ -1,4 +1,4 @@
-"""The validation of a run-up as a result: the largest difference, orders over speed, and a row an order."""
+"""The validation of a run-up as a result: the largest difference, orders over speed, and one row per order."""
 
 from __future__ import annotations
 
@@ -74,14 +74,14 @@ class RunUpPage(Presentation[RunUp]):
             super().write(path)
 
     def _rows(self) -> xr.Dataset:
-        """Return a row a channel and order: levels over speed, sigma, the peaks and their speeds."""
+        """Return one row per channel and order: levels over speed, sigma, the peaks and their speeds."""
         speed = "rad/s" if self.result.units == "SI" else "1"
         units = {"order": "1", "sigma": "%", "outside": "1", "peak_speed": speed, "simulated_peak_speed": speed}
         return records_dataset([track.summary() for track in self.result.tracks], "track", units=units)
 
 
 def tracks_table(run_up: RunUp) -> Table:
-    """A row a channel and order."""
+    """One row per channel and order."""
     si = run_up.units == "SI"
     turning, unit = (30.0 / np.pi, " rpm") if si else (1.0, "")
     head = (
@@ -95,7 +95,7 @@ def tracks_table(run_up: RunUp) -> Table:
         "simulated at",
         "speeds outside",
     )
-    # a row an order of a channel: levels, sigma, peaks, share of speeds outside the interval
+    # one row per order of a channel: levels, sigma, peaks, share of speeds outside the interval
     rows = []
     for track in run_up.tracks:
         first, second = (f"{numeral(turning * at, 4)}{unit}: {numeral(size)}" for at, size in track.peaks)

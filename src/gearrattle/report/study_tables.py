@@ -107,7 +107,7 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
     columns = [
         dataset[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
     ]
-    # a row a point of the grid and subject
+    # one row per point of the grid and subject
     rows = []
     for at in np.ndindex(columns[0].shape):
         k, n, p, low, high = (float(column[at]) for column in columns)

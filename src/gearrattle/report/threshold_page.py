@@ -200,7 +200,7 @@ class ThresholdPage(Presentation[Threshold]):
         return rows
 
     def _chart(self) -> Chart | None:
-        """The hardest impact over the value, a line a start, and the threshold."""
+        """The hardest impact over the value, one line per start, and the threshold."""
         # energies of the hardest impacts over the variable, in its shown unit
         result = self.result
         scan = result.scan

@@ -1,7 +1,7 @@
-"""Sec. 9: "higher order methods ... become computationally inefficient" when lightly loaded. Calls for the same error.
+"""Sec. 9: are higher-order methods inefficient under light load? Function calls of each at an equal error.
 
-Case 3 over the first part of the motion, up to where perturbations have grown a thousandfold; light (0.05) and moderate
-(0.5) load. Calls are interpolated, log over log, between the runs on either side of an error.
+Case 3 under light (0.05) and moderate (0.5) mean load, from the start until perturbations have grown a thousandfold.
+Calls at an error are interpolated, log over log, between the two runs on either side of it.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ CYCLES = 5
 ORDERS = {"rk2": 2, "rk4": 4, "rkf": 5, "rkv": 6}
 _STEPS = tuple(0.004 / 2.0**k for k in range(7))
 _TOLERANCES = tuple(10.0**-k for k in range(3, 10))
-_QUICK = 3
-_CLEARLY = 1.1
+_QUICK = 3  # runs of each method in a quick reproduction
+_CLEARLY = 1.1  # ratio of calls from which a method counts as worse
 Points = list[tuple[float, float]]
 Curves = dict[tuple[str, float], dict[str, Points]]
 
@@ -56,8 +56,8 @@ def section(measurements: Measurements) -> Section:
         for ratio in (LIGHT, MODERATE)
     }
     words = (
-        f"Function calls for the same error over the predictable part of {CYCLES} cycles: the smallest decade that all "
-        "four methods reach at both loads. What the paper calls inefficient is time at unequal, unknown errors."
+        f"Function calls for the same error over the predictable part of {CYCLES} cycles: the smallest power of ten "
+        "that all four methods reach at both loads. The paper compares times, at errors that differ and are not known."
     )
     rows = tuple(row for kind in KINDS for row in _rows(kind, curves))
     return Section("work", "Section 9: order and efficiency", words, rows, charts=(_chart(curves),))
@@ -78,7 +78,10 @@ def _curve(measurements: Measurements, name: str, ratio: float, loaded: bool) ->
 
 
 def calls_for(points: Points, error: float) -> float:
-    """Calls at which a curve first passes an error; NaN if it never does."""
+    """Return the calls at which a curve first passes an error.
+
+    Those of its first run if that is already good enough; NaN if none is.
+    """
     for (above, few), (below, many) in pairwise(points):
         if below <= error < above:
             share = np.log(above / error) / np.log(above / below)
@@ -87,7 +90,7 @@ def calls_for(points: Points, error: float) -> float:
 
 
 def _rows(kind: str, curves: Curves) -> Iterator[Row]:
-    """Higher against lower order, and chosen against fixed steps, at either load."""
+    """Higher against lower order, and variable against fixed steps, at both loads."""
     # error that every algorithm reaches
     pair = [curves[kind, ratio] for ratio in (LIGHT, MODERATE)]
     error = max(max(min(e for e, _ in points) for points in curves.values()) for curves in pair)
@@ -99,7 +102,7 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
         for ratio, call in zip((LIGHT, MODERATE), calls, strict=True)
     )
     # higher against lower order, under light and moderate load
-    for how, high, low in (("fixed steps", "rk4", "rk2"), ("chosen steps", "rkv", "rkf")):
+    for how, high, low in (("fixed steps", "rk4", "rk2"), ("variable steps", "rkv", "rkf")):
         light, moderate = (call[high] / call[low] for call in calls)
         worse = light > _CLEARLY * max(1.0, moderate)
         yield row(
@@ -112,14 +115,14 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
             light=light,
             moderate=moderate,
         )
-    # fixed against chosen steps
+    # fixed against variable steps
     ratio = [call["rk2"] / call["rkf"] for call in calls]
     yield row(
         f"Sec. 9, fixed steps of low order are faster, {kind}",
         "in nearly every case",
         f"RK2 over RKF for the same error: {ratio[0]:.2g} light, {ratio[1]:.2g} moderate",
         REPRODUCED if min(ratio) < 1.0 else DIFFERS,
-        "a step that shortens at corners only is worth more than what it rejects",
+        "shortening the step only at corners saves more than the rejected steps cost",
         light=ratio[0],
         moderate=ratio[1],
     )

@@ -4,8 +4,8 @@ Inertias, stiffnesses, damping and radii are inferred from Table 1 (omega = 150 
 The loads are assumed, for the paper prints none: harmonics 30 x (1, 0.4, 0.25, 0.12, 0.06) in units of
 J_1 omega^2 psi_c = 6.75 N m on the flywheel, and a mean of ratio x 202.5 N m there. *Rattling*: a loose output gear
 that drags with 0.5 N m; the hub drags with 2 % of the mean, the input gear takes the rest. *Loaded*: hub and input gear
-drag with 2 % each, the output gear takes the rest. At ratio 0.05 they are examples/paper/case*.toml, but for the start:
-runs begin at rest in the equilibrium, as the paper's counts of steps need it.
+drag with 2 % each, the output gear takes the rest. At ratio 0.05 they are examples/paper/case*.toml, except for the
+start: runs begin at rest in the equilibrium, as the paper's counts of steps need it.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from gearrattle.engine.kernels import tallies
 from gearrattle.engine.kernels.variant_arrays import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.loose_gears import reduced_inertias
-from gearrattle.signals.regions import Regime, broken_chain, judged_of, outside, regime_of
+from gearrattle.signals.regions import Regime, broken_chain, clearance_arrays, regime_of, share_in_contact
 from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -43,7 +43,7 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
     # the sums of the chunks before
     layout = trajectory.layout
     log = trajectory.events
-    judged = judged_of(layout)
+    judged = clearance_arrays(layout)
     out = room_for(1, judged)
     if before is not None:
         for name, array in zip(Tallies._fields, out, strict=True):
@@ -202,7 +202,7 @@ def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> flo
     GearRattleError
         if the log has a gap.
     """
-    return float(outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
+    return float(share_in_contact(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
 
 
 def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:

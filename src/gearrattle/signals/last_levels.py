@@ -1,8 +1,8 @@
-"""Levels of accelerations over the last cycles: peak to peak and root mean square, with the error of those of samples.
+"""Peak-to-peak and rms accelerations over the last cycles; those from samples with their estimated error.
 
-Of an exact motion extremes and means are taken between the samples, both limits at every crossing included. Samples are
-what remains for a recording, for another algorithm and for a body of prescribed motion; their error is estimated by
-what every second sample alone would have told (``gearrattle.signals.levels``).
+For an exact motion, extremes and means are taken between the samples too, with both limits at every crossing. A
+recording, another algorithm and a body of prescribed motion have only samples; the error of their levels is estimated
+from every second and every fourth sample, and of extremes from a parabola too (``signals.levels``).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from gearrattle.trajectory import Array, IntArray, Trajectory
 from gearrattle.wording import counted
 
 LAST_CYCLES = 8
-"""Over how many cycles levels are taken, at most (Padmanabhan et al. 1995, eqs. (23)-(25))."""
+"""Largest number of cycles that a level is taken over (Padmanabhan et al. 1995, eqs. (23)-(25))."""
 
 
-_LEVELS = ("low", "high", "rms", "below", "above", "off")
+_LEVELS = ("low", "high", "rms", "below", "above", "rms_error")
 
 
 class Level(NamedTuple):
@@ -34,7 +34,7 @@ class Level(NamedTuple):
 def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> dict[str, Array]:
     """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
 
-    low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
+    low, high, rms; below, above: how far the motion may go beyond low and high between samples; rms_error.
     """
     window = steady(trajectory)
     count = min(LAST_CYCLES, window.cycles)
@@ -49,7 +49,7 @@ def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> di
 
 
 def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArray, count: int) -> None:
-    """Write the levels of some bodies by their samples, and the error of these."""
+    """Write the levels of some bodies from their samples, with their errors."""
     per_cycle = trajectory.samples_per_cycle
     samples = steady(trajectory).closed(trajectory.acceleration)[-(count * per_cycle + 1) :, bodies]
     for c in range(count):
@@ -77,7 +77,7 @@ def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, cou
 
 
 def peak_to_peak_of(state: Mapping[str, Array]) -> Level:
-    """Return the largest less the smallest acceleration of every inertia."""
+    """Return the largest less the smallest acceleration of every inertia, and its error."""
     low = state["low"].min(axis=0)
     high = state["high"].max(axis=0)
     beyond = (state["high"] + state["above"]).max(axis=0) - (state["low"] - state["below"]).min(axis=0)
@@ -85,8 +85,8 @@ def peak_to_peak_of(state: Mapping[str, Array]) -> Level:
 
 
 def rms_of(state: Mapping[str, Array]) -> Level:
-    """Return the root mean square acceleration of every inertia."""
-    return Level(_together(state["rms"]), _together(state["off"]))
+    """Return the root mean square acceleration of every inertia, and its error."""
+    return Level(_together(state["rms"]), _together(state["rms_error"]))
 
 
 def _together(levels: Array) -> Array:
@@ -97,7 +97,7 @@ def _together(levels: Array) -> Array:
 
 
 def shortened(what: str, cycles: int) -> str:
-    """Return a note where fewer cycles remain than a level is taken over, else an empty text."""
+    """Return a note if fewer cycles remain than a level is taken over, else an empty text."""
     if cycles >= LAST_CYCLES:
         return ""
     remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"

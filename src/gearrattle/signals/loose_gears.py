@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals.regions import judged_of
+from gearrattle.signals.regions import clearance_arrays
 from gearrattle.trajectory import Array, Layout
 
 T = TypeVar("T", float, Array)
@@ -119,7 +119,7 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
 
 def is_gap(layout: Layout, clearance: int) -> bool:
     """Return whether the centre of a clearance is free of stiffness: a gap, which can separate."""
-    return bool(judged_of(layout).gap[clearance])
+    return bool(clearance_arrays(layout).gap[clearance])
 
 
 def gap_names(layout: Layout) -> tuple[str, ...]:

@@ -3,12 +3,14 @@
 The region at any instant follows by replaying the log from the region at t = 0; between two crossings it is constant.
 Shares of time are therefore sums of event times, exact to the accuracy of the events, whatever the output grid.
 
-*Centre*: the piece labelled 0. Where delta = 0 is itself a corner, the pieces 0 and -1 meet there and both are the
-centre, unless just one of them has no stiffness: then that one is the gap, and the centre, alone. An element is *in
-contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3): "quiet" if no corner is crossed,
-"single-sided" if only drive-side or only coast-side ones are, "double-sided" if both. A gap (a centre without
-stiffness) rattles where it separates, so only the corners of its centre count; of a staged spring every corner counts.
-Passing delta = 0 inside the centre is no crossing in this sense, for it opens or closes no contact.
+*Centre*: the piece labelled 0. If delta = 0 is itself a corner, the pieces 0 and -1 meet there and both are the centre;
+but if only one of the two has no stiffness, it is the gap, and it alone is the centre. Outside the centre an element is
+*in contact*.
+
+*Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3): "quiet" if no corner is crossed, "single-sided" if only drive-side
+or only coast-side ones are, "double-sided" if both. Which corners count: of a gap (a centre without stiffness) only
+those of the centre, where it separates; of a staged spring all. If both pieces at delta = 0 are the centre, passing
+delta = 0 is no crossing, because contact neither begins nor ends.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ Regime = Literal["quiet", "single-sided", "double-sided"]
 
 
 def centre(layout: Layout, clearance: int) -> frozenset[int]:
-    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact."""
+    """Return the labels of the pieces at the centre of a clearance, where it is not in contact."""
     first = int(layout.region_of_first_piece[clearance])
     corner_below_zero = -first - 1  # the corner between the pieces -1 and 0
     corners = layout.corners[clearance]
@@ -41,15 +43,15 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
 
 
 def centre_words(layout: Layout, clearance: int) -> str:
-    """Return in words the regions of the centre where delta = 0 is a corner, for formulas; empty elsewhere."""
+    """Return in words which regions are the centre, for formulas, if delta = 0 is a corner; else an empty text."""
     if 0.0 not in layout.corners[clearance]:
         return ""
     labels = [f"{label:+d}" if label else "0" for label in sorted(centre(layout, clearance))]
     return f"; delta = 0 is a corner, the centre is region {' and '.join(labels)}"
 
 
-def judged_of(layout: Layout) -> Judged:
-    """Return the arrays of the clearances for compiled code: their pieces, and those of the centre."""
+def clearance_arrays(layout: Layout) -> Judged:
+    """Return as arrays for compiled code the pieces of every clearance, and which of them are its centre."""
     sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
     inner = [
         int(first + piece in centre(layout, k))
@@ -86,7 +88,7 @@ def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
     location = f"event log of {trajectory.layout.clearance_names[k]} at t = {log.time[row]:.9g}"
     if region == log.from_region[row]:
         return GearRattleError(
-            f"{location}: found a crossing from region {region} to {log.to_region[row]}, not beside it"
+            f"{location}: found a crossing from region {region} to {log.to_region[row]}, which is not its neighbour"
         )
     return GearRattleError(
         f"{location}: found a crossing from region {log.from_region[row]}, but the crossings before it lead to region "
@@ -126,8 +128,8 @@ def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
     return dwell
 
 
-def outside(layout: Layout, clearance: int, shares: Mapping[int, float] | Mapping[int, Array]) -> Array:
-    """Return the part of the shares (by region label, of one motion or of many) that is contact, 0 to 1."""
+def share_in_contact(layout: Layout, clearance: int, shares: Mapping[int, float] | Mapping[int, Array]) -> Array:
+    """Return the share of time in contact, 0 to 1, from the shares by region label, of one motion or of many."""
     inner = centre(layout, clearance)
     total = np.zeros(())
     for region, share in shares.items():

@@ -47,11 +47,12 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
     Parameters
     ----------
     signal
-        (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
+        (N,) or (N, n) samples over whole cycles, N a multiple of ``samples_per_cycle``: without the end point of the
+        last cycle.
     period
         length of a cycle [s].
     cycles_per_segment
-        whole cycles in a segment, cut to what there is.
+        whole cycles in a segment, at most as many as there are.
 
     Raises
     ------
@@ -72,10 +73,10 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
     step = length - length // 2
     segments = Segments(taper("hann", length), step, 1 + (signal.shape[0] - length) // step)
     frequency, density = power_density(signal, samples_per_cycle / period, segments)
-    return Spectrum(frequency, density, averaged(cycles, segments.count), segments.count)
+    return Spectrum(frequency, density, window_words(cycles, segments.count), segments.count)
 
 
-def averaged(cycles: int, segments: int) -> str:
-    """Return in words the segments and cycles of a density."""
-    counted = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
-    return f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"
+def window_words(cycles: int, segments: int) -> str:
+    """Return in words the window, the segments and the cycles of a density."""
+    parts = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
+    return f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {parts}, mean removed"

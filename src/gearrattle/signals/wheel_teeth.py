@@ -298,7 +298,7 @@ def _keep(chain: _Chain, end: int, reading: _Reading, tooth: int, size: int) -> 
 
 
 def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern: Array) -> None:
-    """Refuse gaps that do not come where the wheel has them, but for a start or a stop at the ends.
+    """Refuse gaps that do not come where the wheel has them, except for a start or a stop at the ends.
 
     Raises
     ------

@@ -21,9 +21,9 @@ def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDA
     Parameters
     ----------
     count
-        (...,) how often it happened.
+        (...,) number of trials in which it happened.
     among
-        (...,) of how many; NaN comes back where that is 0.
+        (...,) number of trials; the limits are NaN where it is 0.
     level
         of confidence, between 0 and 1.
 

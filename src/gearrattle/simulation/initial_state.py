@@ -38,7 +38,7 @@ def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array
 
 @kept
 def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """The start with velocities zero, but for what prescribed motions carry along."""
+    """The start with velocities zero, except for what prescribed motions carry along."""
     model = driveline.model
     named, rest = named_equilibrium(driveline)
     if not model.motions:

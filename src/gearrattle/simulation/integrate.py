@@ -18,7 +18,7 @@ from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
 
 Progress = Callable[[float], None]
 _UNTIL_JUDGED = 2.0  # s
-_SLOW = 60.0  # seconds a cycle: of machines it takes milliseconds
+_SLOW = 60.0  # seconds per cycle: of machines it takes milliseconds
 
 
 def integrate(

@@ -14,7 +14,7 @@ from gearrattle.model import Model
 from gearrattle.wording import counted
 
 FASTEST = 1e15
-"""Decays or radians a period: what is as fast as that changes by rounding alone within the rounding of the period."""
+"""Decays or radians per period: what is as fast as that changes by rounding alone within the rounding of the period."""
 _SHARE = 0.5  # of the machine's memory
 _MATRICES = 400  # of states x states, that tables take at most: measured 377 with 210 inertias, 325 with 300
 _UNKNOWN = 8 << 30  # bytes, where the machine does not tell

@@ -63,7 +63,7 @@ def simulate(
     cycles
         length of the run, in periods T of all orders together.
     samples_per_cycle
-        output samples a period; the grid is t = k T / samples_per_cycle, both ends included.
+        output samples per period; the grid is t = k T / samples_per_cycle, both ends included.
     discard
         periods criteria leave out at the start.
     tolerance

@@ -61,9 +61,9 @@ def stream(
     cycles
         length of the whole motion, in periods T of all orders together.
     chunk
-        periods a chunk; the default makes chunks of about 100 000 samples, 5000 periods at most.
+        periods per chunk; the default makes chunks of about 100 000 samples, 5000 periods at most.
     samples_per_cycle
-        output samples a period; 1 stores one state a period.
+        output samples per period; 1 stores one state per period.
     discard
         periods criteria leave out at the start.
     tolerance
@@ -85,7 +85,7 @@ def stream(
     Returns
     -------
     Stream
-        An iterator of runs, one a chunk.
+        An iterator of runs, one per chunk.
 
     Raises
     ------

@@ -24,7 +24,7 @@ from gearrattle.engine.solvers.variants import Pattern, follow_variants, has_loo
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
 from gearrattle.quantities import CROSSING_CRITERIA
-from gearrattle.signals import gap_names, judged_of, reduced_inertias
+from gearrattle.signals import clearance_arrays, gap_names, reduced_inertias
 from gearrattle.studies.batch_outputs import Followed, is_followed
 from gearrattle.studies.output import WORST, Output
 from gearrattle.studies.outputs import Outputs
@@ -148,7 +148,7 @@ class _Alike:
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
         start = _STARTS[settings.initial] if isinstance(settings.initial, str) else AS_GIVEN
-        pattern = Pattern(system, start, settings.cycles, judged_of(layout))
+        pattern = Pattern(system, start, settings.cycles, clearance_arrays(layout))
         columns, is_number = _floats(varied, count)
         numbers, good = coefficients(model, columns, count)
         good &= is_number

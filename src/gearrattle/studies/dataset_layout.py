@@ -79,7 +79,7 @@ def words_of(values: xr.DataArray) -> tuple[str, ...]:
 
 
 def subject_of(data: xr.Dataset, output: str) -> str:
-    """The dimension of an output's subjects; empty if it is one number a case."""
+    """The dimension of an output's subjects; empty if it is one number per case."""
     return next((str(name) for name in data[output].dims if name not in data[OUTCOME].dims), "")
 
 
@@ -91,7 +91,7 @@ def values_of(data: xr.Dataset, output: str) -> xr.DataArray:
 
 
 def subject_names(data: xr.Dataset, output: str) -> list[str]:
-    """Names of the subjects an output applies to; one empty name if it is one number a case."""
+    """Names of the subjects an output applies to; one empty name if it is one number per case."""
     subject = subject_of(data, output)
     return [str(name) for name in values_of(data, output)[subject].values] if subject else [""]
 

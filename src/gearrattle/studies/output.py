@@ -39,7 +39,7 @@ class Output:
     Attributes
     ----------
     dimension
-        "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
+        "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number per case.
     unit
         by subject it applies to, for they may differ; SI.
     words

@@ -216,7 +216,7 @@ def _error_of(entries: Sequence[Row]) -> str:
 
 
 def unit_in(model: Model, unit: str) -> str:
-    """Return an SI unit as a model has it: "1" if it is dimensionless, unless the unit is none of SI."""
+    """Return an SI unit as a model has it: "1" if it is dimensionless, unless the unit is not of SI."""
     return unit if model.units == "SI" or unit in WITHOUT_DIMENSION else "1"
 
 
@@ -259,7 +259,7 @@ def _with_largest(known: Mapping[str, Output], runs: Sequence[Run]) -> dict[str,
 
 
 def _refuse_unknown(names: Sequence[str], known: Sequence[str], runs: Sequence[Run]) -> None:
-    """Refuse every name that is none of the known ones."""
+    """Refuse every name that is not known."""
     has_clearance = any(run.trajectory.layout.clearance_names for run in runs)
     rule = f"there is no such output{'' if has_clearance else ' of a driveline without a clearance'}"
     plain = [name for name in known if not name.endswith(OVER_ALL)]

@@ -15,7 +15,7 @@ clutch that swings beyond its stage, gears that have left their flanks make othe
 forecast is quiet only where none of them lifts the gear off. No linear driveline describes impacts of rattling gears,
 motions that pass between stages, or the choice among several motions by the start.
 
-Nothing is integrated: a map takes milliseconds a case. With ``check`` cases near the border are also run and judged,
+Nothing is integrated: a map takes milliseconds per case. With ``check`` cases near the border are also run and judged,
 with ``simulate`` all of them.
 """
 
@@ -113,15 +113,16 @@ def screen(
     -------
     xr.Dataset
         A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
-        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction let go
-        in the stages of rest; lift_low and lift_high are the range over all linear drivelines, and forecast is what
-        it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With ``simulate``
-        or ``check`` there are severity and regime, codes of ``flag_meanings``, -1 where nothing was simulated.
+        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear, with friction
+        released in the stages of rest; lift_low and lift_high are the range over all linear models, and forecast is
+        what it says, codes of ``flag_meanings``. inside tells whether the linear motion is an exact one. With
+        ``simulate`` or ``check`` there are severity and regime, codes of ``flag_meanings``, -1 where nothing was
+        simulated.
 
     Raises
     ------
     ModelError
-        no loose gear, a value or path that is none, records instead of harmonics; ``check`` beside ``simulate``.
+        no loose gear, a value or path that is not valid, records instead of harmonics; ``check`` with ``simulate``.
     ConvergenceError
         not even one case could be simulated.
 

@@ -1,13 +1,13 @@
-"""Linear drivelines of a screening: friction stuck or let go, staged springs in every stage reached.
+"""Linear models of a driveline for a screening: friction stuck or released, staged springs in every stage reached.
 
-One linear driveline, in the stages it rests in and with its dry friction let go, is one forecast of many. Where
-friction sticks its spring adds to the stage's; where a staged clutch swings beyond its stage the stiffness changes, and
-with it which order is near a resonance; where a loose gear leaves its flank its driver carries less. (A gap that is
-flown through is no stage to stay in, and left out.) None of these linear motions is that of the driveline, which passes
-from one to the other. But a gear that holds in all of them is quiet by every linear forecast, and one that lifts off in
-all of them by none; in between the forecast is undecided.
+A linear model holds every element in one stage. One model alone, in the stages at rest and with dry friction released,
+is one forecast among several. Where friction sticks, its spring adds to the stiffness of the stage. Where a staged
+clutch swings beyond its stage, the stiffness changes, and with it the order that is near a resonance. Where a loose
+gear leaves its flank, its driver carries less. (A driveline does not stay in a gap, so gaps are no stages here.) The
+real motion passes from one model to another and is none of them. A gear that stays on its flank in all models is
+forecast quiet; one that lifts off in all models is forecast to lift off; between these the forecast is undecided.
 
-    lift ratio = reach of the mesh's deflection towards its gap / its static depth in contact,    in every model
+    lift ratio = largest swing of the mesh towards its gap / its static depth of contact;    above 1 it lifts off
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array
 
 _MOST_STAGES = 16
-"""Combinations of stages that are tried; of more, those in which one element leaves the stage it rests in."""
+"""Largest number of combinations of stages; beyond it one element at a time leaves the stage it rests in."""
 Reach = tuple[Array, Array]
 
 
@@ -38,38 +38,41 @@ class Linear(NamedTuple):
 
 
 def at_rest(system: PiecewiseSystem, rest: Equilibrium) -> Linear:
-    """Return the driveline in the stages it rests in, with its friction let go."""
+    """Return the model in the stages at rest, with friction released."""
     return _in_pieces(system, rest.pieces, sticks=False)
 
 
 def reach_of(system: PiecewiseSystem, linear: Linear) -> Reach:
-    """Return (m,) how far the steady motion takes every element down and up from its rest."""
+    """Return (m,) the lower and (m,) the upper bound of every element's steady swing about its rest."""
     return steady_extremes(system, steady_deflections(system, linear.stiffness, linear.damping))
 
 
 def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> tuple[Array, Array]:
-    """Return (gears,) the least and the largest lift ratio over all linear drivelines."""
+    """Return (gears,) the least and the largest lift ratio over all linear models."""
     models = list(_models(system, rest, meshes))
     ratios = np.array([lift_ratios(system, rest, reach_of(system, linear), meshes) for linear in models])
     low = ratios.min(axis=0)
     high = ratios.max(axis=0)
-    # gears that may lift off load their driver no more: the others are judged without them as well
-    off = np.zeros(len(meshes), dtype=np.bool_)
-    while np.any((high > 1.0) & ~off) and not np.all(high > 1.0):
-        off = high > 1.0
-        held = [mesh for mesh, is_off in zip(meshes, off, strict=True) if not is_off]
+    # a gear that may lift off no longer loads its driver: judge the others also without it
+    lifted = np.zeros(len(meshes), dtype=np.bool_)
+    while np.any((high > 1.0) & ~lifted) and not np.all(high > 1.0):
+        lifted = high > 1.0
+        held = [mesh for mesh, is_lifted in zip(meshes, lifted, strict=True) if not is_lifted]
         for linear in models:
             without = Linear(linear.stiffness.copy(), linear.damping.copy())
             for column in without:
                 column[[mesh for mesh in meshes if mesh not in held]] = 0.0
             ratio = lift_ratios(system, rest, reach_of(system, without), held)
-            low[~off] = np.minimum(low[~off], ratio)
-            high[~off] = np.maximum(high[~off], ratio)
+            low[~lifted] = np.minimum(low[~lifted], ratio)
+            high[~lifted] = np.maximum(high[~lifted], ratio)
     return low, high
 
 
 def lift_ratios(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, meshes: Sequence[int]) -> Array:
-    """Return how far meshes swing towards their gaps, over their depth in contact; infinite at rest within a gap."""
+    """Return how far meshes swing towards their gaps, over their static depth of contact.
+
+    Infinite if a mesh rests inside its gap.
+    """
     return np.array([_lift(system, rest, reach, mesh) for mesh in meshes])
 
 
@@ -93,7 +96,7 @@ def is_inside(system: PiecewiseSystem, rest: Equilibrium, reach: Reach) -> bool:
 
 
 def _reached(system: PiecewiseSystem, rest: Equilibrium, reaches: Sequence[Reach], element: int) -> list[int]:
-    """The pieces that an element is in when it moves so far from its rest; that on whose corner it turns as well."""
+    """Return the pieces that an element visits in this swing; a piece that it only touches counts."""
     law = system.laws[element]
     at = float(rest.deflection[element])
     low = min(at + float(reach[0][element]) for reach in reaches)
@@ -104,7 +107,7 @@ def _reached(system: PiecewiseSystem, rest: Equilibrium, reaches: Sequence[Reach
 
 
 def _models(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> Iterator[Linear]:
-    """All linear drivelines: at rest stuck and let go, then with what leaves its stage in the stages it reaches."""
+    """Yield all linear models: first in the stages at rest, then with elements in the other stages that they reach."""
     first = list(_frictions(system, rest.pieces))
     reaches = [reach_of(system, linear) for linear in first]
     yield from first
@@ -122,14 +125,14 @@ def _models(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -
 
 
 def _frictions(system: PiecewiseSystem, pieces: Sequence[int]) -> Iterator[Linear]:
-    """Friction let go, then stuck where there is any."""
+    """Yield the model with friction released, then, if there is friction, with friction stuck."""
     yield _in_pieces(system, pieces, sticks=False)
     if any(auxiliary.kind == "slider" for auxiliary in system.auxiliaries):
         yield _in_pieces(system, pieces, sticks=True)
 
 
 def _in_pieces(system: PiecewiseSystem, pieces: Sequence[int], *, sticks: bool) -> Linear:
-    """Slopes with every element in one piece; springs of sliders that are engaged there added where they stick."""
+    """Return the slopes with every element in its piece; where friction sticks, add the springs of engaged sliders."""
     stiffness = np.array([law.stiffness[p] for law, p in zip(system.laws, pieces, strict=True)])
     damping = np.array([law.damping[p] for law, p in zip(system.laws, pieces, strict=True)])
     for auxiliary in system.auxiliaries if sticks else ():

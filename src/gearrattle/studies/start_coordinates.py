@@ -108,7 +108,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
 
 def _unknown(name: str, known: Sequence[str], moving: Set[str]) -> Problem:
-    """Problem of a name that is none of an initial value."""
+    """Problem of a name that names no initial value."""
     kind, _, subject = str(name).partition(".")
     if kind in ("angle", "velocity") and subject in moving:
         rule = "the motion of this inertia is prescribed: it has no initial value"

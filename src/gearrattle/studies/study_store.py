@@ -1,6 +1,6 @@
 """Store of a study's results, in a folder or behind an address (``storage``), from which a stopped study goes on.
 
-    results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
+    results.zarr/        one array per output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
     done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
     done/0000013.part    how far chunk 13 has come, if what computes it keeps that

@@ -23,16 +23,18 @@ from gearrattle.workbench.workspace_folder import Folder
 
 
 def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str, Any]:
-    """Check a model file that may be incomplete; data files in it are relative to ``file``, a name in the workspace
-    folder. ModelError if that name leads out of the folder.
+    """Check the text of a model file, which may be incomplete.
+
+    Data files in it are relative to ``file``, a name in the workspace folder. A name outside the folder is a
+    ModelError.
 
     Returns
     -------
     dict
         ``problems`` with ``path`` and ``line``, ``notes``, ``drawing`` and ``tables`` (None where the text is no TOML),
         ``headers`` with ``path`` and ``line``, ``title``, ``units`` of plain numbers and ``labels`` of all values by
-        path (none where something is wrong), and ``groups``, patterns of values that a factor changes
-        together, with their words.
+        path (none where something is wrong), and ``groups``: patterns of values that one factor changes together, each
+        with its words.
     """
     # text to tables
     name = file or NAME

@@ -50,7 +50,7 @@ class Edited(NamedTuple):
 
 def edited(text: str, edits: Sequence[Edit]) -> Edited:
     """Apply edits to a model file in TOML, one after another, and keep its comments; notes say what a deleted body took
-    along. ModelError if the text is no TOML, an edit is none, or its path leads nowhere.
+    along. ModelError if the text is no TOML, an edit is not valid, or its path does not exist.
     """
     if not isinstance(edits, Sequence) or isinstance(edits, str) or len(edits) > _MOST:
         raise _refused("edits", "", f"must be a list of at most {_MOST} edits")
@@ -197,7 +197,7 @@ def _renaming(tables: Mapping[str, Any], edit: Edit) -> tuple[list[Step], str]:
 
 
 def _starts(tables: Mapping[str, Any]) -> list[Location]:
-    """Return the lists of an initial state that have one entry an inertia."""
+    """Return the lists of an initial state that have one entry per inertia."""
     count = len(rows_of(tables, BODY))
     keys = ("angle", "velocity")
     locations: list[Location] = [("simulation", "initial", key) for key in keys]
@@ -392,7 +392,7 @@ def _above(document: Sequence[Block], kind: str) -> int:
 
 
 def _lines(keys: Mapping[str, Any]) -> str:
-    """Return the keys of a new table, one a line."""
+    """Return the keys of a new table, one per line."""
     return "".join(f"{key} = {_shown(value)}\n" for key, value in keys.items())
 
 

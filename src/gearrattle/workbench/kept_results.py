@@ -164,7 +164,7 @@ def _plain_view(folder: Path) -> dict[str, Any]:
 
 
 def run_of(folder: Path) -> Run:
-    """Return the motion of a job; ModelError if the result is none."""
+    """Return the motion of a job; ModelError if its result is no motion."""
     path = folder / RESULT / "results.nc"
     if not path.is_file():
         raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))

@@ -24,8 +24,8 @@ def at_one_gain(folders: Sequence[Path], elements: Sequence[str] | None) -> dict
     -------
     dict[str, Any]
         ``gain`` [1/Pa], at which the highest peak of all is half of full scale, and None where none makes a sound;
-        ``designs``, one a job: its ``level`` [dB re 20 uPa], None for silence, and its ``problems``, empty where it can
-        be heard; ``notes``.
+        ``designs``, one per job: its ``level`` [dB re 20 uPa], None for silence, and its ``problems``, empty where it
+        can be heard; ``notes``.
     """
     designs: list[dict[str, Any]] = []
     gains: list[float] = []

@@ -32,7 +32,7 @@ def test_mat_vectors_matrices_and_structures(tmp_path: Path) -> None:
     )
     raw = read_raw(path)
     assert {c.name for c in raw.columns} == {"n", "both[0]", "both[1]", "rig.inner.T"}
-    assert raw.notes == ("no signals, left out: word, one",)
+    assert raw.notes == ("left out, because they are no signals: word, one",)
     rows = [channel("n"), channel("T", "torque", "kN*m", source="rig.inner.T", of="hub")]
     actual = gr.read({"file": str(path), "channel": rows})
     np.testing.assert_allclose(actual["n"].values, X * np.pi / 30.0, rtol=1e-15)

@@ -80,7 +80,7 @@ class Overtones:
     Parameters
     ----------
     system
-        the driveline; all its orders are whole numbers a period.
+        the driveline; all its orders are whole numbers per period.
     slope, damping
         (m,) equivalent ones of every element.
     means
@@ -289,7 +289,7 @@ def balance(system: PiecewiseSystem, slope: Array, damping: Array, means: Callab
     Parameters
     ----------
     system
-        the driveline; all its orders are whole numbers a period.
+        the driveline; all its orders are whole numbers per period.
     slope, damping
         (m,) equivalent ones of every element [N m/rad, N m s/rad or N/m, N s/m].
     means

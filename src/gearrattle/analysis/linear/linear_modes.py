@@ -40,7 +40,7 @@ class ModalData:
     damping_ratios
         (n,); NaN for rigid motion.
     shapes
-        (n, n) one column a mode, largest entry 1.
+        (n, n) one column per mode, largest entry 1.
     modal_inertia
         (n,) phi^T J phi of these shapes [kg m^2].
     strain_energy
@@ -110,7 +110,7 @@ def _train(rigid: Array, factor: Array) -> tuple[Array, Array, Array]:
     -------
     tuple[Array, Array, Array]
         omega: (p,) ascending.
-        normal: (p, p) orthonormal v, one column a mode.
+        normal: (p, p) orthonormal v, one column per mode.
         stored: (s, p - r) orthonormal u of the elastic modes.
     """
     size, count = rigid.shape

@@ -30,7 +30,7 @@ class LinearSystem:
     mass, damping
         (n, n).
     elastic
-        (m, n) E, one row an element.
+        (m, n) E, one row per element.
     """
 
     mass: Array

@@ -83,7 +83,7 @@ def _tied(system: PiecewiseSystem, stiffness: Array) -> RelativeCoordinates:
 class EnergyForm:
     """dy/dt = A y in energy coordinates, y = (B x, sqrt(J) v) with B^T B the stiffness of independent deflections x.
 
-    Zeros of rigid angles do not occur there, and A is skew-symmetric but for damping.
+    Zeros of rigid angles do not occur there, and A is skew-symmetric except for damping.
 
     Attributes
     ----------

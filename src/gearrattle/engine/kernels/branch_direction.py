@@ -32,7 +32,7 @@ class Direction(NamedTuple):
 def write_direction(columns, scale, row, memories, direction):
     """Write the change that keeps the way from start to end, and of which the product with a row is 1.
 
-    A memory that may be anything, because it is let go all along, stays as it is. Returns whether there is a change.
+    A memory that may be anything, because it is released all along, stays as it is. Returns whether there is a change.
 
     columns: (N, N + 1) M and s, balanced.
     scale: (N,) balanced = scale * SI.

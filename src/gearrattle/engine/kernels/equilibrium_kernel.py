@@ -8,7 +8,7 @@ import numpy as np
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels.jacobi_eigenvalues import diagonalise
-from gearrattle.engine.kernels.state_scaling import most_of
+from gearrattle.engine.kernels.state_scaling import largest_modulus
 
 FOUND, RUNAWAY, LOST = range(3)
 """Results of the search: an equilibrium; a direction in which the potential falls without end; none found."""
@@ -237,7 +237,7 @@ def rest(system, label, statics, acceleration, x, travel):
         scale[j] = 0.0
     for e in range(elastic.size):
         k = elastic[e]
-        stiffest = most_of(laws.stiffness, laws.first[k], laws.first[k + 1])
+        stiffest = largest_modulus(laws.stiffness, laws.first[k], laws.first[k + 1])
         for j in range(size):
             scale[j] += combination[e, j] * combination[e, j] * stiffest
     for j in range(size):

@@ -1,7 +1,8 @@
 """Eigenvalues of small symmetric matrices, by Jacobi's rotations.
 
 C. G. J. Jacobi, J. reine angew. Math. 30 (1846) 51; the rotation as in Golub and Van Loan, Matrix Computations, sec.
-8.5. Every operation is rounded by itself: the same bits on every machine, whatever linear algebra it carries.
+8.5. Every operation is rounded on its own, so every machine gives the same bits, whichever linear algebra library it
+has.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from math import sqrt
 from gearrattle.engine.kernels._jit import strict
 
 _SWEEPS = 60
-_NOTHING = 1e-18  # of the largest entry
+_NEGLIGIBLE = 1e-18  # of the largest entry: not rotated away
 
 
 @strict
 def _rotate(a, vectors, p, q, size):
-    """Make a[p, q] zero."""
+    """Make a[p, q] zero by a rotation in the plane (p, q)."""
     theta = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
     t = 1.0 / (abs(theta) + sqrt(theta * theta + 1.0))
     if theta < 0.0:
@@ -50,7 +51,7 @@ def diagonalise(a, vectors, size):
         is_done = True
         for p in range(size):
             for q in range(p + 1, size):
-                if abs(a[p, q]) > _NOTHING * largest:
+                if abs(a[p, q]) > _NEGLIGIBLE * largest:
                     _rotate(a, vectors, p, q, size)
                     is_done = False
         if is_done:

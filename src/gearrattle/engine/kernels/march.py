@@ -6,7 +6,7 @@ every gap must stay positive over the whole step. If even the finest step is not
 polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
 every instant lies in a step proven free of crossings or in a window searched from its beginning.
 
-The kernel works in slices and hands back an ``Outcome`` code, so that the floor above can show progress, grow the log,
+The kernel works in slices and hands back an ``Outcome`` code, so that its caller can show progress, grow the log,
 or build a region met for the first time. Where a slice ends changes no bit of the motion; nor does it when all samples
 are stored and the march goes on with fresh ones, for the step in which the last one lies is not taken before that.
 """

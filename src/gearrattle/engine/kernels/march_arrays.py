@@ -22,9 +22,9 @@ from gearrattle.engine.kernels.arrays import Array3, Array4, IntArray3, IntMatri
 class Inputs(NamedTuple):
     """The oscillators that drive the system."""
 
-    cycles_high: Vector  # (H,) oscillations a period, leading 24 bits
+    cycles_high: Vector  # (H,) oscillations per period, leading 24 bits
     cycles_low: Vector  # (H,) the rest
-    frequency: Vector  # (H,) radians a period
+    frequency: Vector  # (H,) radians per period
     scale: Vector  # (1 + H,) constant amplitudes
     steps: Vector  # (levels,) see ``step_of``
     knot_cycle: Vector  # (G,) starts of the signals' intervals, whole periods

@@ -6,7 +6,7 @@ reference angle is sum_j c_j s^j, and the equation of motion gives the coefficie
     (j + 1) d_{j+1} = h w v_j,   F_j = k (d_j - e_j) + c (w v_j - e'_j),
     (j + 1) v_{j+1} = h J^-1 (T_j - D v_j - w F_j),
 
-with a row w of two entries for each element: a few operations an element and order, no matrix anywhere.
+with a row w of two entries for each element: a few operations per element and order, no matrix anywhere.
 
 A crossing changes one element. What it changes of the motion, ``correct``, obeys the same recurrence from zero, driven
 by the change of that element's force; inside one window it reaches only a neighbourhood, listed once and for all. So a
@@ -49,7 +49,7 @@ class Network(NamedTuple):
     erring: IntVector  # (E,) elements with a transmission error
     error_at: IntMatrix  # (L, 2) row and harmonic of each error
     error: Matrix  # (L, 2) cosine, sine
-    turn: Vector  # (H,) radians a window
+    turn: Vector  # (H,) radians per window
     tied: IntVector  # (D,) elements whose deflection is a sum of others'
     tie_start: IntVector  # (D + 1,)
     tie: IntVector  # the others, one after the other

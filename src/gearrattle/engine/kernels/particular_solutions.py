@@ -20,7 +20,7 @@ SOLVED = 1e-9
 
 @strict
 def add_product(total, rest, a, b):
-    """(total, rest) + a b, exact but for the rounding of ``rest``."""
+    """(total, rest) + a b, exact except for the rounding of ``rest``."""
     p = a * b
     t = _SPLITTER * a
     a1 = t - (t - a)

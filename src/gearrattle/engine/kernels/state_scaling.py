@@ -9,15 +9,15 @@ from gearrattle.engine.kernels._jit import strict, strict_entry
 
 @strict
 def power_below(value):
-    """The power of two nearest below a positive value."""
+    """The largest power of two not above a positive value; infinity and NaN as they are."""
     if not value < inf:
         return value
     return ldexp(1.0, frexp(value)[1] - 1)
 
 
 @strict
-def most_of(values, begin, end):
-    """The largest modulus of some values."""
+def largest_modulus(values, begin, end):
+    """The largest modulus in values[begin:end]."""
     largest = 0.0
     for i in range(begin, end):
         largest = max(largest, abs(values[i]))
@@ -45,15 +45,15 @@ def scale(system, frame, scales):
     for i in range(n):
         velocity[i] = power_below(sqrt(system.inertia[i]))
     for i in range(deflection.size):
-        # deflections: the square root of the largest stiffness, of an element without one a radian a period
+        # deflections: the square root of the largest stiffness; without one, of that with one radian per period
         k = elements[i]
         mobility = 0.0
         for j in range(n):
             mobility += rows[k, j] * rows[k, j] * (1.0 / system.inertia[j])
-        floor = (1.0 / period) * (1.0 / period) / mobility  # an element without stiffness: one radian a period
-        deflection[i] = power_below(sqrt(max(most_of(laws.stiffness, first[k], first[k + 1]), floor)))
+        floor = (1.0 / period) * (1.0 / period) / mobility
+        deflection[i] = power_below(sqrt(max(largest_modulus(laws.stiffness, first[k], first[k + 1]), floor)))
     for j in range(inputs.size):
-        # inputs: the torques of every inertia, with those that transmission errors make
+        # inputs: the torque on every inertia, with what transmission errors add
         squares = 0.0
         for i in range(n):
             if j == 0:
@@ -62,13 +62,13 @@ def scale(system, frame, scales):
                 pushed = abs(system.torque_sine[i, j - 1]) + abs(system.torque_cosine[i, j - 1])
             for k in range(rows.shape[0]):
                 if j == 0:
-                    pushed += abs(rows[k, i]) * most_of(laws.offset, first[k], first[k + 1])
+                    pushed += abs(rows[k, i]) * largest_modulus(laws.offset, first[k], first[k + 1])
                 else:
                     error = abs(system.error_sine[k, j - 1]) + abs(system.error_cosine[k, j - 1])
-                    pushed += abs(rows[k, i]) * (most_of(laws.stiffness, first[k], first[k + 1]) * error)
+                    pushed += abs(rows[k, i]) * (largest_modulus(laws.stiffness, first[k], first[k + 1]) * error)
             pushed /= sqrt(system.inertia[i])
             squares += pushed * pushed
-        # the motion they make in a period
+        # the velocity that they make: divided by the angular frequency, of one turn per period at least
         turns = 1.0 if j == 0 else max(1.0, cycles[j - 1])
         size = sqrt(squares) * period / (2.0 * pi * turns)
         inputs[j] = power_below(size) if size > 0.0 else 1.0

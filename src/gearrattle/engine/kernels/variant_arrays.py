@@ -40,7 +40,7 @@ class Frame(NamedTuple):
     rows: Matrix  # (m, n) W
     label: IntVector  # (m,) label of its lowest piece
     clearances: IntVector  # (K,) elements with corners
-    cycles: Vector  # (H,) oscillations a period
+    cycles: Vector  # (H,) oscillations per period
     basis: Matrix  # (r, n) X
     combination: Matrix  # (m, r) B
     elements: IntVector  # (r,) the element of each row of X

@@ -10,7 +10,7 @@ from math import pi
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels.memory_addresses import common_at, laws_at
-from gearrattle.engine.kernels.state_scaling import most_of, power_below
+from gearrattle.engine.kernels.state_scaling import largest_modulus, power_below
 from gearrattle.engine.kernels.workspace import PERIOD
 
 
@@ -102,7 +102,7 @@ def _write_clearances(system, frame, scales, common):
     for i in range(clearances):
         # scale: the power of two below the largest corner
         k = frame.clearances[i]
-        corner = most_of(laws.upper, laws.first[k], laws.first[k + 1] - 1)
+        corner = largest_modulus(laws.upper, laws.first[k], laws.first[k + 1] - 1)
         common.cornered[i] = corner > 0.0
         if not corner > 0.0:  # a corner at zero only: any scale serves
             for j in range(width):

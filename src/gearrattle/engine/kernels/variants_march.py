@@ -83,7 +83,7 @@ class Entries(NamedTuple):
     stages: Stages
 
 
-_BUDGET = 20_000  # steps a slice
+_BUDGET = 20_000  # steps per slice
 
 
 class Cases(NamedTuple):

@@ -49,7 +49,7 @@ class Common(NamedTuple):
     inertia: Vector  # (n,)
     pace: Vector  # (n,) T times the scale of every velocity
     corner_scale: Vector  # (W,)
-    frequency: Vector  # (H,) radians a period
+    frequency: Vector  # (H,) radians per period
     amplitude: Vector  # (1 + H,)
     input_size: Vector  # (U,) the amplitude of every input
     clearances: IntVector  # (K,) elements

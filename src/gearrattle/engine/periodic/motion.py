@@ -24,7 +24,7 @@ _FREE = 1e-9  # a singular value below this is zero
 class Touch:
     """Which corner is touched, and about when.
 
-    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, but for
+    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, except for
     visits beyond a corner that are so short that they may be rounding.
     """
 
@@ -170,7 +170,7 @@ def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
 
 
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
-    """Return which entries of the state are memories that are let go all along a motion, and may be anything.
+    """Return which entries of the state are memories that are released all along a motion, and may be anything.
 
     scale: (N,) balanced = scale * SI.
     """

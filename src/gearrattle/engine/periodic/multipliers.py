@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.point import Point
 
-REAL = 1e-9  # a multiplier with a smaller imaginary part is real but for rounding
-_CONSERVED = 1e-9  # the product of all multipliers is one but for so much where nothing is lost
+REAL = 1e-9  # a multiplier with a smaller imaginary part is real except for rounding
+_CONSERVED = 1e-9  # the product of all multipliers is one except for so much where nothing is lost
 _LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
 
 
@@ -30,7 +30,7 @@ def nearest_to(number: float, values: NDArray[np.complex128]) -> tuple[complex, 
 
 
 def number_outside(point: Point, crossing: Sequence[complex] = ()) -> int:
-    """Return how many multipliers lie outside the unit circle, but for those nearest to some values on it."""
+    """Return how many multipliers lie outside the unit circle, except for those nearest to some values on it."""
     above, below, pairs = outside(point, crossing)
     return above + below + 2 * pairs
 

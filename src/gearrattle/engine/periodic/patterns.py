@@ -86,7 +86,7 @@ def swaps(one: str, other: str) -> list[int]:
 def lone(fewer: str, more: str) -> str:
     """Return the letters that a word has more of than another one, and not of the way back.
 
-    They are of sliders: one that is let go sooner than it slips has one crossing less.
+    They are of sliders: one that is released sooner than it slips has one crossing less.
     """
     letters = "".join((Counter(more) - Counter(fewer)).elements())
     return "".join(letter for letter in letters if chr(ord(letter) ^ 1) not in letters)
@@ -95,7 +95,7 @@ def lone(fewer: str, more: str) -> str:
 def is_lone_change(fewer: str, more: str) -> bool:
     """Return whether a word without its lone letters, one or two, has the pattern of another one.
 
-    In a symmetric motion two sliders are let go at once.
+    In a symmetric motion two sliders are released at once.
     """
     letters = lone(fewer, more)
     if not 0 < len(letters) <= _AT_ONCE or len(more) != len(fewer) + len(letters):

@@ -194,7 +194,7 @@ class PeriodMap:
         count = march.cycles * len(clock.time)
         if len(by_clock) > count:
             return path.where(np.delete(np.arange(len(path.time)), by_clock[count:]))
-        left = clock.auxiliary[np.arange(len(by_clock), count) % len(clock.time)]  # at the end, but for rounding
+        left = clock.auxiliary[np.arange(len(by_clock), count) % len(clock.time)]  # at the end, except for rounding
         return path.and_later(march.cycles * self.system.inputs.period, left + clearances)
 
     def marched(self, state: State, passes: int = 1, samples_per_cycle: int = 1) -> Marched:

@@ -71,7 +71,7 @@ def shoot(
 
     settle: how often Newton's method may begin again, each time after twice as many passes; a motion found then is most
     likely stable. Before the last time Newton's method is given up as soon as a step does not halve the residual.
-    parts_of_period: 1 or 8: multiple shooting, so many parts a period; 0: only where disturbances grow much over
+    parts_of_period: 1 or 8: multiple shooting, so many parts per period; 0: only where disturbances grow much over
     several periods.
     ConvergenceError: none was found from there.
     """

@@ -15,7 +15,7 @@ motion touches what one beside it grazes, although the slope of that one's depth
 another grazing between both.
 
 *Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
-tell: over a step their change is the mean of both slopes, but for what is cubic in the step; and none that comes nearer
+tell: over a step their change is the mean of both slopes, except for cubic terms; and none that comes nearer
 to its corner appears or is lost. The depth of what grazes at one end of a step and touches at the other has different
 slopes on both sides: along the first step beyond it may become a few times as steep.
 
@@ -157,7 +157,7 @@ def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[In
 
 
 def _without(turns: Turns, chosen: IntArray) -> Turns:
-    """Turning points but for some, with all dips."""
+    """Turning points except for some, with all dips."""
     kept = {name: np.delete(getattr(turns, name), chosen) for name in OF_TURNS}
     return turns._replace(dips=turns.dips, **kept)
 

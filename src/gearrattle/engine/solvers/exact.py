@@ -1,8 +1,9 @@
 """``exact``: event-driven, certified, exact between corners.
 
-Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
-rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
-own sensitivity. Regions come from ``system.region``, built one at a time when they are first met.
+Inside a region the motion is propagated by tables of the matrix exponential. Crossings are isolated and located to
+rounding (``kernels.march``, ``kernels.taylor_window.first_crossing``, ``kernels.first_exit.first_exit``). Nothing here
+approximates the model: what remains is rounding, amplified by the motion's own sensitivity. Regions come from
+``system.region``, built one at a time when they are first met.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ from gearrattle.outcome import Outcome
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_BUDGET = 20_000  # steps a slice
+_BUDGET = 20_000  # steps per slice
 _PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C works
 _BUILDING = 2.4e11  # regions built in a period of the fastest input, times states cubed: about an hour
 _NOTES = 1024  # steps with samples in them before these are worked out
-_NOTED = 1_000_000  # samples a cycle, times notes
+_NOTED = 1_000_000  # samples per cycle, times notes
 
 
 def notes_for(size: Size, per_cycle: int) -> march_arrays.Notes:
@@ -102,7 +103,7 @@ class ExactMarch:
         self.notes = notes_for(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
-        # limits: steps a slice, steps without progress, regions built
+        # limits: steps per slice, steps without progress, regions built
         rows = size.longest + size.carried + 12 * size.watched
         self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
         self._limit = StepLimit(task.system)

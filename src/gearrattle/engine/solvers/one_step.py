@@ -1,9 +1,9 @@
-"""Solvers that go step by step, each from the one state before: Runge-Kutta of fixed and of chosen step, extrapolation.
+"""Solvers that compute every step from the state before it: Runge-Kutta of fixed and variable step, extrapolation.
 
 The kernel integrates the equation of motion as written (``kernels.equation_of_motion``): the independent second opinion
-on ``exact``. With chosen steps the error estimate of every deflection and velocity must stay below the tolerance times
-the larger of its own size and its size in an ordinary motion; angles and force integrals do not feed back and are left
-out.
+on ``exact``. With variable steps the error estimate of every deflection and velocity must stay below the tolerance
+times the larger of its own size and its size in an ordinary motion; angles and force integrals do not feed back and are
+left out.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MOST_STEPS = 1e9
 """Fixed steps in a run; a run of more is refused: it takes hours."""
 _BUDGET = 5_000
 _PRODUCTS = 10_000_000  # the same, of large drivelines in products
-_CALLS_A_STEP = 8  # of Runge-Kutta methods with chosen steps
+_CALLS_A_STEP = 8  # of Runge-Kutta methods with variable steps
 _CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C works
 _FIRST_LOG = 4096
 _SHORTEST = 1e-14  # of a period
@@ -113,7 +113,7 @@ class StepMarch:
         return outcome
 
     def _is_stuck(self) -> bool:
-        """Whether chosen steps make hardly any progress; one of extrapolation counts as several, by its evaluations."""
+        """Whether variable steps make hardly any progress; one of extrapolation counts as several, by its calls."""
         now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
         return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
 

@@ -1,4 +1,4 @@
-"""An initial-value problem packed for C: the block of counts and addresses that ``kernels.callbacks`` reads."""
+"""An initial-value problem as C code reads it: counts and addresses of arrays, for ``kernels.callbacks``."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 UNCONTROLLED = 1e100
-"""Absolute tolerance of what does not feed back: reference angles and force integrals never drive the step size."""
+"""Absolute tolerance of reference angles and force integrals: they do not affect the motion and set no step size."""
 
 
 def contiguous(field: Field) -> Field:
-    """The field with arrays of the very types that C reads."""
+    """Return the field with contiguous arrays of int64 and float64, as C reads them."""
 
     def laid(array: Any) -> Any:
         return np.ascontiguousarray(array, np.int64 if array.dtype.kind == "i" else np.float64)
@@ -32,12 +32,15 @@ def contiguous(field: Field) -> Field:
 
 @dataclass(frozen=True)
 class Block:
-    """A problem in scaled variables z = y / size with every array its callbacks use; it must outlive them."""
+    """A problem in scaled variables z = y / size, with every array its callbacks use.
+
+    Keep it as long as they may be called.
+    """
 
     problem: FieldProblem
-    field: Field  # the arrays the callbacks look pieces up in; each C-contiguous
+    field: Field  # arrays in which the callbacks look up pieces, all C-contiguous
     clearances: IntArray  # (K,) elements with corners
-    bounds: Array  # (K, 2) corners of the pieces held, where pieces are held
+    bounds: Array  # (K, 2) corners of the held pieces; used only by methods that hold pieces (``step_loop``)
 
     @classmethod
     def of(cls, problem: FieldProblem, field: Field | None = None) -> Block:
@@ -62,9 +65,10 @@ class Block:
         return self.problem.initial / self.size
 
     def tolerances(self, tolerance: float) -> tuple[float, Array]:
-        """Relative and (S,) absolute tolerance for a root mean square over all of z.
+        """Return the relative and the (S,) absolute tolerances, for an error norm that is the rms over all S states.
 
-        The uncontrolled states weigh nothing but are counted, so both are made as much smaller as that mean is.
+        States that are not controlled add nothing to the sum of squares but count in S, so the norm is smaller by
+        sqrt(active / S); both tolerances are reduced by the same factor.
         """
         tolerance *= float(np.sqrt(self.problem.active / self.states))
         absolute = np.full(self.states, tolerance)
@@ -84,7 +88,10 @@ class Block:
 
     @cached_property
     def words(self) -> IntArray:
-        """The block itself; the two accessors' addresses, 0 here, are the C library's to fill in."""
+        """The block: two addresses of access functions, then counts, then addresses of arrays.
+
+        The first two are 0 here; the C library fills them in.
+        """
         f = self.field
         (m, n) = f.rows.shape
         r = f.basis.shape[0]

@@ -41,7 +41,7 @@ from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
 
-_BUDGET = 5_000  # windows and crossings a slice
+_BUDGET = 5_000  # windows and crossings per slice
 _COLUMNS = 500_000  # the same, of large drivelines in columns of the table: some tenths of a second
 MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afresh
 

@@ -94,10 +94,10 @@ def slider(
 
     element: whose deflection it acts on.
     spring: its stiffness, and H > 0, the torque at which it slips.
-    labels: of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
+    labels: of the pieces of the law in which it is engaged; it is released, and its spring relaxes, in the others.
     period: a time [s] by which rates are made deflections.
     """
-    # pieces: sticking, slipping forwards, slipping backwards, let go
+    # pieces: sticking, slipping forwards, slipping backwards, released
     (stiffness, limit) = spring
     none = np.inf
     reach = limit / stiffness

@@ -32,7 +32,7 @@ class Passages:
         return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
 
     def in_order(self) -> Passages:
-        """Return the same, with what crosses at one instant but for rounding in the order of watches.
+        """Return the same, with what crosses at one instant except for rounding in the order of watches.
 
         Two sliders of one element stick at the same instant, and equal clearances touch at once: rounding decides in
         what order these are known.

@@ -4,7 +4,7 @@
 
 with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
 for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
-lost where the slider is let go. Every term on the right is a product of two linear forms of the state z: its integral
+lost where the slider is released. Every term on the right is a product of two linear forms of the state z: its integral
 follows from that of z z' over the time in every region (``system.state_moments``), which is integrated on dense output,
 interval by interval between crossings and samples that are a long step apart or more. The left side is taken from the
 sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
@@ -55,7 +55,7 @@ class EnergyAudit:
     # more
     element_loss: Array
     stored: tuple[float, float]  # energy at the start and at the end
-    # (m,) the share of the element_loss that dry friction took; empty in files of before
+    # (m,) the share of the element_loss that dry friction took; empty in files of earlier versions
     friction_loss: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -120,7 +120,7 @@ class Auditor:
         initial: piece of every element and auxiliary at the start.
         samples: gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
         count: how many samples there are.
-        per_cycle: samples a period.
+        per_cycle: samples per period.
         time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
         memory: (E, S) memories before each crossing, scaled.
         first_cycle: whole periods before the first sample.
@@ -170,7 +170,7 @@ class Auditor:
             ],
             axis=1,
         )
-        # energy let go by auxiliary elements at crossings
+        # energy released by auxiliary elements at crossings
         self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.first_cycle = first_cycle
         self.per_cycle = per_cycle
@@ -314,7 +314,7 @@ def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> 
 
 
 def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memory: Array) -> Array:
-    """(m,) energy in the springs of sliders that were let go, by element [J]."""
+    """(m,) energy in the springs of sliders that were released, by element [J]."""
     system = flow.system
     lost = np.zeros(len(flow.system.laws))
     pieces = initial

@@ -65,7 +65,7 @@ class SampledMotion:
 
     initial: Pieces  # piece of every element and auxiliary at the first sample
     samples: Array  # (t, Z) states z of the window; sample i lies at (first + i) / per_cycle
-    per_cycle: int  # samples a period
+    per_cycle: int  # samples per period
     first: int  # samples before the window
     # time, watch, upward: (E,) crossings, of clearances and auxiliaries, ascending
     time: Array

@@ -45,7 +45,7 @@ class Flow:
     curvature_of_error: Array
     velocity: Array  # (n, Z) q' [SI]
     torque: Array  # (n, Z) applied torque [SI]
-    frequency: Array  # (H,) 2 pi p_j, radians a period
+    frequency: Array  # (H,) 2 pi p_j, radians per period
     # (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary watches
     corner_scale: Array
     memory: Array  # (S,) scale of every memory: a power of two by which it is multiplied in z
@@ -143,7 +143,7 @@ class Flow:
     def knots(self) -> Array:
         """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
 
-        What is a dyadic fraction of a period but for rounding is made one: there dyadic steps end exactly.
+        What is a dyadic fraction of a period except for rounding is made one: there dyadic steps end exactly.
         """
         signals = self.system.signals
         if signals is None:
@@ -199,7 +199,7 @@ class Flow:
         return np.hstack([self._waves_at(cycle, fraction) * self.input_size, self.chains_at(cycle, fraction)])
 
     def waves(self, per_cycle: int) -> Array:
-        """(per_cycle, U) inputs but for their sizes at the samples of any period; (0, U) if periods are not alike."""
+        """(per_cycle, U) inputs without their sizes at the samples of any period; (0, U) if periods are not alike."""
         last = _last_waves(self)
         waves = last.get(per_cycle)
         if waves is None:

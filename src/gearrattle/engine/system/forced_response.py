@@ -29,7 +29,7 @@ class Split:
 
 
 def oscillation(frequency: Array) -> Array:
-    """(U, U) S of u' = S u for frequencies (H,), radians a period."""
+    """(U, U) S of u' = S u for frequencies (H,), radians per period."""
     count = frequency.size
     out = np.zeros((1 + 2 * count, 1 + 2 * count))
     cosine = np.arange(1, 1 + count)

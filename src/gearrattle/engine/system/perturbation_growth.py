@@ -6,8 +6,8 @@ by
     S = I - [0; J^-1 w] (c_after - c_before) [w^T, 0],
 
 the saltation matrix with delta' divided out: valid at grazing too, and the identity where the damping does not jump.
-Where a slider is let go its torque F vanishes, and F / delta' is added to the jump; where one is engaged its spring is
-stretched by what the deflection is ahead; where one begins to slip its spring is stretched no more. So the gradient
+Where a slider is released its torque F vanishes, and F / delta' is added to the jump; where one is engaged its spring
+is stretched by what the deflection is ahead; where one begins to slip its spring is stretched no more. So the gradient
 follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
 many cycles of a chaotic motion the product overflows.
 

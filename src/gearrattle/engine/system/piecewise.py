@@ -29,7 +29,7 @@ class Harmonics:
     """Periodic inputs: mean + sum_j (sine_j sin(2 pi p_j t / T) + cosine_j cos(2 pi p_j t / T))."""
 
     period: float  # the common period T
-    cycles: Array  # (H,) p_j, oscillations a period; whole numbers where the orders are commensurate
+    cycles: Array  # (H,) p_j, oscillations per period; whole numbers where the orders are commensurate
     mean: Array  # (n,) constant torque on every inertia
     # torque_sine, torque_cosine: (n, H) torque amplitudes
     torque_sine: Array
@@ -73,7 +73,7 @@ class PiecewiseSystem:
     # inertia, drag: (n,) diagonals of J and D (J > 0, D >= 0)
     inertia: Array
     drag: Array
-    rows: Array  # (m, n) W, one row an element
+    rows: Array  # (m, n) W, one row per element
     laws: tuple[PiecewiseLaw, ...]
     inputs: Harmonics  # T(t) and e(t)
     auxiliaries: tuple[Auxiliary, ...] = ()  # forces beside the laws. What looks at a system linearly leaves them out

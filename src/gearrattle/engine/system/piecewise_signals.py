@@ -118,7 +118,7 @@ class Signals:
 
 
 def interval_of(time: Array, knots: Array) -> NDArray[np.int64]:
-    """(t,) indices of the intervals in which times lie; one that is a knot but for four roundings belongs behind it."""
+    """(t,) indices of the intervals in which times lie; one within four roundings of a knot belongs behind it."""
     begun = np.searchsorted(knots - ROUNDED * np.spacing(knots), time, side="right") - 1
     return np.asarray(np.clip(begun, 0, len(knots) - 2))
 

@@ -57,7 +57,7 @@ def system_of(pattern: PiecewiseSystem, numbers: Coefficients) -> PiecewiseSyste
 def part_of(numbers: Coefficients, cycles: NDArray[np.float64], begin: float, length: float) -> Coefficients:
     """Return numbers, with a leading axis or without, with the inputs of a part of a motion: see ``Harmonics.part``.
 
-    cycles: (H,) oscillations a period.
+    cycles: (H,) oscillations per period.
     begin, length: of the part, in periods.
     """
     torque_sine, torque_cosine = turned(numbers.torque_sine, numbers.torque_cosine, cycles * begin)

@@ -25,7 +25,7 @@ _SAME = 1e-14  # of the widest deflection: closer together, two kinks are one
 class Follower:
     """A law and its sliders on their way, unloaded at first.
 
-    points: (deflection, torque) passed so far; two of one deflection where friction is let go.
+    points: (deflection, torque) passed so far; two of one deflection where friction is released.
     """
 
     def __init__(self, law: PiecewiseLaw, sliders: Sequence[Auxiliary], start: float = 0.0) -> None:
@@ -71,7 +71,7 @@ class Follower:
         self.points.append((stop, self.torque()))
 
     def _enter(self, piece: int) -> None:
-        """Enter the next piece: sliders that end there are let go."""
+        """Enter the next piece: sliders that end there are released."""
         self.piece = piece
         before = self.held
         self.held = [held if self._engaged(i) else 0.0 for i, held in enumerate(before)]

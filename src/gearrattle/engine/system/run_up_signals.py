@@ -102,7 +102,7 @@ class Sound:
 def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -> list[Channel]:
     """Write channels as polynomials on common intervals.
 
-    sounds: one a channel.
+    sounds: one per channel.
     until: the last interval ends no earlier [s].
     period: T [s].
     Returns channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with

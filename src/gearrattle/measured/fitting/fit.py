@@ -73,7 +73,7 @@ def fit(
     prior
         standard deviation of every ln(parameter / start), as if the start had been measured; None: no prior.
     profile
-        also find 95 % profile-likelihood intervals; takes some tens of local searches a parameter. Of a recorded
+        also find 95 % profile-likelihood intervals; takes some tens of local searches per parameter. Of a recorded
         motion that does not repeat itself there are none.
     progress
         called with the finished share; what it raises ends the fit.

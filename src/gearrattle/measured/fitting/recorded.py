@@ -232,7 +232,7 @@ class Recorded(Measured):
         cross = np.zeros(int(self.chosen.line.max(initial=0)) + 1, dtype=np.complex128)
         weight = 1.0 / self.errors[: self.measured.size] ** 2
         np.add.at(cross, self.chosen.line, weight * np.conj(self._of(motion)) * self.measured)
-        return cycle_clock.largest(cross, self.period).delay if cross.any() else 0.0
+        return cycle_clock.delay_of_largest_sum(cross, self.period).delay if cross.any() else 0.0
 
     @cached_property
     def _raises(self) -> Array:

@@ -1,4 +1,4 @@
-"""The density of a break at which the torque jumps, where its slider is let go and where it begins to stretch.
+"""The density of a break at which the torque jumps, where its slider is released and where it begins to stretch.
 
 At a break b the torque on the way back jumps by what the slider carried, q; on the way out the slider stretches from b
 to b + r, often within few samples. Both move over the samples one by one, so a curvature says nothing about them. Moved

@@ -5,8 +5,8 @@ Once breaks b_i and the reaches r_i of the sliders are fixed, the torque of a cl
     T = preload + sum over stages  k_i l_i(delta) + sum over sliders  H_i e_i / r_i,
 
 l_i the part of the way from 0 to delta that lies in stage i, and e_i the stretch of a slider's spring (G. M. Jenkins,
-British Journal of Applied Physics 13, 1962, p. 30). A slider that begins at b is let go within b and stretches up to r
-on the way out; behind a turn at d it gives way from there down to -r:
+British Journal of Applied Physics 13, 1962, p. 30). A slider that begins at b is released within b and stretches up to
+r on the way out; behind a turn at d it gives way from there down to -r:
 
     e = min(delta - b, r)  outward,      e = max(min(d - b, r) - (d - delta), -r)  on the way back.
 

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 QUANTITIES = ("angle", "velocity", "acceleration")
-"""What a response may be, per torque; the index is the number of derivatives in time."""
+"""What a response measures, per torque; the index is the order of the time derivative."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class MeasuredMode:
     Attributes
     ----------
     number
-        from 1 in ascending order, rigid motions counted; None: matched by its shape.
+        mode number from 1 in ascending order, rigid-body modes included; None: identified by its shape.
     omega
         natural frequency [rad/s]; None if not measured.
     omega_error
@@ -53,7 +53,7 @@ class MeasuredMode:
     inertias
         names of the inertias in the shape; empty if it was not measured.
     shape
-        (s,) their amplitudes, scale and sign free.
+        (s,) amplitudes at these inertias; scale and sign are arbitrary.
     shape_error
         (s,) standard errors, in the unit of ``shape``.
     """
@@ -70,7 +70,7 @@ class MeasuredMode:
 
 @dataclass(frozen=True)
 class MeasuredResponse:
-    """One frequency response: the motion of an inertia by a torque.
+    """One frequency response: the motion of an inertia per torque on an inertia.
 
     Attributes
     ----------
@@ -105,7 +105,8 @@ class Measurements:
     Attributes
     ----------
     assumed
-        what had no standard error of its own, in words: the covariance is then scaled by the residuals.
+        in words, the data without a standard error of their own; if there are any, the covariance is scaled by the
+        residuals.
     """
 
     modes: tuple[MeasuredMode, ...]

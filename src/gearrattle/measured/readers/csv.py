@@ -80,7 +80,7 @@ def _of_a_run(name: str) -> tuple[str, str]:
 
 
 def write(recording: Recording, path: Path) -> None:
-    """Write ``time [s]`` and one column a channel."""
+    """Write ``time [s]`` and one column per channel."""
     names = [channel.name for channel in recording.channels]
     wrong = next((name for name in names if _FORBIDDEN & set(name) or name != name.strip() or name == "time"), None)
     if wrong is not None:

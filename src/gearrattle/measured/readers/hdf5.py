@@ -1,6 +1,6 @@
 """HDF5, and formats built on it: MAT files of version 7.3, netCDF-4.
 
-Every vector of real numbers is a signal, named by its path; a table is one signal a column. Units, quantities and
+Every vector of real numbers is a signal, named by its path; a table is one signal per column. Units, quantities and
 subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); ``packing`` reads those of packed numbers
 and of gaps. Times are a vector of a name or unit of time beside the signal, or the only dimension scale of its length
 that is of times. Format: The HDF Group, HDF5 File Format Specification 3.0.

@@ -85,7 +85,7 @@ def read(path: Path, request: Request) -> Raw:
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
     # notes on channels and groups left out
-    notes = [f"no signals, left out: {', '.join(skipped)}"] if skipped else []
+    notes = [f"left out, because they are no signals: {', '.join(skipped)}"] if skipped else []
     for error in without_times:
         problem = error.problems[0]
         notes.append(f"{problem.place.removeprefix(f'{path}: ')} left out: {problem.rule}; {problem.remedy}")
@@ -187,7 +187,7 @@ def _times(file: Any, group: int, request: Request, path: Path) -> Array | Model
 
 
 def _seconds(file: Any, group: int, index: int, unit: str, location: str) -> Array | ModelError:
-    """Return the values of a channel as times [s]; where its unit is none of time, the error that says so."""
+    """Return the values of a channel as times [s]; where its unit is no unit of time, the error that says so."""
     channel = file.groups[group].channels[index]
     if hasattr(channel, "sampling_rate") and not channel.bit_count and not channel.sampling_rate:
         return ModelError(Problem(location, "", "has no times and no interval between samples", _TIMES_TOLD))

@@ -246,7 +246,7 @@ def wav_bytes(values: NDArray[np.float64], rate: int, bits: int) -> bytes:
     values
         (N,) or (N, tracks) samples.
     rate
-        samples a second [Hz].
+        samples per second [Hz].
     bits
         24 (integers; 1 is full scale), 32 or 64 (floating point, as they are).
 

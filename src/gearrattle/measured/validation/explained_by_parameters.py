@@ -161,7 +161,7 @@ def _effect(pair: Pair, measure: int, slope: float, error: float, ratio: float) 
 
 
 def _covariance(pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tuple[Draws, Draws]) -> Array:
-    """(C, C) covariance of ln(measured / simulated) of the rms, but for the parameters."""
+    """(C, C) covariance of ln(measured / simulated) of the rms, except for the parameters."""
     total = np.zeros((len(pairs), len(pairs)))
     tiny = np.finfo(float).tiny
     for cycle, how in zip(cycles, draws, strict=True):

@@ -23,7 +23,7 @@ MOST = 12
 _PRESENT = 3.0  # standard errors
 _STRONG = 3
 _SMALL = 0.01  # of the strongest line
-_ROUNDING = 1e-9  # of the strongest line: less is none
+_ROUNDING = 1e-9  # of the strongest line: a smaller line does not count
 
 
 @dataclass(frozen=True)

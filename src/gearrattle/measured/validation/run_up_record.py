@@ -101,7 +101,7 @@ class RunUp(Result, Record):
         }
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return a row a channel and order: levels over speed, sigma [%], the peaks and their speeds [rad/s]."""
+        """Return one row per channel and order: levels over speed, sigma [%], the peaks and their speeds [rad/s]."""
         import pandas as pd
 
         return pd.DataFrame([track.summary() for track in self.tracks])

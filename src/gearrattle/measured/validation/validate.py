@@ -55,7 +55,7 @@ def validate(
         part of the measured record that counts, by its clock [s]; default: all of it.
     band
         lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate. The
-        highest is rounded up to whole samples a cycle; ``Validation.band`` tells it.
+        highest is rounded up to whole samples per cycle; ``Validation.band`` tells it.
     trend
         "mean" or "linear" is taken away from both, "none" from neither.
     clock
@@ -133,7 +133,7 @@ def opened(source: Model | Run | str | os.PathLike[str]) -> Model | Run:
 
 
 def run_of(source: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
-    """Return the run, simulated where it is none yet."""
+    """Return the run; a model is simulated first."""
     source = opened(source)
     if isinstance(source, Run):
         unused = [key for key, value in settings.items() if value is not None]

@@ -375,7 +375,7 @@ class Validation(Result, Record):
         return {**content, "pairs": [pair.to_dict() for pair in self.pairs]}
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return the paper's Table 5: a row a channel and level, sigma with its interval [%]."""
+        """Return the paper's Table 5: one row per channel and level, sigma with its interval [%]."""
         import pandas as pd
 
         columns = ("measure", "measured", "simulated", "sigma", "low", "high", "expanded", "remainder")

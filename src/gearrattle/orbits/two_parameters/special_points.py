@@ -97,7 +97,7 @@ class Located:
     event: Event
     special: str = ""
     slope: float = np.nan  # of its test function along the branch
-    word: str = ""  # of its pattern, but for its touch
+    word: str = ""  # of its pattern, except for its touch
     missed: float = np.inf  # by how much its motion fails to repeat after fewer periods, over its size
 
 

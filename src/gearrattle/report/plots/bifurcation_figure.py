@@ -37,7 +37,7 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     axis = swept(data)
     x, log, ticks = positions(data, axis)
     bands = _bands(data, x, log)
-    # points of the section, a panel a quantity
+    # points of the section, one panel per quantity
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])][:_MOST_PANELS]
     frame = Panel("", x_title=title_of(data, axis), x_range=_ends(x, log), x_log=log, x_ticks=ticks)
     frame = replace(frame, bands=bands)

@@ -1,4 +1,4 @@
-"""Changes of severity or regime over the grid of a study: points in a plane, or over one axis a row a part."""
+"""Changes of severity or regime over the grid of a study: points in a plane, or over one axis one row per part."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _by_part(parts: Sequence[str]) -> dict[str, IntArray]:
 
 
 def _plane(changes: _Changes, crossings: xr.Dataset, axes: Sequence[str]) -> Chart:
-    """Points in the plane of two axes, a panel a part."""
+    """Points in the plane of two axes, one panel per part."""
     measures = [measure_of(crossings, axis) for axis in axes]
     x, y = (crossings[axis].values * one.factor for axis, one in zip(axes, measures, strict=True))
     panels = []

@@ -30,7 +30,7 @@ _MOST_POINTS = 600
 
 
 def probability_convergence(data: xr.Dataset) -> Chart | None:
-    """Draw the running share of samples that rattle, a panel a part that rattles in some; None without any."""
+    """Draw the running share of samples that rattle, one panel per part that rattles in some; None without any."""
     # codes of independent samples alone
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):

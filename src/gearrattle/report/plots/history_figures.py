@@ -1,6 +1,6 @@
 """Time histories of the bodies: acceleration, speed and angle over the last cycles, or while an event hits.
 
-One panel a body, all on the same cycles, so that an impact can be followed along the driveline. Angles and speeds are
+One panel per body, all on the same cycles, so that an impact can be followed along the driveline. Angles and speeds are
 fluctuations about uniform rotation.
 """
 

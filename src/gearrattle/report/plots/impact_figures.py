@@ -1,6 +1,6 @@
 """Impact statistics: phase within the cycle, approach speed and energy.
 
-One row a clearance with impacts in the steady part, all from the exact log of crossings. The left panel shows each
+One row per clearance with impacts in the steady part, all from the exact log of crossings. The left panel shows each
 impact at its phase in the cycle, cycle over cycle: vertical stripes are a periodic rattle, scatter a chaotic one.
 """
 

@@ -100,11 +100,11 @@ def rattle_metrics(findings: Findings) -> Chart | None:
 
 def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     """Draw rows of metrics; None where none has a value."""
-    # a colour a subject, apart from those of the two sides
+    # one colour per subject, apart from those of the two sides
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]
     colours = {subject: apart[i % len(apart)] for i, subject in enumerate(subjects)}
-    # a panel a kind of value, without repeated panels
+    # one panel per kind of value, without repeated panels
     panels: list[Panel] = []
     for kind in _KINDS:
         panel = _panel(kind, rows, colours)
@@ -196,7 +196,7 @@ def _range(values: np.ndarray[tuple[int], np.dtype[np.float64]], *, log: bool) -
 
 
 def _shares(rows: Sequence[Row]) -> Panel | None:
-    """Draw shares of time on either side and free as bars, a row a gap; None where there are none."""
+    """Draw shares of time on either side and free as bars, one row per gap; None where there are none."""
     shares = {(row.subject, row.quantity): row.value for row in rows if row.name == "contact_sides"}
     names = [name for name, quantity in shares if quantity == "free share"]
     if not names:

@@ -1,4 +1,4 @@
-"""Phase planes: deflection rate against deflection, one panel a clearance.
+"""Phase planes: deflection rate against deflection, one panel per clearance.
 
 A quiet clearance draws one small loop on one side; rattle draws straight passages through the gap. The rate follows
 from the bodies' speeds: delta' = R_a theta_a' - R_b theta_b' - e'(t), with R = 1 for couplings.

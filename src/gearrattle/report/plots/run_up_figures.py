@@ -84,7 +84,7 @@ def run_up_orders(findings: Findings) -> Chart | None:
             orders = orders[:-1]  # the samples do not show the highest at the highest speed
     else:
         return None
-    # a panel a body
+    # one panel per body
     shown = cuts[0].order.values.tolist()
     panels = tuple(
         cuts_panel(data.amplitude, name, si=si) for name, data in zip(layout.inertia_names, cuts, strict=True)

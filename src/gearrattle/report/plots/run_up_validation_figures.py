@@ -17,7 +17,7 @@ _HEIGHT = 150
 
 
 def run_up_charts(run_up: RunUp) -> list[Chart]:
-    """Return a chart a channel of a validation."""
+    """Return one chart per channel of a validation."""
     repeats = len(run_up.sources) > 1
     how = f"the mean of {len(run_up.sources)} run-ups" if repeats else "one run-up"
     blocks = f"fitted over blocks of {run_up.turns:g} {noun_of(run_up.turns, 'turn')}; measured: {how}"
@@ -25,7 +25,7 @@ def run_up_charts(run_up: RunUp) -> list[Chart]:
 
 
 def track_charts(tracks: Sequence[Track], partner: str, blocks: str, *, si: bool) -> list[Chart]:
-    """Return a chart a channel, a panel an order, the largest first if there are more than a dozen.
+    """Return one chart per channel, one panel per order, the largest first if there are more than a dozen.
 
     SI speeds [rad/s] are drawn in rpm.
     """

@@ -40,7 +40,7 @@ _NAMES = 1.9  # room for names left of the bars, in units of a correlation
 
 
 def probability_bars(data: xr.Dataset) -> Chart | None:
-    """Draw the share of samples in which a part rattles, a row a part, with its interval."""
+    """Draw the share of samples in which a part rattles, one row per part, with its interval."""
     output = chosen_codes(data)
     return bars_of_probability(rattle_probability(data, output)) if _alone(data) and output else None
 
@@ -71,7 +71,7 @@ def bars_of_probability(dataset: xr.Dataset) -> Chart | None:
 
 
 def histograms(data: xr.Dataset) -> Chart | None:
-    """Draw how every output of numbers scatters, a panel an output and subject; those that do not are left out."""
+    """Draw how every output of numbers scatters, one panel per output and subject; those that do not are left out."""
     if not _alone(data):
         return None
     panels = []
@@ -100,7 +100,7 @@ def histograms(data: xr.Dataset) -> Chart | None:
 
 
 def tornado(data: xr.Dataset) -> Chart | None:
-    """Draw rank regression coefficients, the largest on top, a panel an output and subject that vary.
+    """Draw rank regression coefficients, the largest on top, one panel per output and subject that vary.
 
     None for Saltelli's samples, whose indices tell more.
     """
@@ -113,7 +113,7 @@ def tornado(data: xr.Dataset) -> Chart | None:
 
 
 def tornado_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
-    """Draw rank regression coefficients of one output, a panel a subject that varies.
+    """Draw rank regression coefficients of one output, one panel per subject that varies.
 
     ``measured`` holds the values that scatter, with their words and units.
     """

@@ -29,7 +29,7 @@ TOTAL = "#8fb8d6"
 
 
 def sobol_bars(data: xr.Dataset) -> Chart | None:
-    """Draw Sobol' indices of first and total order with their intervals, a panel an output and subject that vary."""
+    """Draw Sobol' indices of first and total order with their intervals, one panel per output and subject that vary."""
     if sampling_of(data) not in (SALTELLI, PAIRS) or not _alone(data):
         return None
     panels = [panel for name in outputs_in(data) for panel in sobol_panels(sensitivities(data, name), data)]
@@ -37,7 +37,7 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
 
 
 def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
-    """Draw the indices of one output, a panel a subject that varies.
+    """Draw the indices of one output, one panel per subject that varies.
 
     ``measured`` holds the values that scatter, with their words and units.
     """
@@ -64,7 +64,7 @@ def swing_bars(data: xr.Dataset) -> Chart | None:
 
 
 def swing_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
-    """Draw what one output is at both ends of every value, a panel a subject that varies; arguments as above."""
+    """Draw what one output is at both ends of every value, one panel per subject that varies; arguments as above."""
     return [
         _swings(title, unit, one, measured)
         for title, unit, one in _by_subject(dataset)

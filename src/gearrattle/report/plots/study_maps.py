@@ -79,7 +79,7 @@ def code_maps(data: xr.Dataset) -> list[Chart]:
 
 
 def code_map(data: xr.Dataset, output: str, key: str = "map") -> Chart | None:
-    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples."""
+    """Draw codes over two axes, one panel per part; over one, one row per part. None without codes or with samples."""
     if not output or SAMPLE in data.dims or not axes_in(data):
         return None
     words = words_of(data[output])
@@ -103,7 +103,7 @@ def code_map(data: xr.Dataset, output: str, key: str = "map") -> Chart | None:
 
 
 def probability_map(data: xr.Dataset) -> Chart | None:
-    """Draw the share of samples that rattle over two axes, a panel a part; None for fewer axes, or no samples."""
+    """Draw the share of samples that rattle over two axes, one panel per part; None for fewer axes, or no samples."""
     output = chosen_codes(data)
     if not output or SAMPLE not in data.dims or len(axes_in(data)) < 2:
         return None
@@ -117,7 +117,7 @@ def probability_map(data: xr.Dataset) -> Chart | None:
 
 
 def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
-    """Draw an output of numbers over two axes: a chart a scale, a panel a subject that varies by a hundredth."""
+    """Draw an output of numbers over two axes: one chart per scale, one panel per subject that varies by 1 %."""
     if len(axes_in(data)) < 2:
         return []
     # numbers over two axes, the median over samples
@@ -182,7 +182,7 @@ def _varies(values: Array) -> bool:
 
 
 def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tuple[Key, ...]) -> Chart:
-    """Two panels a row; as high as wide enough."""
+    """Two panels per row; as high as wide enough."""
     columns = min(2, len(panels))
     left = len(panels) - MOST_PANELS
     drawn = {cells.name for panel in panels for cells in panel.cells}
@@ -201,7 +201,7 @@ def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tupl
 
 
 def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...], key: str) -> Chart:
-    """Codes over one axis: a row a subject."""
+    """Codes over one axis: one row per subject."""
     (axis,) = axes_in(data)
     subject = subject_of(data, output)
     values = values_of(data, output).transpose(*([subject] if subject else []), axis).values

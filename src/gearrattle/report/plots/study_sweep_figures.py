@@ -1,4 +1,4 @@
-"""Sweeps of a study: outputs and probabilities over one axis, a line a subject.
+"""Sweeps of a study: outputs and probabilities over one axis, one line per subject.
 
 Where values scatter beside the axis, the median is drawn with the 5 and 95 % quantiles, thin.
 """

@@ -1,7 +1,7 @@
 """The drawing symbols of a driveline sketch, as SVG.
 
-A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. Symbols
-of components are in ``model/table_symbol.py``. Positions are in pixels.
+A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground. The paths of a
+coupling and a mesh are in ``model/components/coupling.py`` and ``mesh.py``. Positions are in pixels.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A verdict as figures: impacts on either side, and the share of time in contact, a row a part."""
+"""A verdict as figures: impacts on either side, and the share of time in contact, one row per part."""
 
 from __future__ import annotations
 

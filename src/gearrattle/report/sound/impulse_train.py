@@ -36,7 +36,7 @@ def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Arr
     impulse
         (I,) [N s, or whatever a second of the result is worth].
     rate
-        samples a second [Hz].
+        samples per second [Hz].
 
     Returns
     -------

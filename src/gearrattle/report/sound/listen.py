@@ -52,7 +52,7 @@ class Sound(Result):
     pressure
         by design, (N,) sound pressure [Pa].
     rate
-        samples a second [Hz].
+        samples per second [Hz].
     gain
         full scale per pascal, the same for all [1/Pa].
     path
@@ -142,7 +142,7 @@ def listen(
     gain
         full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
     rate
-        samples a second [Hz].
+        samples per second [Hz].
     scale
         what 1 in a WAV impulse response is worth [Pa/(N s)].
 

@@ -52,7 +52,7 @@ def quality(pressure: Array, rate: float) -> Quality:
     pressure
         (N,) [Pa], free field.
     rate
-        samples a second [Hz].
+        samples per second [Hz].
 
     Raises
     ------

@@ -28,7 +28,7 @@ def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:
     values
         (N,).
     rate, wanted
-        samples a second [Hz].
+        samples per second [Hz].
 
     Raises
     ------

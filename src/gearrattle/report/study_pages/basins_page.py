@@ -104,7 +104,7 @@ def counts_of(data: xr.Dataset) -> Table:
 
 def attractor_table(data: xr.Dataset) -> Table:
     """The attractors: share, interval, largest multiplier, and a point of each."""
-    # a row a motion: cases, share with Wilson's interval, largest multiplier, points of the section
+    # one row per motion: cases, share with Wilson's interval, largest multiplier, points of the section
     section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
     measures = [measure_of(data, name) for name in section]
     rows = []

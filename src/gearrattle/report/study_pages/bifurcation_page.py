@@ -117,7 +117,7 @@ def setting_of(data: xr.Dataset) -> str:
 
 
 def counts_of(data: xr.Dataset) -> Table:
-    """Return a table of the number of values with each kind of motion, a row a direction."""
+    """Return a table of the number of values with each kind of motion, one row per direction."""
     words = words_of(data["motion"])
     rows = []
     for i, way in enumerate(data["direction"].values):

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.studies.quiet.rest_state import CLIP, SLIP, Motion, State, turning
+from gearrattle.studies.quiet.rest_state import CLIP, SLIP, Motion, State, positive_orders
 from gearrattle.studies.quiet.taylor_forms import Array, Form, joined
 
 _FINE = 256  # phases a period of the highest order
@@ -189,7 +189,7 @@ def _sampled(near: _Excess, resting: Form, phases: Phases) -> Bounds:
 def _over_corners(state: State, motion: Motion, numbers: dict[str, Form]) -> _Excess:
     """The excess over every corner."""
     side, at, number, kind = state.corner_columns
-    inside = numbers["inner"].at(state.chosen).at(at).plus(numbers["corner"].at(number), -1.0)
+    inside = numbers["inner"].at(state.piece_numbers).at(at).plus(numbers["corner"].at(number), -1.0)
     deflection = at + state.family.system.size
     mean = motion.mean.at(deflection).plus(inside)
     return _Excess(kind, at, mean.scaled(side), motion.orders.at(deflection).scaled(side))
@@ -214,10 +214,12 @@ def _clippings(state: State, motion: Motion, numbers: dict[str, Form]) -> Iterat
     element = np.array(state.clipped)
     labels = np.array([state.pieces[k] + system.laws[k].first_label for k in state.clipped])
     side = np.where(labels > 0, 1.0, -1.0)
-    stiffness, damping, force = (numbers[name].at(state.chosen[element]) for name in ("stiffness", "damping", "force"))
+    stiffness, damping, force = (
+        numbers[name].at(state.piece_numbers[element]) for name in ("stiffness", "damping", "force")
+    )
     deflection = motion.orders.at(element + system.size)
     mean = stiffness.times(motion.mean.at(element + system.size)).plus(force).scaled(-side)
     elastic = stiffness.rows(1).times(deflection).scaled(-side)
-    rate = deflection.scaled(1j * turning(system)[:, None])
+    rate = deflection.scaled(1j * positive_orders(system)[:, None])
     loss = damping.times(numbers["rate"]).rows(1).times(rate)
     yield from (_Excess(np.full(element.size, CLIP), element, mean, elastic.plus(loss, way)) for way in (1.0, -1.0))

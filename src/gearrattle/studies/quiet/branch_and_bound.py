@@ -283,7 +283,7 @@ def _inward(piece: Slice) -> Iterator[Slice]:
 def _is_within(state: State, mean: Array, numbers: dict[str, Array]) -> bool:
     """Whether a mean state lies within its pieces."""
     size = state.family.system.size
-    inner = numbers["inner"][state.chosen]
+    inner = numbers["inner"][state.piece_numbers]
     deflection = mean[size:] + inner
     return all(
         corner.side * (deflection[corner.element] - numbers["corner"][corner.number]) < 0.0 for corner in state.corners

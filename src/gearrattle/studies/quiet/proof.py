@@ -70,7 +70,7 @@ class QuietProof(Result):
 
     @property
     def boxes(self) -> pd.DataFrame:
-        """A DataFrame, a row a box: ends of every range [SI], status, reason and element, share of the volume.
+        """A DataFrame, one row per box: ends of every range [SI], status, reason and element, share of the volume.
 
         The ends of several paths that vary together are shares of their ranges, 0 to 1. The largest proven boxes come
         first, then the refuted and the open ones.

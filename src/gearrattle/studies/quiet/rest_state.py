@@ -1,11 +1,13 @@
-"""State of rest of a driveline: a piece for every element, friction that sticks; and the linear motion in it.
+"""State of rest of a driveline: one piece for every element, all friction sticking; and the linear motion about it.
 
-While no element leaves its piece and no friction slips, the driveline is linear. About the mean state, in which
+While no element leaves its piece and no friction slips, the driveline is linear: F = K (W q - e - B) + P, with q the
+angles, W q - e the deflections, e the transmission errors, B the corner at a piece's inner end and P the force there
+(``coefficients``). The mean state obeys
 
-    mu a + W^T (K (W q - e - B) + P) = T,      a = Phi rate,
+    mu a + W^T (K (W q - e - B) + P) = T,      a = Phi rate.
 
-with mu = J where a free train accelerates under its means, or mu = D where its drag brings it to a steady rate, every
-order j of the inputs makes
+Phi are the rigid-body motions and rate their unknown sizes, T the mean torques. Where drag brings a free train to a
+steady speed, mu = D and a are speeds; elsewhere mu = J and a are accelerations. Every order j of the inputs makes
 
     (-w^2 J + i w D) q + W^T (K + K_stuck + i w C) (W q - e) = T_j,      w = j Omega.
 """
@@ -32,11 +34,14 @@ from gearrattle.studies.quiet.enclosure import Frame, centre_of, enclose
 from gearrattle.studies.quiet.taylor_forms import Array, Form, Matrix, joined, zeros
 
 GAP, STAGE, SLIP, CLIP = range(4)
-"""Kinds of bounds of a state: contact is lost or made; a spring changes stage; friction slips; damping is clipped."""
+"""What ends a state: a gap opens or closes; a spring changes its stage; friction slips; contact damping is clipped."""
 
 
 class Corner(NamedTuple):
-    """A corner of a piece: its element, its number among all corners, 1 above and -1 below, GAP or STAGE."""
+    """A corner of a piece.
+
+    The element, the corner's number among all corners, its side (1 above, -1 below), its kind (GAP or STAGE).
+    """
 
     element: int
     number: int
@@ -51,9 +56,9 @@ class Motion:
     Attributes
     ----------
     mean
-        (M,) bodies' rates, then deflections from the inner corners.
+        (M,) speeds or accelerations of the bodies, then deflections measured from the inner corners.
     orders
-        (H, M) complex amplitudes of bodies' angles, then of deflections.
+        (H, M) complex amplitudes of the bodies' angles, then of the deflections.
     """
 
     mean: Form
@@ -61,21 +66,21 @@ class Motion:
 
 
 class State:
-    """A piece for every element, and what follows from it alone."""
+    """One piece for every element, and what follows from the pieces alone."""
 
     def __init__(self, family: Family, pieces: Sequence[int]) -> None:
         system = family.system
         self.family = family
         self.pieces = tuple(pieces)
         firsts = np.cumsum([0, *(law.pieces for law in system.laws)])[:-1].astype(np.int64)
-        self.chosen = firsts + np.array(self.pieces, dtype=np.int64)
+        self.piece_numbers = firsts + np.array(self.pieces, dtype=np.int64)
         sliders = [auxiliary for auxiliary in system.auxiliaries if auxiliary.kind == "slider"]
         self.stuck = [
             (number, slider.element)
             for number, slider in enumerate(sliders)
             if slider.follow[self.pieces[slider.element], STICK] == STICK
         ]
-        """Sliders that are engaged, and their elements."""
+        """(number, element) of every slider that is engaged in its piece."""
         clipped = {auxiliary.element for auxiliary in system.auxiliaries if auxiliary.kind == "limiter"}
         self.clipped = [k for k in sorted(clipped) if system.laws[k].stiffness[self.pieces[k]] > 0.0]
         """Elements in contact whose damping may be clipped."""
@@ -88,12 +93,13 @@ class State:
         return side.astype(float), element, number, kind
 
     @cached_property
-    def _still(self) -> Frame:
+    def _mean_equations(self) -> Frame:
         """The equations of the mean state."""
         system = self.family.system
         size = system.size
         rigid = self._rigid
         count = rigid.shape[1]
+        # U and V of ``enclosure``: bodies first, then elements
         spread = np.zeros((size + count, size + len(system.laws)))
         spread[:size] = np.hstack([np.eye(size), system.rows.T])
         view = np.zeros((size + len(system.laws), size + count))
@@ -105,12 +111,12 @@ class State:
 
     @cached_property
     def _rigid(self) -> Array:
-        """(n, t) rigid motions of the driveline in contact everywhere."""
+        """(n, t) rigid-body motions of the driveline with every element in contact."""
         system = self.family.system
         return relative_coordinates(system, elastic_elements(system)).angle_from_reference
 
     @cached_property
-    def _turning(self) -> Frame:
+    def _order_equations(self) -> Frame:
         """The equations of one order."""
         system = self.family.system
         unit = np.eye(system.size)
@@ -120,7 +126,7 @@ class State:
 
     @cached_property
     def _dragged(self) -> NDArray[np.bool_]:
-        """(n,) bodies of free trains that drag brings to a steady rate."""
+        """(n,) bodies of free trains that drag brings to a steady speed."""
         family = self.family
         has_drag = family.system.drag > 0.0
         marked = np.zeros(family.system.size, dtype=np.bool_)
@@ -130,7 +136,10 @@ class State:
 
     @cached_property
     def is_held(self) -> bool:
-        """Whether no body floats in a gap: those with a stiffness in their piece hold as many motions as all do."""
+        """Whether no body floats in a gap.
+
+        Elements with stiffness in their piece then allow no more rigid-body motions than all elements do.
+        """
         system = self.family.system
         firm = [k for k, (law, p) in enumerate(zip(system.laws, self.pieces, strict=True)) if law.stiffness[p] > 0.0]
         return relative_coordinates(system, firm).angle_from_reference.shape == self._rigid.shape
@@ -146,47 +155,50 @@ class State:
 
         stiffness = self.spring(whole)
         stiff = positive(stiffness)
+        # a stiffness whose sign is not the same in the whole box
         if np.any(~stiff & (stiffness.value + stiffness.span > 0.0)):
             return False
         return all_decays(
-            family.system.rows, stiff, positive(whole["damping"].at(self.chosen)), positive(whole["drag"])
+            family.system.rows, stiff, positive(whole["damping"].at(self.piece_numbers)), positive(whole["drag"])
         )
 
     def _means(self, numbers: dict[str, Form]) -> tuple[Form, Form, Form]:
-        """Factors, drive and shift of the mean state, (1, M) each."""
+        """Return m, g and s of ``enclosure`` for the mean state, (1, M) each, bodies first."""
         drag = numbers["drag"]
         inertia = numbers["inertia"]
         pairs = zip(drag, inertia, strict=True)
         bodies = Form(*(np.where(self._dragged, one, other) for one, other in pairs))
-        shift = numbers["lasting_error"].plus(numbers["inner"].at(self.chosen))
+        shift = numbers["lasting_error"].plus(numbers["inner"].at(self.piece_numbers))
         return (
-            joined(bodies, numbers["stiffness"].at(self.chosen)).rows(1),
-            joined(numbers["mean"], numbers["force"].at(self.chosen).scaled(-1.0)).rows(1),
+            joined(bodies, numbers["stiffness"].at(self.piece_numbers)).rows(1),
+            joined(numbers["mean"], numbers["force"].at(self.piece_numbers).scaled(-1.0)).rows(1),
             joined(zeros(len(drag.slopes), drag.rest.size), shift).rows(1),
         )
 
     def rest_at(self, numbers: dict[str, Form]) -> Matrix | None:
-        """Return bodies' rates and deflections from the inner corners at the centre of a box."""
+        """Return ``Motion.mean`` at the centre of a box."""
         factor, drive, shift = self._means(numbers)
-        return centre_of(self._still, factor.value[0], drive.value[0], shift.value[0])
+        return centre_of(self._mean_equations, factor.value[0], drive.value[0], shift.value[0])
 
     def motion(self, numbers: dict[str, Form]) -> tuple[Motion | None, Array]:
-        """Return the linear motion over a box, None where it is too large; and how every parameter bends it."""
-        mean, bent = enclose(self._still, *self._means(numbers))
-        orders, bent_by_orders = enclose(self._turning, *self._orders(numbers))
+        """Return the linear motion over a box, None if the box is too large for a bound; and (d,) how strongly every
+        parameter bends it.
+        """
+        mean, bent = enclose(self._mean_equations, *self._means(numbers))
+        orders, bent_by_orders = enclose(self._order_equations, *self._orders(numbers))
         bent = np.maximum(bent, bent_by_orders)
         if mean is None or orders is None:
             return None, bent
         return Motion(Form(mean.value[0], mean.slopes[:, 0], mean.rest[0]), orders), bent
 
     def _orders(self, numbers: dict[str, Form]) -> tuple[Form, Form, Form]:
-        """Factors, drive and shift of every order that turns, (H, M) each."""
-        cycles = turning(self.family.system)
+        """Return m, g and s of ``enclosure`` for every order above zero, (H, M) each, bodies first."""
+        cycles = positive_orders(self.family.system)
         count = len(numbers["rate"].slopes)
         rate = numbers["rate"].rows(1).scaled(cycles[:, None])  # (H, 1)
         inertia, drag = (numbers[name].rows(1) for name in ("inertia", "drag"))
         bodies = inertia.times(rate.times(rate)).scaled(-1.0).plus(drag.times(rate), 1j)
-        loss = numbers["damping"].at(self.chosen).rows(1).times(rate)
+        loss = numbers["damping"].at(self.piece_numbers).rows(1).times(rate)
         elements = loss.scaled(1j).plus(self.spring(numbers).rows(1))
         torque, error = (
             numbers[f"{what}_cosine"].plus(numbers[f"{what}_sine"], -1j).rows(cycles.size)
@@ -198,20 +210,20 @@ class State:
 
     def spring(self, numbers: dict[str, Form]) -> Form:
         """Return the stiffness of every element, with the springs of friction that sticks."""
-        out = numbers["stiffness"].at(self.chosen)
+        out = numbers["stiffness"].at(self.piece_numbers)
         for number, element in self.stuck:
             for to, part in zip(out, numbers["spring"], strict=True):
                 to[..., element] += part[..., number]
         return out
 
 
-def turning(system: PiecewiseSystem) -> Array:
-    """(H,) the orders that turn, in cycles a period."""
+def positive_orders(system: PiecewiseSystem) -> Array:
+    """(H,) the orders above zero, in cycles per period."""
     return np.asarray(system.inputs.cycles[system.inputs.cycles > 0.0])
 
 
 def _corners(family: Family, pieces: Sequence[int]) -> list[Corner]:
-    """The corners that pieces have."""
+    """Return every corner that bounds a piece."""
     system: PiecewiseSystem = family.system
     layout = family.driveline.layout
     corners = []

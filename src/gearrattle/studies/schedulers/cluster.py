@@ -1,4 +1,4 @@
-"""Dask cluster: workers on any number of machines that see the study's folder; a few chunks a worker are under way.
+"""Dask cluster: workers on any number of machines that see the study's folder; a few chunks per worker are under way.
 
 The study is handed over as one file in its folder, so a worker that cannot see the folder says so with its first chunk,
 and workers that come later need nothing more. Chunks are sent by number and every worker keeps its own; results are not

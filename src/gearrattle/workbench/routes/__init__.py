@@ -1,1 +1,1 @@
-"""The HTTP interface, one file a part; each exports ``ROUTES``, which ``application`` joins."""
+"""The HTTP interface, one file per part; each exports ``ROUTES``, which ``application`` joins."""

@@ -86,7 +86,7 @@ def _refusal(error: GearRattleError | OSError) -> JsonAnswer:
 
 
 def json_object(content: bytes) -> dict[str, Any]:
-    """Return the JSON object in a body; ModelError if it is none, or too large."""
+    """Return the JSON object in a body; ModelError if it is no JSON object, or too large."""
     if len(content) > _LARGEST_JSON:
         raise ModelError(Problem("body", f"{len(content) / 1e6:.0f} MB", f"has at most {_LARGEST_JSON / 1e6:.0f} MB"))
     try:
@@ -107,7 +107,7 @@ def text_of(body: dict[str, Any], name: str, default: str | None = None) -> str:
 
 
 def object_of(body: dict[str, Any], name: str) -> dict[str, Any]:
-    """Return an object of a body, empty where it is missing; ModelError if it is none."""
+    """Return an object of a body, empty where it is missing; ModelError if it is no object."""
     value = body.get(name) or {}
     if not isinstance(value, dict):
         raise ModelError(Problem(name, type(value).__name__, "must be an object"))

@@ -11,7 +11,7 @@ gradient of the period map):
     grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
                        their velocity is a test function on the side where they exist
     pattern            the same crossings in another order; the time between two of them is the test function. A slider
-                       that is let go sooner than it slips has one crossing less: enclosed
+                       that is released sooner than it slips has one crossing less: enclosed
 
 Where a slider begins to slip the gradient jumps (``grazing``): then a determinant may change its sign without being
 zero, and the motion folds or doubles its period in a corner of the branch (*border collision*). Patterns are compared

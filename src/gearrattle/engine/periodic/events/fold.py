@@ -9,7 +9,7 @@ from gearrattle.engine.periodic.point import Point
 
 VERTICAL = 1e-9
 """Part of a tangent along the parameter that is rounding: the branch is vertical there, or folds."""
-_HALVINGS = 12  # of a step with a fold that both ends do not tell
+_HALVINGS = 12  # of a step that may hide a fold between its ends
 
 
 def along_parameter(point: Point) -> float:
@@ -18,9 +18,10 @@ def along_parameter(point: Point) -> float:
 
 
 def is_vertical(before: Point, after: Point) -> bool:
-    """Return whether a branch is vertical: a family of motions at one parameter, with a multiplier at 1 all along.
+    """Return whether a step of a branch is vertical: motions at one parameter, with a multiplier at 1 all along.
 
-    So is its motion that grazes, beyond which it may go either way: the signs of its test functions are rounding.
+    A vertical part may end in a motion that grazes, and a step from that one counts as vertical too: beyond it the
+    branch may go either way, so the signs of its test functions there are rounding.
     """
     ends = [(abs(along_parameter(point)) < VERTICAL, point.touch is not None) for point in (before, after)]
     return all(vertical for vertical, _ in ends) or any(vertical and grazes for vertical, grazes in ends)

@@ -13,7 +13,7 @@ for a time tau ~ √s.
                within tau, so M = M(0) + C √s + ...: continuous, with a square-root cusp. Clipped damping is no
                exception: its force is continuous, and M differs only while the regions differ.
     jump       A slider begins to slip. What its spring held is forgotten, however short the slip is: M jumps.
-    release    A slider is let go with the torque that its spring holds: the motion itself jumps (``slider_release``).
+    release    A slider is released with the torque that its spring holds: the motion itself jumps (``slider_release``).
     rigid      The law of a compliant corner, too stiff or too damped to be resolved. A touch of the depth d, at which
                the deflection has the acceleration a, lasts sqrt(8 d / a). Where that is longer than the contact's own
                time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / √s. If a depth of 1e-8

@@ -1,4 +1,4 @@
-"""Releases: a slider is let go while its spring holds a torque.
+"""Releases: a slider is released while its spring holds a torque.
 
 The friction of a later stage of a clutch ends at a corner. Where a motion crosses that corner, the torque that the
 spring holds is gone at once. Where it only touches the corner from the side on which the slider is engaged, the same
@@ -25,7 +25,7 @@ from gearrattle.engine.system.auxiliary import OFF
 from gearrattle.engine.system.perturbation_growth import torque_let_go
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
-_ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is let go without a jump
+_ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is released without a jump
 _SHORT = 1e-3  # periods: a visit that vanishes where the branch ends lasts less
 _NEAR = 1e-5  # arclength: the end of a branch is no farther from its last point
 _AT_BEGIN = 1e-3  # periods: a crossing so near to the begin of a period may pass it
@@ -33,7 +33,7 @@ _FASTER = 0.9  # times the speed of the visit at the point before: that of one t
 
 
 def lets_go(system: PiecewiseSystem) -> bool:
-    """Return whether a driveline has sliders that are let go: its period map jumps where they hold a torque."""
+    """Return whether a driveline has sliders that are released: its period map jumps where they hold a torque."""
     return any(auxiliary.is_let_go for auxiliary in system.auxiliaries)
 
 

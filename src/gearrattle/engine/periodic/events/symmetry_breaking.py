@@ -57,7 +57,7 @@ def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point]
 
 
 def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
-    """Return the symmetric motion that one of an odd number of periods is but for rounding; any other as it is.
+    """Return the symmetric motion that one of an odd number of periods is except for rounding; any other as it is.
 
     Beside a breaking P tells the motion to the cube root of its residual, and its tangent may have any direction.
     """
@@ -126,5 +126,5 @@ def det_minus(point: Point) -> float:
 
 
 def nearest_to_one(point: Point) -> tuple[complex, float]:
-    """Return the multiplier nearest to 1, but for free directions, and its distance; infinite where there is none."""
+    """Return the multiplier nearest to 1, without free directions, and its distance; infinite where there is none."""
     return nearest_to(1.0, not_free(point))

@@ -14,7 +14,7 @@ straight over them.
 
 At a grazing itself, motions on the touching side have such a root. There no motion is differenced: w_q follows from the
 slopes of the motion by q and by p, and tau is the depth of the touch, whose slopes by the state, by p and by q are
-known, but for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
+known, except for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
 without contact.
 """
 

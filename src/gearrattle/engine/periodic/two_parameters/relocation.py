@@ -34,7 +34,7 @@ _SHORTER = 0.1  # of a step: the one tried where it leads too far
 _AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are the touch
 _ON_CIRCLE = 1e-5  # from the unit circle: a pair is no farther from it
 _TOUCHES = 1e-9  # of the size of its corner: a motion that grazes is no farther from it
-_JUMP = 0.05  # of the test function nearby, and of one: what is left of it at a root that is none
+_JUMP = 0.05  # of the test function nearby, and of one: more is left where it jumps and has no root
 # of a step: the distance to a point of the same branch, at most; and of w
 _BENT = 2.0
 _ROUNDING = 1e-9

@@ -1,6 +1,6 @@
 """MAT files of version 5, as MATLAB's ``save`` writes them without further words, and of version 4.
 
-A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots, structures of
+A vector is a signal; a matrix is one signal per column; fields of structures are read through their dots, structures of
 an array by their number: ``rec.Y(2).Data``. ``write`` puts names, units and quantities beside the signals, as JSON in
 the text ``gearrattle``, and the format in ``gearrattle_format``. Version 7.3 is HDF5, and read there.
 """
@@ -19,7 +19,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened
 from gearrattle.formats import check_format, format_name
 from gearrattle.measured.readers.mat import version_4, version_5
-from gearrattle.measured.readers.mat.mat_contents import FORMAT, TOLD, Clock, Contents, contents_of
+from gearrattle.measured.readers.mat.mat_contents import DESCRIPTION, FORMAT, Clock, Contents, contents_of
 from gearrattle.measured.readers.mat.variables import Variable, part_of
 from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, column_names, unfit, with_times
 from gearrattle.recording import Array, Recording
@@ -51,7 +51,7 @@ def read(path: Path, request: Request) -> Raw:
 
 
 def write(recording: Recording, path: Path) -> None:
-    """Write ``time`` [s], one vector a channel, and their names, units and quantities."""
+    """Write ``time`` [s], one vector per channel, and their names, units and quantities."""
     from scipy.io import savemat
 
     variables: dict[str, Any] = {"time": recording.time}
@@ -59,12 +59,12 @@ def write(recording: Recording, path: Path) -> None:
     for channel in recording.channels:
         variable = re.sub(r"\W", "_", channel.name, flags=re.ASCII)
         variable = variable if variable[:1].isalpha() else f"x{variable}"
-        if variable in (*variables, TOLD, FORMAT) or len(variable) > _LONGEST_NAME:
+        if variable in (*variables, DESCRIPTION, FORMAT) or len(variable) > _LONGEST_NAME:
             rule = f"as a variable of MATLAB its name would be {variable}, which is taken or too long"
             raise unfit(path, channel.name, rule, "rename the channel")
         variables[variable] = channel.values
         rows[variable] = {k: getattr(channel, k) for k in ("name", "unit", "quantity", "subject")}
-    about = {FORMAT: format_name("recording"), TOLD: json.dumps(rows)}
+    about = {FORMAT: format_name("recording"), DESCRIPTION: json.dumps(rows)}
     savemat(path, {**variables, **about}, oned_as="column", appendmat=False, long_field_names=True)
 
 

@@ -1,8 +1,8 @@
 """Meaning of the variables of a MAT file: signals, their names, and their times.
 
-A MAT file has no units and often no times. So the variables that recorders store beside their signals are understood:
-``Name`` and ``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with ``XIndex`` i;
-``Tstart``, ``Tinterval`` and ``Length`` as the times of the vectors beside them.
+A MAT file has no units and often no times. So this module reads the variables that recorders store beside their
+signals: ``Name`` and ``Unit`` beside ``Data``; ``X.Data`` as the axis of ``Y(k).Data``, or ``X(i).Data`` with
+``XIndex`` i; ``Tstart``, ``Tinterval`` and ``Length`` as the times of the vectors beside them.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from gearrattle.measured.readers.reader import Column, Request, column_names, is
 from gearrattle.recording import Array
 from gearrattle.wording import counted
 
-TOLD = "gearrattle"
-"""Text that ``write`` puts beside the signals: what their names, units, quantities and subjects are."""
+DESCRIPTION = "gearrattle"
+"""Name of the text that ``write`` stores beside the signals: their names, units, quantities and subjects."""
 FORMAT = "gearrattle_format"
-"""Text that names the format of what ``write`` wrote."""
+"""Name of the text that says the format of a file made by ``write``."""
 _MOST_NAMED = 8  # variables that a note names
 _DATA = ("Data", "data")
 _NAMES = ("Name", "name")
@@ -36,14 +36,14 @@ _OF_TIME = re.compile(r"(?i)time|zeit|^t$|^$")
 
 
 class Signal(NamedTuple):
-    """A variable of numbers: samples a column, and its columns without their numbers."""
+    """A variable that holds numbers: samples per column, and its columns, still without values."""
 
     samples: int
     columns: list[Column]
 
 
 class Clock(NamedTuple):
-    """Times stated by three numbers; the length is 0 where the file does not state it."""
+    """Times by start, interval and length as the file states them; length 0: not stated."""
 
     start: float
     interval: float
@@ -66,13 +66,13 @@ class Contents:
     signals
         by path, in the order of the file.
     clocks
-        by what stands before the names: of a structure, or of the file.
+        by the path in front of Tstart and Tinterval; empty for variables of the file itself.
     texts
-        by path: those that say what something is.
+        by path: texts that describe signals.
     objects
-        classes of MATLAB by path: what only MATLAB reads.
+        by path: MATLAB classes of objects that only MATLAB can read.
     left_out
-        paths of what is no signal and says nothing of one.
+        paths of variables that are no signals and describe none.
     """
 
     signals: dict[str, Signal]
@@ -82,12 +82,12 @@ class Contents:
     left_out: list[str]
 
     def clock(self, path: str) -> Clock | None:
-        """Return the clock of a signal: beside it, and of its length."""
+        """Return the clock beside a signal, if its length is that of the signal or not stated."""
         clock = self.clocks.get(_parent(path))
         return clock if clock and clock.length in (0, self.signals[path].samples) else None
 
     def wanted(self, request: Request) -> set[str]:
-        """Return the paths that are read: those asked for, and possible times."""
+        """Return the paths to read: the signals asked for, and every signal that may hold times."""
         if request.names is None:
             return set(self.signals)
         columns = [(path, column) for path, signal in self.signals.items() for column in signal.columns]
@@ -98,7 +98,7 @@ class Contents:
         return {path for path, column in columns if column.name in needed}
 
     def lengths(self, wanted: set[str]) -> Iterator[int]:
-        """Yield the samples of all columns and times that are read or made."""
+        """Yield the number of samples of every column that is read, and of every time axis that is made."""
         yield from (self.signals[path].samples for path in wanted for _ in self.signals[path].columns)
         made = {(_parent(path), self.signals[path].samples) for path in wanted if self.clock(path)}
         yield from (samples for _, samples in made)
@@ -112,7 +112,7 @@ class Contents:
             names = ", ".join(self.left_out[:_MOST_NAMED]) + (
                 f" and {counted(more, 'more', 'more')}" if more > 0 else ""
             )
-            yield f"no signals, left out: {names}"
+            yield f"left out, because they are no signals: {names}"
         for parent, clock in self.clocks.items():
             said = f"{clock.interval:.9g} s apart, from {clock.start:.9g} s"
             yield f"times from {parent}Tstart and {parent}Tinterval: {said}"
@@ -127,7 +127,7 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     Raises
     ------
     ModelError
-        an interval of samples that is none.
+        a start or interval of samples that is not valid, or two variables of one name.
     """
     shapes: dict[str, tuple[int, ...]] = {}
     texts: dict[str, str] = {}
@@ -147,11 +147,11 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
             others.append(variable.name)
             if variable.sort == "numbers" and set(variable.shape) == {1}:
                 numbers[variable.name] = _number(variable)
-            elif variable.name in (TOLD, FORMAT) or variable.name.rpartition(".")[2] in (*_NAMES, *_UNITS):
+            elif variable.name in (DESCRIPTION, FORMAT) or variable.name.rpartition(".")[2] in (*_NAMES, *_UNITS):
                 texts[variable.name] = variable.text()
     # times by Tstart, Tinterval and Length; variables that describe others
     clocks = _clocks(numbers, source)
-    used = {*(TOLD, FORMAT), *(f"{parent}{key}" for parent in clocks for key in _TRIPLE)}
+    used = {*(DESCRIPTION, FORMAT), *(f"{parent}{key}" for parent in clocks for key in _TRIPLE)}
     used |= {f"{_parent(path)}{key}" for path in shapes if _parent(path) for key in (*_NAMES, *_UNITS, "XIndex")}
     # the signals, and the variables left over
     signals = _signals(shapes, texts, numbers)
@@ -160,10 +160,10 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
 
 def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers: dict[str, float]) -> dict[str, Signal]:
     """Give the columns of every variable their names, units and axes."""
-    rows = _rows(texts.get(TOLD, ""))
+    rows = _rows(texts.get(DESCRIPTION, ""))
     labels = {path: _text_of(texts, path, _NAMES) for path in shapes}
     taken = Counter([*shapes, *labels.values()])
-    axes = _data_of_axes(shapes, labels)
+    axes = _time_axes(shapes, labels)
     signals = {}
     for path, shape in shapes.items():
         is_axis = _is_axis(path)
@@ -180,7 +180,7 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
     return signals
 
 
-def _data_of_axes(
+def _time_axes(
     shapes: dict[str, tuple[int, ...]], labels: dict[str, str]
 ) -> dict[tuple[str, int], list[tuple[str, float]]]:
     """Return every ``X.Data`` that may hold times, and its number, by parent path and length."""
@@ -197,7 +197,7 @@ def _axis(
 ) -> str:
     """Return the path of ``X.Data`` beside ``Y(k).Data``: the one that XIndex names, else the first of its length.
 
-    An axis whose name is none of time is not taken for times.
+    An axis is taken for times only if its name says so or is empty.
     """
     series = _SERIES.fullmatch(path)
     if series is None:
@@ -228,7 +228,7 @@ def _clocks(numbers: dict[str, float], source: str) -> dict[str, Clock]:
 
 
 def _number(variable: Variable) -> float:
-    """Return a single number; one in single precision as the decimal number that it stands for."""
+    """Return a single number; in single precision the decimal number that was meant, 0.1 and not 0.10000000149."""
     number = float(variable.table()[0, 0])
     return float(str(np.float32(number))) if variable.stored.endswith("f4") else number
 

@@ -120,7 +120,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = DP
     Raises
     ------
     ModelError
-        another ending, or a resolution that is none.
+        an unknown ending, or a resolution out of range.
     OSError
         the file cannot be written.
     """

@@ -61,7 +61,7 @@ class Style:
         Raises
         ------
         ModelError
-            a width, a font, a size or a style that is none.
+            a width, font, size or style that is not valid.
         """
         problems = [
             problem
@@ -160,7 +160,7 @@ _OF_THE_SESSION = frozenset({"backend", "backend_fallback", "interactive", "tool
 
 
 def _millimetres(width: float | str) -> float:
-    """Return a width in millimetres; NaN if it is none."""
+    """Return a width in millimetres; NaN if it is no width."""
     if isinstance(width, str):
         if width in WIDTHS:
             return WIDTHS[width]
