@@ -161,3 +161,11 @@ def test_a_motion_on_its_way_to_another_does_not_hide_a_jump(
     for i, (size, error) in enumerate(zip(rms, scatter, strict=True)):
         way.runs[float(i)] = irregular(sweeps.up[0], float(i), size, error)
     assert [(int(first.value), int(last.value)) for first, last in way.decided_steps] == steps
+
+
+def test_a_motion_that_was_followed_for_long_is_no_longer_passed_over(sweeps: Sweeps) -> None:
+    way = Way(upward=True)
+    for i, (size, error) in enumerate(((1.0, 0.01), (1.4, 0.2), (1.8, 0.01))):
+        way.runs[float(i)] = irregular(sweeps.up[0], float(i), size, error)
+    way.longer[1.0] = 4
+    assert [(first.value, last.value) for first, last in way.decided_steps] == [(0.0, 1.0), (1.0, 2.0)]

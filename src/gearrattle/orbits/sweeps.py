@@ -223,12 +223,18 @@ class Way:
             following = i + 1
             for j in range(i + 2, min(i + 2 + _MOST_UNDECIDED, len(motions))):
                 between = motions[i + 1 : j]
-                are_undecided = not any(motions[i].differs(one) or one.differs(motions[j]) for one in between)
-                if are_undecided and motions[i].differs(motions[j]):
+                if motions[i].differs(motions[j]) and all(
+                    self._is_undecided(one, motions[i], motions[j]) for one in between
+                ):
                     following = j
                     break
             yield motions[i], motions[following]
             i = following
+
+    def _is_undecided(self, motion: ExactRun, before: ExactRun, after: ExactRun) -> bool:
+        """Whether a motion may still be on its way; one that has been followed for long is what it is."""
+        is_alike = not (before.differs(motion) or motion.differs(after))
+        return is_alike and self.longer.get(motion.value, 0) < _MOST_LONGER
 
     def nearest(self, value: float) -> ExactRun | None:
         """The motion at the nearest value."""
