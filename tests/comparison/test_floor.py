@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.comparison import compare_statistics, motion_statistics
+from gearrattle.comparison import compare_statistics, portrait
 from gearrattle.comparison.error_floor import RESOLVED, floor_of
 from gearrattle.comparison.nearby_motions import exact_portraits
 from tests.comparison.cases import case
@@ -30,7 +30,7 @@ def exact():
 
 def judged(values, exact):
     motion, nearby = exact
-    return compare_statistics(motion_statistics(values), nearby, floor_of(values, motion))
+    return compare_statistics(portrait(values), nearby, floor_of(values, motion))
 
 
 def by_algorithm(algorithm, **settings):
@@ -126,7 +126,7 @@ def test_a_tone_of_three_hundredths_that_no_level_shows_is_found_in_the_spectrum
 
 def test_one_impact_more_is_equal_and_two_are_not(exact):
     motion, nearby = exact
-    floor, own = floor_of(motion, motion), motion_statistics(motion)
+    floor, own = floor_of(motion, motion), portrait(motion)
     for more, verdict in ((1, "equal"), (2, "different")):
         actual = compare_statistics(replace(own, rate=own.rate + more / own.cycles), nearby, floor)
         assert actual.of("impact rate", "clutch").verdict == verdict
@@ -134,7 +134,7 @@ def test_one_impact_more_is_equal_and_two_are_not(exact):
 
 def test_impulses_shifted_by_less_than_a_hundredth_of_their_rms_are_equal(exact):
     motion, nearby = exact
-    floor, own = floor_of(motion, motion), motion_statistics(motion)
+    floor, own = floor_of(motion, motion), portrait(motion)
     size = np.sqrt(np.mean(own.impulses[0] ** 2))
     for shift, verdict in ((0.9, "equal"), (1.1, "different")):
         shifted = tuple(impulse + shift * RESOLVED * size for impulse in own.impulses)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.comparison import compare_coherence, compare_statistics, motion_statistics
+from gearrattle.comparison import compare_coherence, compare_statistics, portrait
 from gearrattle.comparison.nearby_motions import AWAY, MANY, exact_portraits, nearby
 from gearrattle.errors import ModelError
 from tests import synthetic
@@ -39,7 +39,7 @@ def drawn(seed, *, gain=1.0, colour=0.0, rate=0.5, push=1.0, cycles=CYCLES, wand
 
 
 def peers(first, **changes):
-    return [motion_statistics(drawn(seed, **changes)) for seed in range(first, first + MANY)]
+    return [portrait(drawn(seed, **changes)) for seed in range(first, first + MANY)]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_another_draw_of_the_process_differs_as_often_as_chance_has_it_however_s
     actual = []
     for group in range(4):
         rest = peers(1000 * (group + 1), wander=wander)
-        actual += [compare_statistics(motion_statistics(drawn(50 * group + i, wander=wander)), rest) for i in range(15)]
+        actual += [compare_statistics(portrait(drawn(50 * group + i, wander=wander)), rest) for i in range(15)]
     different, expected = sum(entry.different for entry in actual), sum(entry.different_by_chance for entry in actual)
     assert expected == pytest.approx(60 * 11 / 22)
     assert 0.3 * expected < different < 1.9 * expected
@@ -68,7 +68,7 @@ def test_every_kind_of_difference_is_found_and_others_only_by_chance(others):
     chance = 0
     for changes, expected in kinds:
         for seed in range(7, 12):
-            actual = compare_statistics(motion_statistics(drawn(seed, **changes)), others)
+            actual = compare_statistics(portrait(drawn(seed, **changes)), others)
             different = {item.quantity for item in actual.items if item.verdict == "different"}
             assert expected <= different, changes
             chance += len(different - expected)
@@ -76,7 +76,7 @@ def test_every_kind_of_difference_is_found_and_others_only_by_chance(others):
 
 
 def test_values_are_those_put_in(others):
-    actual = compare_statistics(motion_statistics(drawn(3, gain=2.0, push=2.0)), others)
+    actual = compare_statistics(portrait(drawn(3, gain=2.0, push=2.0)), others)
     assert actual.motions == MANY
     assert actual.of("rms acceleration", "loose").value == pytest.approx(2.0, rel=0.05)
     assert actual.of("PSD distance", "driver").value == pytest.approx(20 * np.log10(2.0), rel=0.1)
@@ -91,22 +91,22 @@ def test_values_are_those_put_in(others):
 
 
 def test_fewer_than_twenty_others_decide_nothing(others):
-    actual = compare_statistics(motion_statistics(drawn(3, gain=2.0)), others[:19])
+    actual = compare_statistics(portrait(drawn(3, gain=2.0)), others[:19])
     assert {item.verdict for item in actual.items} == {"undecided"}
-    assert compare_statistics(motion_statistics(drawn(3, gain=2.0)), others[:20]).different > 3
+    assert compare_statistics(portrait(drawn(3, gain=2.0)), others[:20]).different > 3
 
 
 def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
     reference = synthetic.trajectory(cycles=24)
-    exact = [motion_statistics(reference)] * MANY
+    exact = [portrait(reference)] * MANY
     itself = compare_statistics(exact[0], exact).items
     assert {item.verdict for item in itself if item.quantity != "contact impulse distribution"} == {EQUAL}
     rounded = replace(
         reference, deflection=reference.deflection * (1 + 1e-6), acceleration=reference.acceleration * (1 + 1e-6)
     )
-    assert compare_statistics(motion_statistics(rounded), exact).different == 0
+    assert compare_statistics(portrait(rounded), exact).different == 0
     louder = replace(reference, acceleration=reference.acceleration * 1.02)
-    actual = compare_statistics(motion_statistics(louder), exact)
+    actual = compare_statistics(portrait(louder), exact)
     assert {item.quantity for item in actual.items if item.verdict == "different"} == {
         "rms acceleration",
         "PSD distance",
@@ -117,16 +117,16 @@ def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
 def test_cycles_before_the_start_do_not_count():
     values = drawn(9)
     values.acceleration[: 40 * 64] *= 10.0
-    assert motion_statistics(values).acceleration[0] > 5.0
-    later = motion_statistics(values, 39.5)
+    assert portrait(values).acceleration[0] > 5.0
+    later = portrait(values, 39.5)
     assert (later.start, later.end, later.cycles) == (40.0, 80.0, 40)
     assert later.acceleration[0] == pytest.approx(1.0, abs=0.1)
     impacts = np.sum(values.events.to_region[values.events.time >= 40.0])
     assert later.rate[0] == pytest.approx(impacts / 40)
     with pytest.raises(ModelError, match="whole cycle must remain"):
-        motion_statistics(values, 79.5)
+        portrait(values, 79.5)
     with pytest.raises(ModelError, match="pointwise"):
-        motion_statistics(values, np.inf)
+        portrait(values, np.inf)
 
 
 def test_levels_are_over_whole_cycles():
@@ -142,17 +142,17 @@ def test_levels_are_over_whole_cycles():
         acceleration=np.stack([wave, wave], axis=1),
         deflection=wave[:, None],
     )
-    reported = motion_statistics(few)
+    reported = portrait(few)
     assert reported.acceleration == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
     assert reported.deflection == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
 
 
 def test_too_little_to_tell_is_undecided():
-    few = [motion_statistics(drawn(seed, cycles=2)) for seed in range(MANY)]
-    actual = compare_statistics(motion_statistics(drawn(99, cycles=2)), few)
+    few = [portrait(drawn(seed, cycles=2)) for seed in range(MANY)]
+    actual = compare_statistics(portrait(drawn(99, cycles=2)), few)
     assert actual.of("contact impulse distribution", "gear").verdict == "undecided"
     assert actual.to_dict()["items"][0]["quantity"] == "rms deflection"
-    silent = compare_statistics(motion_statistics(drawn(12, gain=0.0, cycles=2)), few)
+    silent = compare_statistics(portrait(drawn(12, gain=0.0, cycles=2)), few)
     assert silent.of("rms acceleration", "driver").verdict == "different"
 
 
@@ -224,15 +224,15 @@ def test_what_is_left_at_rest_is_not_different(model):
     grid = {"cycles": 40, "discard": 10, "samples_per_cycle": 32}
     motion = gr.simulate(model, **grid).trajectory
     exact = exact_portraits(model, motion, grid, None)
-    assert compare_statistics(motion_statistics(motion), exact).different == 0
+    assert compare_statistics(portrait(motion), exact).different == 0
     for algorithm in ("rkv-events", "rk4"):
         step = 2e-3 if algorithm == "rk4" else None
         values = gr.simulate(model, algorithm=algorithm, step=step, **grid).trajectory
-        assert compare_statistics(motion_statistics(values), exact).different == 0
+        assert compare_statistics(portrait(values), exact).different == 0
         rings = 1e-2 * np.abs(motion.acceleration).max() + 1e-2
         noise = rings * np.sin(2.0 * np.pi * 5.0 * values.time / values.layout.period)[:, None]
         ringing = replace(values, acceleration=values.acceleration + noise)
-        actual = compare_statistics(motion_statistics(ringing), exact)
+        actual = compare_statistics(portrait(ringing), exact)
         for quantity in ("rms acceleration", "PSD distance"):
             assert actual.of(quantity, "a").verdict == actual.of(quantity, "b").verdict == "different"
 
@@ -250,9 +250,9 @@ def test_exact_motions_are_told_from_wrong_ones_and_from_no_right_one():
     exact = exact_portraits(model, motion, grid, None)
     assert len(exact) == MANY
     right = gr.simulate(model, algorithm="rkv-events", tolerance=1e-9, **grid).trajectory
-    assert compare_statistics(motion_statistics(right), exact).different <= 4
+    assert compare_statistics(portrait(right), exact).different <= 4
     wrong = gr.simulate(model, algorithm="rkv", tolerance=1e-3, **grid).trajectory
-    assert compare_statistics(motion_statistics(wrong), exact).different >= 15
+    assert compare_statistics(portrait(wrong), exact).different >= 15
 
 
 def test_portraits_end_with_the_budget():

@@ -21,7 +21,7 @@ LAST_CYCLES = 8
 """Largest number of cycles that a level is taken over (Padmanabhan et al. 1995, eqs. (23)-(25))."""
 
 
-_LEVELS = ("low", "high", "rms", "below", "above", "rms_error")
+_LEVELS = ("low", "high", "rms", "below", "above", "off")
 
 
 class Level(NamedTuple):
@@ -34,7 +34,8 @@ class Level(NamedTuple):
 def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> dict[str, Array]:
     """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
 
-    low, high, rms; below, above: how far the motion may go beyond low and high between samples; rms_error.
+    low, high, rms; below, above: how far the motion may go beyond low and high between samples; off: the
+    error of rms (under this name it stands in stores of long motions).
     """
     window = steady(trajectory)
     count = min(LAST_CYCLES, window.cycles)
@@ -86,7 +87,7 @@ def peak_to_peak_of(state: Mapping[str, Array]) -> Level:
 
 def rms_of(state: Mapping[str, Array]) -> Level:
     """Return the root mean square acceleration of every inertia, and its error."""
-    return Level(_together(state["rms"]), _together(state["rms_error"]))
+    return Level(_together(state["rms"]), _together(state["off"]))
 
 
 def _together(levels: Array) -> Array:

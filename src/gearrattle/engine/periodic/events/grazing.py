@@ -83,6 +83,9 @@ _LITTLE = 1e-4
 _LITTLE_ARC = 1e-10
 _MISSED = 1e-9  # arclength by which a grazing may be missed
 _SAME = 1e-9  # change of w below which a motion is the same
+_SAME_INSTANT = 1e-4  # periods between the instants of one extremum: its search ends a little before it is located
+    1e-4  # periods between the instants of one extremum, whose search has ended a little before it is located
+)
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
 _NOT_LOCATED = "the motion that grazes is not reached"
 
@@ -174,7 +177,7 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     (stiffness, damping), (other, more) = (_slopes(flow, element, p) for p in (pieces, beyond))
     rate = float(max(np.sqrt(abs(other - stiffness) * lightness), abs(more - damping) * lightness))
     try:
-        located = depth(period_map, point.motion.start, touch)[1]
+        located = _located(period_map, point, touch)
         begin = replace(located, time=located.time - _AT_ONCE)
         z, last, since = before_touch(period_map, point.motion.start, begin, is_located=True)
     except ConvergenceError:
@@ -197,6 +200,17 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
     gain = -float(flow.deflection[element, :n] @ grown) / period
     return _Effect(rate, float(acceleration), gain)
+
+
+def _located(period_map: PeriodMap, point: Point, touch: Touch) -> Touch:
+    """A touch with the instant of its extremum: that of its approach, where that is known.
+
+    Where other short visits are near, a search from the instant of the touch may end in one of them.
+    """
+    approach = point.motion.approach
+    if approach is not None and abs(approach.time % point.motion.cycles - touch.time) < _SAME_INSTANT:
+        return replace(touch, time=approach.time % point.motion.cycles)
+    return depth(period_map, point.motion.start, touch)[1]
 
 
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
