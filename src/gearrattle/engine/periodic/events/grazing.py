@@ -84,8 +84,6 @@ _LITTLE_ARC = 1e-10
 _MISSED = 1e-9  # arclength by which a grazing may be missed
 _SAME = 1e-9  # change of w below which a motion is the same
 _SAME_INSTANT = 1e-4  # periods between the instants of one extremum: its search ends a little before it is located
-    1e-4  # periods between the instants of one extremum, whose search has ended a little before it is located
-)
 _ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
 _NOT_LOCATED = "the motion that grazes is not reached"
 
