@@ -30,11 +30,13 @@
     motions.follow(null, known, [...models].filter(([key]) => key in known.levels), branches);
   }
 
+  const MARGIN = 400; // pixels above and below the window
   const inView = new IntersectionObserver((entries) => {
     for (const entry of entries) if (entry.isIntersecting) draw(entry.target);
-  }, { rootMargin: "400px" });
+  }, { rootMargin: `${MARGIN}px` });
   for (const drawing of document.querySelectorAll("figure[data-key]")) {
     if (drawing.classList.contains("later")) drawing.classList.add("hidden");
+    else if (drawing.getBoundingClientRect().top < innerHeight + MARGIN) draw(drawing); // before the first frame
     inView.observe(drawing);
   }
 
