@@ -92,7 +92,7 @@ function Overlay({ jobs, figures }) {
       setModel(standIn({ chart: made }));
     }).catch((error) => setWords(error.message));
     return () => { isGone = true; };
-  }, [name]);
+  }, [name, jobs.map(({ label }) => label).join()]);
   if (!name) return null;
   return html`<section aria-label="Laid over each other"><div class="head"><h2 class="title">Laid over each other</h2>
       <label>Figure <select value=${name} onChange=${(event) => setName(event.target.value)}>${choices.map(([key, title]) => html`<option value=${key}>${title}</option>`)}</select></label></div>
