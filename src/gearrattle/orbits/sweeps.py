@@ -233,7 +233,7 @@ class Way:
 
     def _is_undecided(self, motion: ExactRun, before: ExactRun, after: ExactRun) -> bool:
         """Whether a motion may still be on its way; one that has been followed for long is what it is."""
-        is_alike = not (before.differs(motion) or motion.differs(after))
+        is_alike = not any(np.any(motion.differences(other, _LEAST) > 1.0) for other in (before, after))
         return is_alike and self.longer.get(motion.value, 0) < _MOST_LONGER
 
     def nearest(self, value: float) -> ExactRun | None:
