@@ -12,7 +12,8 @@ from gearrattle.errors import Cancelled
 from gearrattle.orbits.exact_runs import ExactRun, exact_run, map_of_one_period
 from gearrattle.orbits.stability import losses_of
 from gearrattle.orbits.start_states import state_of
-from gearrattle.orbits.sweeps import Sweeper, Sweeps, Way
+from gearrattle.orbits.sweeps import Sweeper, Way
+from gearrattle.orbits.swept_motions import Sweeps
 from gearrattle.time_limits import OutOfTime, TimeLimit, limited
 
 SPEED = "excitation.speed"

@@ -28,7 +28,7 @@ from gearrattle.orbits.gradients import gradients_of, scatter_of, tolerances_of
 from gearrattle.orbits.motion_map import MotionMap, map_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.run_ups import RunUpJumps, run_up_of
-from gearrattle.orbits.sweeps import Sweeps
+from gearrattle.orbits.swept_motions import Sweeps
 from gearrattle.orbits.two_parameters.event_boundary import boundary_of
 from gearrattle.orbits.value_family import check_index, family_of, unit_of, watched_names
 from gearrattle.result import Result

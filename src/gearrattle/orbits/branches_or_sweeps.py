@@ -27,7 +27,8 @@ from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import never_falling, stretch_of
 from gearrattle.orbits.stability import losses_of
-from gearrattle.orbits.sweeps import Jump, Sweeper, Sweeps
+from gearrattle.orbits.sweeps import Sweeper
+from gearrattle.orbits.swept_motions import Jump, Sweeps
 from gearrattle.orbits.value_family import is_compiled
 from gearrattle.time_limits import OutOfTime, TimeLimit, check_time, limited
 from gearrattle.wording import counted

@@ -11,7 +11,7 @@ from gearrattle.orbits import Branch
 from gearrattle.orbits.attractors import KINDS
 from gearrattle.orbits.exact_runs import ExactRun
 from gearrattle.orbits.settling_limits import LONGEST
-from gearrattle.orbits.sweeps import Jump, Sweeps
+from gearrattle.orbits.swept_motions import Jump, Sweeps
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.motion_window import scale

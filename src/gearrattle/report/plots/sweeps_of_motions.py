@@ -9,7 +9,7 @@ import numpy as np
 from gearrattle.assembly import assemble
 from gearrattle.orbits import Branch
 from gearrattle.orbits.exact_runs import ExactRun
-from gearrattle.orbits.sweeps import Sweeps
+from gearrattle.orbits.swept_motions import Sweeps
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.chart import Band, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corner_marks import units_of
