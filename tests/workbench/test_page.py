@@ -6,6 +6,7 @@ With no error and no foreign request.
 from __future__ import annotations
 
 import io
+import time
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +23,7 @@ from tests.workbench.server import Server
 pytest.importorskip("uvicorn")
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = MARKS
+TOLD = 0.5  # seconds in which a message of the socket reaches the page
 
 
 @pytest.fixture
@@ -95,6 +97,30 @@ def test_runs_of_one_name_have_two_entries_in_a_legend(tab: Any, server: Server)
     finally:
         for job, name in names.items():
             server.client.patch(f"/api/jobs/{job}", json={"name": name})
+
+
+def test_a_name_that_changes_while_the_list_is_read_is_shown(tab: Any, server: Server) -> None:
+    name = server.state("first")["name"]
+    names = []
+
+    def delayed(route: Any) -> None:
+        """Answer with the list of a moment ago: the run has another name by now, and the socket has told so."""
+        answer = route.fetch()
+        names.append(f"renamed {len(names)}")
+        server.client.patch("/api/jobs/first", json={"name": names[-1]})
+        time.sleep(TOLD)
+        route.fulfill(response=answer)
+
+    try:
+        tab.route("**/api/jobs", delayed)
+        tab.reload()
+        tab.goto(f"{server.address}/#/runs")
+        tab.wait_for_selector(".runs li")
+        playwright.expect(tab.locator(".runs").get_by_text(names[-1], exact=True)).to_have_count(1)
+        tab.unroute_all(behavior="wait")
+        playwright.expect(tab.locator(".runs").get_by_text(names[-1], exact=True)).to_have_count(1)
+    finally:
+        server.client.patch("/api/jobs/first", json={"name": name})
 
 
 def test_pictures_are_dark_in_the_dark_scheme(server: Server) -> None:

@@ -316,12 +316,14 @@ function render({ model, el }) {
     if (!key) return;
     const body = bodyOf(key), direction = KEYS[event.key], isConnecting = state.connecting !== null;
     const letter = event.ctrlKey || event.metaKey ? "" : event.key.toLowerCase();
+    const press = () => (isConnecting ? body !== null && connect(body) : select(key));
+    const remove = () => ask({ ask: "delete", path: key });
     const acts = {
-      enter: () => (isConnecting ? body !== null && connect(body) : select(key)),
-      " ": () => (isConnecting ? body !== null && connect(body) : select(key)),
+      enter: press,
+      " ": press,
       escape: () => (isConnecting ? end() : select("")),
-      delete: () => ask({ ask: "delete", path: key }),
-      backspace: () => ask({ ask: "delete", path: key }),
+      delete: remove,
+      backspace: remove,
       f2: () => { select(key); ask({ ask: "rename", path: key }); },
       c: () => body !== null && get("editable", false) && begin(body),
       g: () => isConnecting && connect(-1),

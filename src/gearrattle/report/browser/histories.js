@@ -65,6 +65,8 @@ class Histories {
     });
   }
 
+  count() { return `Channels (${this.selected.length} of ${this.known.channels.length})`; }
+
   showPicker() {
     const groups = new Map();
     for (const channel of this.known.channels) groups.set(channel.quantity || "channels", [...(groups.get(channel.quantity || "channels") ?? []), channel]);
@@ -75,7 +77,7 @@ class Histories {
         return element("label", {}, box, channel.label || channel.name);
       })));
     const isOpen = this.picker.open;
-    this.picker.replaceChildren(element("summary", {}, `Channels (${this.selected.length} of ${this.known.channels.length})`), element("div", { class: "gr-sets" }, sets));
+    this.picker.replaceChildren(element("summary", {}, this.count()), element("div", { class: "gr-sets" }, sets));
     this.picker.open = isOpen;
   }
 
@@ -83,7 +85,7 @@ class Histories {
     const order = this.known.channels.map((channel) => channel.name);
     const chosen = isChosen ? [...this.selected, name] : this.selected.filter((other) => other !== name);
     this.selected = order.filter((other) => chosen.includes(other));
-    this.picker.firstChild.textContent = `Channels (${this.selected.length} of ${this.known.channels.length})`;
+    this.picker.firstChild.textContent = this.count();
     this.fetch();
   }
 

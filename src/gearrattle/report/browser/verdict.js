@@ -26,6 +26,7 @@ function shareBar({ shares, contact_share: contact }) {
 }
 
 function partsTable(parts, open) {
+  const number = (words) => element("td", { class: "gr-n" }, words);
   const head = ["Part", "Severity", "Regime", "Impacts per cycle", "Fastest approach", "Hardest impact", "Coast · centre · drive"];
   const rows = parts.map((part) => {
     const pill = element("span", { class: `gr-pill gr-${part.rattles ? part.regime : part.severity}` }, part.severity);
@@ -34,9 +35,9 @@ function partsTable(parts, open) {
       element("th", { scope: "row" }, name),
       element("td", {}, pill, part.separates || part.regime === "quiet" ? null : element("small", {}, " changes stage")),
       element("td", {}, part.regime),
-      element("td", { class: "gr-n" }, numerals.numeral(part.impacts_per_cycle, 3)),
-      element("td", { class: "gr-n" }, numerals.engineering(part.max_approach_speed, part.speed_unit)),
-      element("td", { class: "gr-n" }, numerals.engineering(part.max_impact_energy, part.energy_unit)),
+      number(numerals.numeral(part.impacts_per_cycle, 3)),
+      number(numerals.engineering(part.max_approach_speed, part.speed_unit)),
+      number(numerals.engineering(part.max_impact_energy, part.energy_unit)),
       element("td", {}, shareBar(part)));
   });
   const titles = head.map((title, k) => element("th", { scope: "col", class: k > 2 && k < 6 ? "gr-n" : null }, title));

@@ -31,21 +31,36 @@ function useRoute() {
   return now;
 }
 
-// All jobs, newest first, kept up to date by the socket; read again whenever the connection is made anew.
+// All jobs, newest first, kept up to date by the socket; read again whenever the connection is made anew. A message that
+// comes while the list is read is newer than the list.
 function useJobs(onError) {
   const [jobs, setJobs] = useState(null);
   const [isJoined, setJoined] = useState(true);
-  const drop = (id) => setJobs((old) => sorted((old ?? []).filter((job) => job.id !== id)));
+  const drop = (id) => setJobs((old) => updated(old, { deleted: id }));
   useEffect(() => {
-    const read = () => api.get("/api/jobs").then((list) => setJobs(sorted(list))).catch((error) => { setJobs((old) => old ?? []); onError(error); });
+    let during = null; // messages since the list was asked for
+    const read = () => {
+      const messages = [];
+      during = messages;
+      api.get("/api/jobs").then((list) => {
+        if (during !== messages) return;
+        during = null;
+        setJobs(messages.reduce(updated, sorted(list)));
+      }).catch((error) => { setJobs((old) => old ?? []); onError(error); });
+    };
     read();
     return api.events((message) => {
+      during?.push(message);
       if ("joined" in message) { setJoined(message.joined); if (message.joined) read(); }
-      if (message.job) setJobs((old) => sorted([message.job, ...(old ?? []).filter((job) => job.id !== message.job.id)]));
-      if (message.deleted) drop(message.deleted);
+      if (message.job || message.deleted) setJobs((old) => updated(old, message));
     });
   }, []);
   return { jobs, isJoined, drop };
+}
+
+function updated(jobs, { job, deleted }) {
+  const id = job?.id ?? deleted;
+  return sorted([...(job ? [job] : []), ...(jobs ?? []).filter((other) => other.id !== id)]);
 }
 
 const sorted = (jobs) => labelled([...jobs].sort((a, b) => String(b.created).localeCompare(String(a.created))));

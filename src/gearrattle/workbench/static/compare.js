@@ -13,6 +13,7 @@ export function Compare({ jobs, chosen, onError }) {
   const [answered, setAnswered] = useState({});
   const done = (jobs ?? []).filter((job) => job.state === "done");
   const known = chosen.filter((id) => done.some((job) => job.id === id));
+  const runs = known.map((id) => done.find((job) => job.id === id));
   const key = known.join(",");
   const rows = answered.key === key ? answered.rows : null; // those of the runs marked before are not theirs
   useEffect(() => {
@@ -25,7 +26,7 @@ export function Compare({ jobs, chosen, onError }) {
     </aside>
     <article class="card">
       ${known.length < 2 ? html`<div class="empty"><h1>Compare variants</h1><p>Mark two runs or more on the left. What differs in their models is named, and what came of it stands side by side.</p></div>`
-        : rows ? html`<${Table} rows=${rows} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} /><${Sounds} key=${`sounds ${key}`} jobs=${known.map((id) => done.find((job) => job.id === id))} onError=${onError} /><${Overlay} key=${key} figures=${rows.figures} jobs=${known.map((id) => done.find((job) => job.id === id))} />` : html`<p class="loading">Reading …</p>`}
+        : rows ? html`<${Table} rows=${rows} jobs=${runs} onError=${onError} /><${Sounds} key=${`sounds ${key}`} jobs=${runs} onError=${onError} /><${Overlay} key=${key} figures=${rows.figures} jobs=${runs} />` : html`<p class="loading">Reading …</p>`}
     </article>
   </div>`;
 }

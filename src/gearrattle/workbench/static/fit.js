@@ -67,7 +67,7 @@ export function Fit({ job, files, file, known, pair, peak, onStarted, onError })
     motion: () => html`<${Motion} file=${file} known=${known} partners=${partners} setPartners=${setPartners} span=${span} setSpan=${setSpan} />`,
     modes: () => html`${rows.map((row, k) => html`<${Row} key=${k} row=${row} bodies=${bodies} files=${files} peak=${peak} change=${(changes) => change(k, changes)} drop=${() => setRows((before) => before.filter((_, other) => other !== k))} />`)}
       <div class="form"><label>Add<select value="" onChange=${(event) => { const kind = event.target.value; setRows((before) => [...before, { kind, ...ROWS[kind].empty }]); event.target.value = ""; }}><option value="">Choose …</option>${Object.entries(ROWS).map(([kind, { words }]) => html`<option value=${kind}>${words}</option>`)}</select></label></div>`,
-    file: () => html`<div class="form"><label>Data file<select value=${dataFile} onChange=${(event) => setDataFile(event.target.value)}><option value="">Choose …</option>${files.map(({ path }) => path).filter((path) => path.toLowerCase().endsWith(".toml")).map((path) => html`<option value=${path}>${path}</option>`)}</select></label></div>`,
+    file: () => html`<div class="form"><label>Data file<select value=${dataFile} onChange=${(event) => setDataFile(event.target.value)}><option value="">Choose …</option>${ending(files, ".toml").map((path) => html`<option value=${path}>${path}</option>`)}</select></label></div>`,
   };
   return html`<section class="card" aria-label="Fit"><h2>Fit values of the model</h2>
     <div class="form"><label>Fit to<select value=${what} onChange=${(event) => choose(event.target.value)}>${Object.entries(WHAT).map(([key, words]) => html`<option value=${key} disabled=${key === "motion" && !isMeasured}>${words}${key === "motion" ? (isMeasured ? ` in ${file}` : " (choose a measured file above)") : ""}</option>`)}</select></label></div>
@@ -112,14 +112,15 @@ function Motion({ known, partners, setPartners, span, setSpan }) {
       ${field("cycles", "Cycles of each simulation", "as the run")}${field("discard", "Left out at its start", "as the run")}</div>`;
 }
 
+const ending = (files, end) => files.map(({ path }) => path).filter((path) => path.toLowerCase().endsWith(end));
+
 function Row({ row, bodies, files, peak, change, drop }) {
   const text = (key, words, hint) => html`<label>${words}<input type="text" value=${row[key]} placeholder=${hint} onInput=${(event) => change({ [key]: event.target.value })} /></label>`;
   const select = (key, words, options) => html`<label>${words}<select value=${row[key]} onChange=${(event) => change({ [key]: event.target.value })}><option value="">Choose …</option>${options.map((option) => html`<option value=${option}>${option}</option>`)}</select></label>`;
-  const ending = (end) => files.map(({ path }) => path).filter((path) => path.toLowerCase().endsWith(end));
   const parts = {
     mode: () => html`<label>Mode number<input type="number" min="1" value=${row.number} title="As the table of modes counts: a rigid motion is number 1" onInput=${(event) => change({ number: Number(event.target.value) })} /></label>${text("frequency", "Frequency", "55 Hz")}${text("standard_error", "Standard error", "1 %, if empty")}
       ${peak ? html`<button type="button" title=${`Of ${peak.channel}, where the driveline swings by itself: after a knock, or in a run-up`} onClick=${() => change({ frequency: peak.text })}>Highest peak: ${peak.text}</button>` : null}`,
-    response: () => html`${select("file", `CSV (${HEADS})`, ending(".csv"))}${select("torque_on", "Torque on", bodies)}${select("at", "Measured at", bodies)}`,
+    response: () => html`${select("file", `CSV (${HEADS})`, ending(files, ".csv"))}${select("torque_on", "Torque on", bodies)}${select("at", "Measured at", bodies)}`,
   };
   return html`<fieldset class="form"><legend>${ROWS[row.kind].words}</legend>${parts[row.kind]()}<button type="button" class="plain" onClick=${drop}>Remove</button></fieldset>`;
 }

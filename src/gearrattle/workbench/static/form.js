@@ -46,6 +46,8 @@ export function shown(value) {
 }
 
 const startsWith = (path, start) => start.every((part, k) => part === path[k]);
+const under = (problems, path) => problems.filter((problem) => startsWith(problem.path, path));
+const at = (problems, path) => under(problems, path).filter((problem) => problem.path.length === path.length);
 
 function Problems({ list, id }) {
   return list.length ? html`<div class="field-problems" id=${id} role="alert">${list.map(({ at, value, rule, remedy }) => html`<p>${at ? html`<b>${at}</b>` : null}${value ? `found ${value}; ` : ""}${rule}${remedy ? ` (${remedy})` : ""}</p>`)}</div>` : null;
@@ -118,7 +120,7 @@ function Field({ node, path, value, name, label, isRequired, around, hidesLabel 
 
 function Pair({ array, path, value, label, around, description }) {
   const entries = Array.isArray(value) ? value : [];
-  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const own = at(around.problems, path);
   const typed = (where, text, isNumber) => (entries.length === array.prefixItems.length ? around.onTyped(where, text, isNumber)
     : around.onValue(path, array.prefixItems.map((entry, k) => (k === where[path.length] ? text : entries[k] ?? exampleOf(around.root, entry)))));
   const chosen = (where, text) => typed(where, text ?? "", false);
@@ -145,7 +147,7 @@ function Bodies({ path, value, label, around }) {
 function Rows({ item, path, value, label, around, description }) {
   const rows = Array.isArray(value) ? value : [];
   const keys = Object.keys(item.properties), { root } = around;
-  const own = around.problems.filter((problem) => startsWith(problem.path, path)).map((problem) => ({ ...problem, at: problem.path.length > path.length + 1 ? `${words(String(problem.path[path.length + 1]))} of row ${problem.path[path.length] + 1}: ` : "" }));
+  const own = under(around.problems, path).map((problem) => ({ ...problem, at: problem.path.length > path.length + 1 ? `${words(String(problem.path[path.length + 1]))} of row ${problem.path[path.length] + 1}: ` : "" }));
   const id = `field-${path.join("-")}`;
   return html`<fieldset class="rows"><legend title=${description}>${label}</legend>
     ${rows.length ? html`<div class="scroll"><table class="grid"><thead><tr>${keys.map((key) => html`<th scope="col" title=${resolved(root, item.properties[key]).description}>${words(key)}</th>`)}<th><span class="hidden">Remove</span></th></tr></thead>
@@ -157,7 +159,7 @@ function Rows({ item, path, value, label, around, description }) {
 
 function Group({ tables, path, value, label, around, description }) {
   const table = tables.find((option) => Object.keys(value).every((key) => key in option.properties)) ?? tables[0] ?? { properties: {} };
-  const own = around.problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const own = at(around.problems, path);
   return html`<fieldset class="group"><legend title=${description}>${label} <button type="button" class="small-button" aria-label=${`Remove ${label}`} onClick=${() => around.onDelete(path)}>×</button></legend>
     <${Fields} table=${table} path=${path} value=${value} around=${around} /><${Problems} list=${own} /></fieldset>`;
 }
@@ -175,7 +177,7 @@ function Fields({ table, path, value, around }) {
   const field = (key) => html`<${Field} key=${key} node=${table.properties[key]} path=${[...path, key]} value=${value[key]} name=${key} label=${words(key)} isRequired=${required.includes(key)} around=${around} />`;
   const strange = Object.keys(value).filter((key) => !(key in table.properties));
   return html`${near.map(field)}
-    ${strange.map((key) => html`<${TextField} key=${key} path=${[...path, key]} value=${typeof value[key] === "object" ? JSON.stringify(value[key]) : value[key]} label=${key} problems=${around.problems.filter((problem) => startsWith(problem.path, [...path, key]))} onTyped=${around.onTyped} />`)}
+    ${strange.map((key) => html`<${TextField} key=${key} path=${[...path, key]} value=${typeof value[key] === "object" ? JSON.stringify(value[key]) : value[key]} label=${key} problems=${under(around.problems, [...path, key])} onTyped=${around.onTyped} />`)}
     ${far.length ? html`<details class="far" open=${!near.length}><summary>${near.length ? "More" : "Values"} (${far.map(words).join(", ")})</summary>${far.map(field)}</details>` : null}`;
 }
 
@@ -183,7 +185,7 @@ function Fields({ table, path, value, around }) {
 export function Form({ schema, path, value, problems, bodies, ends, changes }) {
   const node = resolved(schema, schema.properties[path[0]]);
   const table = resolved(schema, node.type === "array" ? node.items : node);
-  const own = problems.filter((problem) => startsWith(problem.path, path) && problem.path.length === path.length);
+  const own = at(problems, path);
   const around = { root: schema, problems, bodies, ends, depth: path.length, ...changes };
   return html`<div class="fields"><${Problems} list=${own} /><${Fields} table=${table} path=${path} value=${value ?? {}} around=${around} /></div>`;
 }

@@ -46,7 +46,7 @@ export function Studies({ jobs, onStarted, onError }) {
     api.post("/api/estimate", { text: model.text, file: model.file, options: { axes: grid(), outputs } }).then(({ estimate }) => setCost(estimate)).catch((error) => { setCost(""); onError(error); });
   };
   const start = () => {
-    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid(), outputs }, name: about("study over", axes.flatMap((axis) => [axis, ...axis.ties]).map(({ path }) => path), model.labels), parent: base }).then(onStarted).catch(onError);
+    api.post("/api/jobs", { task: "study", text: model.text, file: model.file, options: { axes: grid(), outputs }, name: about("study over", taken, model.labels), parent: base }).then(onStarted).catch(onError);
   };
   const follow = () => {
     const [axis] = axes, { path } = axis, range = [axis.low, axis.high].map((value) => written(axis, value));
