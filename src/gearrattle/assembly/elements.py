@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.friction_sliders import is_parted
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.model import Element, Model
+from gearrattle.model.drag_points import drag_points
 
 
 def law_of(element: Element) -> PiecewiseLaw:
@@ -37,6 +38,7 @@ def decay_notes(model: Model) -> tuple[str, ...]:
     pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
     prescribed = {motion.on for motion in model.motions}
     drags = [body.drag for body in model.inertias if body.name not in prescribed]
+    drags += [point.slope for point in drag_points(model) if point.body not in prescribed]
     if not pieces or any(drags) or any(piece.damping or piece.hysteresis for piece in pieces):
         return ()
     return (

@@ -15,9 +15,12 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
 from gearrattle.model.components.component import Component, Element
+from gearrattle.model.drag_part_rules import drag_rules
+from gearrattle.model.drag_points import component_elements, drag_elements
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
 from gearrattle.model.negligible_impacts import Criteria
+from gearrattle.model.oil import Oil
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
@@ -60,6 +63,8 @@ class Model(Table):
     """Gear pairs, in file order."""
     planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
     """Planetary gear sets, in file order."""
+    oil: Oil | None = None
+    """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
     """Reference speed."""
     torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
@@ -117,7 +122,7 @@ class Model(Table):
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """All elements: of all couplings, then of all meshes, and so on in the order of ``COMPONENTS``."""
+        """All elements: of couplings, of meshes, and so on in the order of ``COMPONENTS``; last, of drag parts."""
         return _elements(self)
 
     def to_tables(self, *, at_speed: bool = False) -> TomlTable:
@@ -283,6 +288,7 @@ class Model(Table):
                 on = row.get("on")
                 if isinstance(on, str) and on not in names:
                     yield _dangling((kind, index, "on"), on, names)
+        yield from drag_rules(inertias, names, table.get("oil"))
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from _start_length(table.get("simulation"), len(inertias))
 
@@ -311,8 +317,8 @@ def _components(model: Model) -> Mapping[str, Component]:
 
 @kept
 def _elements(model: Model) -> tuple[Element, ...]:
-    """The elements of all components."""
-    return tuple(element for component in model.components.values() for element in component.elements())
+    """The elements of all components, and of all drag parts."""
+    return (*component_elements(model), *drag_elements(model))
 
 
 def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:
