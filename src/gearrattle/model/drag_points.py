@@ -84,7 +84,7 @@ def points_at(model: Model, omega: float) -> tuple[DragPoint, ...]:
                 drag = _drag(model, part.at_reference(omega), speed)
             except ModelError as error:
                 problems += [
-                    replace(problem, place=f"inertia.{inertia.name}.{problem.place}") for problem in error.problems
+                    replace(problem, place=f"{path}.{problem.place}") for problem in error.problems
                 ]
                 continue
             points.append(DragPoint(inertia.name, part.on, path, part, speed, *drag))

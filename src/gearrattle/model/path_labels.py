@@ -248,6 +248,12 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     if key in ("stages", "coast_stages") and len(rest) > 1:
         side = "stage" if key == "stages" else "coast stage"
         return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
+    if key == "drag_parts" and len(rest) > 1:
+        rows = table.get(key, ())
+        index = int(rest[0]) if rest[0].isdigit() else -1
+        kind = rows[index].get("kind") if 0 <= index < len(rows) else None
+        part = f"drag part {_number(rest[0])}" if kind is None else str(kind).replace("-", " ")
+        return _of_part(rest[1:], f"{part}{of}", {})
     if key in ("transmission_error", "kinematic_error") and len(rest) > 1:
         sines = table.get(key, ())
         named = owner

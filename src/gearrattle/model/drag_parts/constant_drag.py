@@ -20,7 +20,7 @@ class ConstantDrag(DragPart):
     kind: Annotated[str, Choice(("constant",))]
     """"constant"."""
     torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
-    """Drag torque [N m]; may be a table over the reference speed."""
+    """Drag torque [N m]; may be a table over speed."""
     slope: Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")] = 0.0
     """Its change with the relative speed [N m s/rad]."""
 

@@ -66,7 +66,7 @@ class MeasuredDrag(DragPart):
             return self.torque[0]
         if oil is None:
             rule = "a table over temperature needs the table [oil]"
-            raise ModelError(Problem("drag_parts.temperature", "", rule, "add oil, or leave the temperatures out"))
+            raise ModelError(Problem("temperature", "", rule, "add oil, or leave the temperatures out"))
         k = _interval(self.temperature, oil.temperature, "temperature", "degC")
         share = (oil.temperature - self.temperature[k]) / (self.temperature[k + 1] - self.temperature[k])
         return [
@@ -79,7 +79,7 @@ def _interval(points: Sequence[float], value: float, word: str, unit: str) -> in
     if not points[0] <= value <= points[-1]:
         rule = f"the measured drag covers {points[0]:.6g} to {points[-1]:.6g} {unit}"
         raise ModelError(
-            Problem(f"drag_parts.{word}", f"{value:.6g} {unit}", rule, "measure further: nothing is extrapolated")
+            Problem(word, f"{value:.6g} {unit}", rule, "measure further: nothing is extrapolated")
         )
     return min(max(bisect_left(points, value) - 1, 0), len(points) - 2)
 
