@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from gearrattle.model.drag_parts import DRAG_PARTS, DragPart
 from gearrattle.model.table import Breach, did_you_mean, listed
 from gearrattle.model.value_kinds import GROUND
 
@@ -14,7 +13,11 @@ def drag_rules(inertias: Sequence[Mapping[str, Any]], names: Mapping[str, None],
     """Yield breaches: a part on no body, or on its own; a law that needs the oil of a model without one."""
     for index, inertia in enumerate(inertias):
         rows = inertia.get("drag_parts")
-        for number, row in enumerate(rows if isinstance(rows, list | tuple) else ()):
+        if not rows or not isinstance(rows, list | tuple):
+            continue
+        from gearrattle.model.drag_parts import DRAG_PARTS  # most models have none
+
+        for number, row in enumerate(rows):
             location = ("inertia", index, "drag_parts", number)
             on = _of(row, "on")
             if isinstance(on, str) and on != GROUND and on not in names:
@@ -33,4 +36,4 @@ def _of(row: object, key: str) -> Any:
     """Return what a part has under a key, as written or as read."""
     if isinstance(row, Mapping):
         return row.get(key)
-    return getattr(row, key, None) if isinstance(row, DragPart) else None
+    return getattr(row, key, None)

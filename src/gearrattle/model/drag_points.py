@@ -11,16 +11,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
-from gearrattle.mean_speeds import Kinematics, mean_speed_ratios
 from gearrattle.model.components.component import Element, Piece
-from gearrattle.model.drag_parts import Drag, DragPart
 from gearrattle.model.value_kinds import GROUND
 
 if TYPE_CHECKING:
+    from gearrattle.model.drag_parts import Drag, DragPart
     from gearrattle.model.model import Model
 
 _AT_REST = 1e-9  # of the reference speed
@@ -83,9 +80,7 @@ def points_at(model: Model, omega: float) -> tuple[DragPoint, ...]:
             try:
                 drag = _drag(model, part.at_reference(omega), speed)
             except ModelError as error:
-                problems += [
-                    replace(problem, place=f"{path}.{problem.place}") for problem in error.problems
-                ]
+                problems += [replace(problem, place=f"{path}.{problem.place}") for problem in error.problems]
                 continue
             points.append(DragPoint(inertia.name, part.on, path, part, speed, *drag))
     if problems:
@@ -95,6 +90,8 @@ def points_at(model: Model, omega: float) -> tuple[DragPoint, ...]:
 
 def _drag(model: Model, part: DragPart, speed: float) -> Drag:
     """Return torque and slope of a part at a relative speed [rad/s]."""
+    from gearrattle.model.drag_parts import Drag
+
     if abs(speed) <= _AT_REST * model.excitation.omega:
         return Drag(0.0, 0.0)
     return part.at(abs(speed), model.oil)
@@ -108,6 +105,10 @@ def _unsettled(path: str, body: str) -> Problem:
 
 def _ratios(model: Model) -> list[float]:
     """Mean speeds of all inertias over the reference speed; NaN where nothing settles it."""
+    import numpy as np  # a model without drag parts is read without it
+
+    from gearrattle.mean_speeds import Kinematics, mean_speed_ratios
+
     names = [inertia.name for inertia in model.inertias]
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
     elements = component_elements(model)

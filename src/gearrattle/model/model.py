@@ -19,8 +19,8 @@ from gearrattle.model.drag_part_rules import drag_rules
 from gearrattle.model.drag_points import component_elements, drag_elements
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
+from gearrattle.model.late_class import LateClass
 from gearrattle.model.negligible_impacts import Criteria
-from gearrattle.model.oil import Oil
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
@@ -63,7 +63,7 @@ class Model(Table):
     """Gear pairs, in file order."""
     planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
     """Planetary gear sets, in file order."""
-    oil: Oil | None = None
+    oil: Annotated[Any, LateClass("gearrattle.model.oil", "Oil")] = None
     """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
     """Reference speed."""

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, get_args
 
 from gearrattle.model import units
 from gearrattle.model.components import COMPONENTS
+from gearrattle.model.late_class import LateClass
 from gearrattle.model.model import Model
 from gearrattle.model.paths import ANY, path_names
 from gearrattle.model.signal import OverTime
@@ -383,6 +384,8 @@ def _below(annotation: Any, key: str) -> list[Any]:
 def _walk(annotation: Any) -> Iterator[Any]:
     """An annotation and everything it is made of."""
     yield annotation
+    if isinstance(annotation, LateClass):
+        yield from _walk(annotation.annotation)
     for inner in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
         if inner is not annotation:
             yield from _walk(inner)

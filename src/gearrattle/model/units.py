@@ -161,7 +161,7 @@ def convert(text: str, dimension: Dimension) -> float:
         allowed = " or ".join(sorted(dimension.symbols))
         raise UnitError(f"must be {with_article(dimension.name)} in {allowed}", dimension.hint)
     if dimension is TEMPERATURE:
-        return float(number - _ZERO_CELSIUS if unit == "K" else number)
+        return _rounded(number - _ZERO_CELSIUS if unit == "K" else number)
     measure = _measure(unit)
     if measure.exponents != dimension.exponents:
         raise _mismatch(unit, measure, dimension)
@@ -172,8 +172,13 @@ def convert(text: str, dimension: Dimension) -> float:
             f"must be {with_article(dimension.name)} in {dimension.si}; {energy} is a unit of energy",
             f'write it as in "{dimension.example}"',
         )
+    return _rounded(number * measure.factor)
+
+
+def _rounded(number: Fraction) -> float:
+    """Return the nearest double; UnitError beyond its range."""
     try:
-        return float(number * measure.factor)
+        return float(number)
     except OverflowError:
         raise UnitError(NOT_FINITE) from None
 

@@ -50,6 +50,7 @@ class _ByKind:
 AnyDragPart = Annotated[
     RollingBearing | Churning | SynchroniserCone | ClutchPack | ShaftSeal | MeasuredDrag | ConstantDrag, _ByKind()
 ]
-"""A part of any kind."""
+DragParts = tuple[AnyDragPart, ...]
+"""Parts of any kind."""
 
-__all__ = ["DRAG_PARTS", "AnyDragPart", "Drag", "DragPart"]
+__all__ = ["DRAG_PARTS", "Drag", "DragPart", "DragParts"]

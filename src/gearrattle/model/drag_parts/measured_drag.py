@@ -78,9 +78,7 @@ def _interval(points: Sequence[float], value: float, word: str, unit: str) -> in
     """Return the index of the interval that holds a value."""
     if not points[0] <= value <= points[-1]:
         rule = f"the measured drag covers {points[0]:.6g} to {points[-1]:.6g} {unit}"
-        raise ModelError(
-            Problem(word, f"{value:.6g} {unit}", rule, "measure further: nothing is extrapolated")
-        )
+        raise ModelError(Problem(word, f"{value:.6g} {unit}", rule, "measure further: nothing is extrapolated"))
     return min(max(bisect_left(points, value) - 1, 0), len(points) - 2)
 
 
