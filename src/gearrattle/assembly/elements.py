@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_notes import drag_notes
 from gearrattle.assembly.friction_sliders import is_parted
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.model import Element, Model
@@ -29,8 +30,9 @@ def inertia_of(model: Model) -> NDArray[np.float64]:
 
 
 def component_notes(model: Model) -> tuple[str, ...]:
-    """What a user must know of the components."""
-    return tuple(note for component in model.components.values() for note in component.notes())
+    """What a user must know of the components and of the drag parts."""
+    of_components = (note for component in model.components.values() for note in component.notes())
+    return (*of_components, *drag_notes(model))
 
 
 def decay_notes(model: Model) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
     model
         Model file (TOML).
     """
-    from gearrattle.assembly import decay_notes, record_notes
+    from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
     try:
         driveline = changed_model(model, changes)
@@ -41,7 +41,13 @@ def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
             problems = [problem.to_dict() for problem in shown_problems(error.problems)]
             print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
-    notes = [*plausibility_notes(driveline), *decay_notes(driveline), *record_notes(driveline), *rest.notes]
+    notes = [
+        *plausibility_notes(driveline),
+        *decay_notes(driveline),
+        *drag_notes(driveline),
+        *record_notes(driveline),
+        *rest.notes,
+    ]
     if json:
         print(json_text({"ok": True, **_content(driveline, rest), "notes": notes}))
         return
