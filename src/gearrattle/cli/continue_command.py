@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
@@ -16,7 +15,10 @@ from gearrattle.cli.emit import emit
 from gearrattle.cli.shared_options import (
     Changes,
     Json,
+    ModelFile,
+    Output,
     Whole,
+    Words,
     ends_in,
     named_as,
     number_or_text,
@@ -45,7 +47,7 @@ _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-ra
 
 
 def continue_(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     path: str,
@@ -53,7 +55,7 @@ def continue_(
     cycles: Whole = 1,
     start: Literal["steady", "static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
-    isolated: Annotated[bool, Parameter(negative="")] = False,
+    isolated: bool = False,
     within: str | None = None,
     narrow: float | None = None,
     second: str | None = None,
@@ -61,20 +63,16 @@ def continue_(
     across: Whole | None = None,
     up: Whole | None = None,
     boundary: Whole | None = None,
-    scatter: Annotated[Sequence[str], Parameter(negative="")] = (),
+    scatter: Words = (),
     rate: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Follow motions that repeat over a value of the model, through folds, and locate what happens on the way.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     path
         Of the value, such as excitation.speed or mesh.gear.backlash.
     over
@@ -113,8 +111,6 @@ def continue_(
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
         listed beside those of the branch.
-    output
-        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
     # read and check the options
     driveline = changed_model(model, changes)

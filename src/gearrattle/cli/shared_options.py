@@ -38,30 +38,33 @@ def _nearest(text: str) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number: every option that counts."""
+Words = Annotated[Sequence[str], Parameter(show_default=False)]
+"""An option that may be repeated."""
+ModelFile = Annotated[Path, Parameter(help="Model file (TOML).")]
+OutputPath = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+"""Where a result goes, of a command that says itself in which forms."""
 Output = Annotated[
-    Path | None,
+    OutputPath,
     Parameter(
-        name=["--output", "-o"],
         help="Folder for report.html, summary.json, results.nc and figures/, all or nothing; or a file for the "
         "numbers, ending in .nc or .csv. Default: the answer on the terminal only.",
     ),
 ]
 """Where a result goes."""
 Changes = Annotated[
-    Sequence[str],
+    Words,
     Parameter(
         name="--set",
-        negative="",
         help="PATH=VALUE of the model, as in its file. * in PATH stands for any text, x3 for three times what the "
         'model says: "inertia.*.drag_torque=x3". May be repeated.',
     ),
 ]
 """Values that the model has other than its file."""
-Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
+Json = Annotated[bool, Parameter(show_default=False, help="Print the result as JSON on stdout.")]
 
 
 Negligible = Annotated[
-    Sequence[str],
+    Words,
     Parameter(
         name="--negligible",
         help="Below which size an impact is a touch, as [criteria] negligible of a model file: "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -10,7 +9,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, ends_in, named_as
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Settings, Whole, ends_in, named_as
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -20,7 +19,7 @@ _SETTINGS = Settings()
 
 
 def threshold(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     path: str,
@@ -44,8 +43,6 @@ def threshold(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     path
         Path of the value, such as mesh.m1.backlash; or a pattern with * whose values are multiplied:
         inertia.*.drag_torque with --range "x1:x8".

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import numbers, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, Output, Settings, Whole, number_or_text
+from gearrattle.cli.shared_options import Json, Output, Settings, Whole, Words, number_or_text
 from gearrattle.cli.validate_run_up_command import OverSpeed, is_run_up
 from gearrattle.errors import ModelError, Problem
 
@@ -20,15 +19,13 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.measured.validation import Validation
 
-_Words = Annotated[Sequence[str], Parameter(negative="")]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Comparison:
     """How the two are compared."""
 
-    match: Annotated[_Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
+    match: Annotated[Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
     start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
     end: Annotated[float | None, Parameter(help="Last time used of the measured record [s].")] = None
     lowest: Annotated[float, Parameter(help="Lowest frequency [Hz]; 0: no high pass.")] = 0.0
@@ -36,10 +33,10 @@ class Comparison:
     trend: Annotated[str, Parameter(help='Removed from both: "none", "mean" or "linear".')] = "mean"
     clock: Annotated[str, Parameter(help='"cycle", "phase", "none", or seconds added to the measured times.')] = "cycle"
     clock_by: Annotated[str, Parameter(help="Measured channel that sets the clock.")] = ""
-    threshold: Annotated[_Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
-    noise: Annotated[_Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
+    threshold: Annotated[Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
+    noise: Annotated[Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
     calibration: Annotated[float | None, Parameter(help="Standard uncertainty of all channels [%].")] = None
-    uncertain: Annotated[_Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
+    uncertain: Annotated[Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
     draws: Annotated[Whole, Parameter(help="Runs with randomly drawn uncertain parameters.")] = 16
     seed: Annotated[Whole, Parameter(help="Seed of these runs and of the bootstrap.")] = 0
 
@@ -93,8 +90,6 @@ def validate(
     """Compare a simulated motion with a measured one: what agrees within random scatter, what does not, and why.
 
     A model with a speed sweep, or a saved run of one, is compared order by order over speed.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
