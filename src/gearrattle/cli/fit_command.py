@@ -39,14 +39,10 @@ class Search:
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``fit``."""
         return {
+            **vars(self),
             "bounds": _bounds(self.bounds),
-            "factor": self.factor,
             "contact_ratio": numbers("--contact-ratio", self.contact_ratio),
             "region": labels("--region", self.region),
-            "starts": self.starts,
-            "seed": self.seed,
-            "prior": self.prior,
-            "profile": self.profile,
         }
 
 

@@ -10,7 +10,7 @@ import gearrattle
 from gearrattle.cli import assignments
 from gearrattle.cli.command_inputs import changed_model, is_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, Words, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, Words, number_or_text, typed
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -140,9 +140,8 @@ def _factors(loads: str) -> list[float]:
 
 def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int | None) -> Model:
     """Return the model with the settings of its simulations; ModelError for settings without simulations."""
-    options = {key: value for key, value in settings.arguments().items() if value is not None}
-    if not simulate and (options or workers is not None):
-        names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))
+    options = typed(settings) + (["--workers"] if workers is not None else [])
+    if options and not simulate:
         rule = "is of simulations, and nothing is simulated"
-        raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate or --check, or leave it out"))
-    return model.with_({f"simulation.{key}": value for key, value in options.items()}) if options else model
+        raise ModelError(Problem(", ".join(options), "given", rule, "add --simulate or --check, or leave it out"))
+    return settings.on(model)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -101,6 +101,12 @@ class Settings:
         """Return a model with these settings."""
         chosen = {name: value for name, value in self.arguments().items() if value is not None}
         return model.with_simulation(chosen) if chosen else model
+
+
+def typed(record: Any) -> list[str]:
+    """Return the options of a record that have other values than without being typed, as they are typed."""
+    values = {field: getattr(record, field.name) for field in fields(record)}
+    return [f"--{field.name.replace('_', '-')}" for field, value in values.items() if value not in (field.default, [])]
 
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:

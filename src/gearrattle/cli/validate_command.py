@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +11,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import numbers, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, Output, Settings, Whole, Words, number_or_text
+from gearrattle.cli.shared_options import Json, Output, Settings, Whole, Words, number_or_text, typed
 from gearrattle.cli.validate_run_up_command import OverSpeed, is_run_up
 from gearrattle.errors import ModelError, Problem
 
@@ -42,33 +42,16 @@ class Comparison:
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``validate``."""
+        renamed = ("lowest", "highest", "threshold", "uncertain")
         return {
+            **{name: value for name, value in vars(self).items() if name not in renamed},
             "match": words("--match", self.match),
-            "start": self.start,
-            "end": self.end,
             "band": (self.lowest, self.highest),
-            "trend": self.trend,
             "clock": number_or_text(self.clock),
-            "clock_by": self.clock_by,
             "thresholds": numbers("--threshold", self.threshold),
             "noise": numbers("--noise", self.noise),
-            "calibration": self.calibration,
             "parameters": numbers("--uncertain", self.uncertain),
-            "draws": self.draws,
-            "seed": self.seed,
         }
-
-    def unfit(self) -> list[str]:
-        """Return the given options that apply only to a steady motion."""
-        steady = (field for field in fields(self) if field.name != "match")
-        names = [
-            field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))
-        ]
-        return [f"--{name.replace('_', '-')}" for name in names]
-
-
-def _listed(value: Any) -> Any:
-    return value if isinstance(value, list | tuple) else [value]
 
 
 _HOW = Comparison()
@@ -116,7 +99,7 @@ def validate(
 def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
     """Return whether the speed changes; refuse options that do not apply."""
     swept = is_run_up(model)
-    wrong = how.unfit() if swept else over_speed.given()
+    wrong = [option for option in typed(how) if option != "--match"] if swept else typed(over_speed)
     if wrong:
         rule = (
             "applies to steady motions, and here the speed changes"

@@ -29,11 +29,6 @@ class OverSpeed:
     shaft: Annotated[str | None, Parameter(help="Of a run-up: measured channel of the shaft's speed or angle.")] = None
     repeat: Annotated[Words, Parameter(help="Of a run-up: a file that repeats it. May be repeated.")] = ()
 
-    def given(self) -> list[str]:
-        """Return the options that were given."""
-        values = {"--order": self.order, "--turns": self.turns, "--shaft": self.shaft, "--repeat": self.repeat}
-        return [name for name, value in values.items() if value not in ((), [], None)]
-
 
 def is_run_up(model: Path) -> bool:
     """Return whether a model file has a sweep, or a saved run ran along one."""
