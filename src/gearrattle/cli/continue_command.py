@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
     Ends = tuple[Written, Written]
 
-_ACROSS = 32
-_UP = 20
 _OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "within", "narrow")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
@@ -57,7 +55,7 @@ def continue_(
     step_limit: str | None = None,
     isolated: bool = False,
     within: str | None = None,
-    narrow: float | None = None,
+    narrow: float = 1e-3,
     second: str | None = None,
     second_range: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     across: Whole | None = None,
@@ -91,7 +89,7 @@ def continue_(
         exact runs up and down the range do. Default: 60 s; with --second and --rate none.
     narrow
         Share of the range: events nearer to each other are told as one family, narrower ranges of unstable motions
-        not at all. Default: 0.001.
+        not at all.
     second
         Path of a second value, such as torque.0.mean: a map over both values says where rattle must be, where it exists
         beside a quiet motion, and where none is found.
@@ -126,8 +124,6 @@ def continue_(
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
     limit = None if step_limit is None else _limit(step_limit, path, ends, driveline)
 
-    from gearrattle.orbits.branch import NARROW
-
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
         # follow the branch from the first motion
@@ -140,7 +136,7 @@ def continue_(
                 cycles=cycles,
                 step_limit=limit,
                 isolated=isolated,
-                narrow=NARROW if narrow is None else narrow,
+                narrow=narrow,
                 within=seconds,
                 progress=watch,
             )
@@ -150,7 +146,7 @@ def continue_(
             with named_as(_OF_SECOND):
                 if boundary is not None:
                     return branch.boundary(boundary, second, second_ends, progress=watch)
-                cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
+                cells = {name: count for name, count in (("across", across), ("up", up)) if count is not None}
                 return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
         # run-up and run-down, or scatter of events
         if speed_rate is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -25,8 +25,8 @@ def threshold(
     path: str,
     range_: Annotated[str, Parameter(name="--range")],
     until: str = "quiet",
-    count: Whole | None = None,
-    width: float | None = None,
+    count: Whole = 7,
+    width: float = 0.01,
     workers: Whole | None = None,
     changes: Changes = (),
     output: Output = None,
@@ -51,20 +51,20 @@ def threshold(
     until
         The goal: quiet, or a limit, such as "largest impact energy < 0.1 mJ" or "m5: largest approach speed < 5 mm/s".
     count
-        Number of values in the scan. Default: 7.
+        Number of values in the scan.
     width
-        Width at which halving stops, as a share of the value. Default: 0.01.
+        Width at which halving stops, as a share of the value.
     workers
         Threads; default: as many as there are cores.
     """
     driveline = settings.on(changed_model(model, changes))
     ends = ends_in(range_)
-    asked = {"count": count, "width": width}
-    options: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
 
     def work(watch: Watch) -> Threshold:
         watch.enter("simulating")
         with named_as({"count": "--count", "width": "--width", "range": "--range", "until": "--until"}):
-            return gearrattle.threshold(driveline, path, ends, until, **options, workers=workers, progress=watch)
+            return gearrattle.threshold(
+                driveline, path, ends, until, count=count, width=width, workers=workers, progress=watch
+            )
 
     emit("threshold", work, output, json=json, inputs=[model], keeps_known=True)
