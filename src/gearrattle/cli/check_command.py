@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
-from gearrattle.cli.shared_options import Changes, Json
+from gearrattle.cli.shared_options import Changes, Json, ModelFile
 from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
@@ -23,14 +22,8 @@ if TYPE_CHECKING:
 _UNITS = {"speed": " rad/s", "duration": " s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
-def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
-    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right.
-
-    Parameters
-    ----------
-    model
-        Model file (TOML).
-    """
+def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> None:
+    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right."""
     from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
     try:
