@@ -163,7 +163,7 @@ OIL = '[oil]\ntype = "70w-75w-gl4"\ntemperature = 40'
 
 
 @pytest.mark.parametrize(
-    ("written", "place", "rule"),
+    ("written", "path", "rule"),
     [
         ('{ kind = "needle" }', "drag_parts.0", "whose kind is"),
         ("{ }", "drag_parts.0", "whose kind is"),
@@ -194,11 +194,11 @@ OIL = '[oil]\ntype = "70w-75w-gl4"\ntemperature = 40'
         ('{ kind = "measured", speed = [1, 2], torque = [[0.1, 0.2]] }', "drag_parts.0.speed", "covers 1 to 2"),
     ],
 )
-def test_what_is_no_part_is_refused(written: str, place: str, rule: str) -> None:
+def test_what_is_no_part_is_refused(written: str, path: str, rule: str) -> None:
     with pytest.raises(gr.ModelError) as refused:
         gr.simulate(gr.loads(MODEL.format(oil=OIL, part=written)))
     problems = refused.value.problems
-    assert any(place in problem.place and rule in problem.rule for problem in problems), refused.value
+    assert any(path in problem.place and rule in problem.rule for problem in problems), refused.value
 
 
 def test_a_law_without_oil_is_refused() -> None:

@@ -74,7 +74,7 @@ speed = 80
 
 
 @pytest.mark.parametrize(
-    ("table", "place", "rule"),
+    ("table", "path", "rule"),
     [
         ("[oil]\ntemperature = 40", "oil", "either viscosity or type"),
         ('[oil]\ntype = "atf-mb-236.14"', "oil.temperature", "required"),
@@ -94,10 +94,10 @@ speed = 80
         ),
     ],
 )
-def test_what_is_no_oil_is_refused(table: str, place: str, rule: str) -> None:
+def test_what_is_no_oil_is_refused(table: str, path: str, rule: str) -> None:
     with pytest.raises(gr.ModelError) as refused:
         gr.loads(text(table))
-    assert any(problem.place.endswith(place) and rule in problem.rule for problem in refused.value.problems), (
+    assert any(problem.place.endswith(path) and rule in problem.rule for problem in refused.value.problems), (
         refused.value
     )
 

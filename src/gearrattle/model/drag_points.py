@@ -7,20 +7,37 @@ needle bearing of a gear that is coupled to its shaft, has no torque and no slop
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.components.component import Element, Piece
+from gearrattle.model.components.component import Component, Element, Piece
 from gearrattle.model.value_kinds import GROUND
 
 if TYPE_CHECKING:
     from gearrattle.model.drag_parts import Drag, DragPart
-    from gearrattle.model.model import Model
+    from gearrattle.model.excitation import Excitation, Motion, Torque
+    from gearrattle.model.inertia import Inertia
+    from gearrattle.model.oil import Oil
 
 _AT_REST = 1e-9  # of the reference speed
+
+
+class Dragged(Protocol):
+    """What is read of a model."""
+
+    inertias: tuple[Inertia, ...]
+    torques: tuple[Torque, ...]
+    motions: tuple[Motion, ...]
+    excitation: Excitation
+    oil: Oil | None
+
+    @property
+    def components(self) -> Mapping[str, Component]:
+        """All components by their path."""
+        ...
 
 
 class DragPoint(NamedTuple):
@@ -55,13 +72,13 @@ class DragPoint(NamedTuple):
 
 
 @kept
-def drag_points(model: Model) -> tuple[DragPoint, ...]:
+def drag_points(model: Dragged) -> tuple[DragPoint, ...]:
     """Return every part of the drag at the reference speed of the model; along a sweep, at its middle."""
     sweep = model.excitation.sweep
     return points_at(model, model.excitation.omega if sweep is None else 0.5 * (sweep.begin + sweep.end))
 
 
-def points_at(model: Model, omega: float) -> tuple[DragPoint, ...]:
+def points_at(model: Dragged, omega: float) -> tuple[DragPoint, ...]:
     """Return every part of the drag at a reference speed [rad/s]; ModelError for a part whose speed nothing settles."""
     if not any(inertia.drag_parts for inertia in model.inertias):
         return ()
@@ -88,7 +105,7 @@ def points_at(model: Model, omega: float) -> tuple[DragPoint, ...]:
     return tuple(points)
 
 
-def _drag(model: Model, part: DragPart, speed: float) -> Drag:
+def _drag(model: Dragged, part: DragPart, speed: float) -> Drag:
     """Return torque and slope of a part at a relative speed [rad/s]."""
     from gearrattle.model.drag_parts import Drag
 
@@ -103,7 +120,7 @@ def _unsettled(path: str, body: str) -> Problem:
     return Problem(f"{path}.on", "", rule, 'give relative_speed, such as relative_speed = "800 rpm"')
 
 
-def _ratios(model: Model) -> list[float]:
+def _ratios(model: Dragged) -> list[float]:
     """Mean speeds of all inertias over the reference speed; NaN where nothing settles it."""
     import numpy as np  # a model without drag parts is read without it
 
@@ -126,18 +143,18 @@ def _ratios(model: Model) -> list[float]:
     return mean_speed_ratios(kinematics, reference_of(model)).tolist()
 
 
-def reference_of(model: Model) -> int:
+def reference_of(model: Dragged) -> int:
     """Return the index of the reference inertia: that of the first motion, else of the first torque, else the first."""
     driving = [*(motion.on for motion in model.motions), *(torque.on for torque in model.torques)]
     return [inertia.name for inertia in model.inertias].index(driving[0]) if driving else 0
 
 
-def component_elements(model: Model) -> Sequence[Element]:
+def component_elements(model: Dragged) -> Sequence[Element]:
     """Return the elements of all components."""
     return [element for component in model.components.values() for element in component.elements()]
 
 
-def drag_elements(model: Model) -> tuple[Element, ...]:
+def drag_elements(model: Dragged) -> tuple[Element, ...]:
     """Return what drags between two bodies as elements: pure dampers, one for two bodies, named "gear-on-shaft"."""
     slopes: dict[tuple[str, str], float] = {}
     for point in drag_points(model):

@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
@@ -31,6 +31,11 @@ from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text
 from gearrattle.model.value_kinds import GROUND, Choice, SchemaVersion, Text, is_newer_schema
 from gearrattle.model.written_units import keep_written_units, written_units
+
+if TYPE_CHECKING:
+    from gearrattle.model.oil import Oil
+else:
+    Oil = Any  # imported when a file has one
 
 
 class Model(Table):
@@ -63,7 +68,7 @@ class Model(Table):
     """Gear pairs, in file order."""
     planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
     """Planetary gear sets, in file order."""
-    oil: Annotated[Any, LateClass("gearrattle.model.oil", "Oil")] = None
+    oil: Annotated[Oil | None, LateClass("gearrattle.model.oil", "Oil")] = None
     """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
     """Reference speed."""
