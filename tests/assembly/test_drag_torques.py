@@ -175,3 +175,51 @@ def test_a_smaller_model_keeps_the_drag() -> None:
     whole = sum(viscous_drags(by_parts))
     assert len(smaller["inertia"]) <= 4
     assert sum(viscous_drags(smaller)) > 0.5 * whole
+
+
+def test_a_proof_over_the_speed_is_refused() -> None:
+    with pytest.raises(gr.ModelError, match="drag parts or tables over the speed"):
+        gr.prove_quiet(model([NEEDLE, CHURNING]), {"excitation.speed": ("700 rpm", "900 rpm")})
+
+
+def test_the_page_of_a_run_has_the_drag_by_part() -> None:
+    from gearrattle.report.drag_table import drag_table
+
+    findings = gr.run(model([NEEDLE, CHURNING, SEAL]))
+    table = drag_table(findings.model, findings.motion.trajectory)
+    assert table is not None
+    words = [row[:3] for row in table.rows]
+    assert words == [
+        ("gear", "needle bearing", "shaft"),
+        ("", "churning", "housing"),
+        ("", "shaft seal", "housing"),
+        ("", "sum", ""),
+    ]
+    assert "30.8 mm²/s" in table.title
+    notes = " ".join(findings.motion.notes)
+    assert "shaft is faster, and drives it" in notes
+    assert "coefficients unchecked" in notes
+
+
+def test_the_error_of_the_straight_line_is_that_of_the_law_over_the_fluctuation() -> None:
+    from gearrattle.report.drag_table import straight_line_error
+
+    swinging = model([NEEDLE, CHURNING])
+    trajectory = gr.simulate(swinging).trajectory
+    needle, churning = drag_points(swinging)
+    for point, on in ((needle, 1), (churning, None)):
+        swing = trajectory.velocity[trajectory.discard * trajectory.samples_per_cycle :, 3]
+        swing = (
+            swing
+            if on is None
+            else swing - trajectory.velocity[trajectory.discard * trajectory.samples_per_cycle :, on]
+        )
+        laws = [point.part.at(abs(point.speed + delta), swinging.oil).torque for delta in swing.tolist()]
+        lines = point.torque + point.slope * np.sign(point.speed) * swing
+        error = np.max(np.abs(laws - lines)) / point.torque
+        actual = straight_line_error(swinging, point, trajectory)
+        assert actual == pytest.approx(error, rel=0.05, abs=1e-6)
+    shaken = model(
+        [NEEDLE], torque=[{"on": "flywheel", "mean": "balance", "harmonics": [{"order": 1, "amplitude": 3e3}]}]
+    )
+    assert straight_line_error(shaken, drag_points(shaken)[0], gr.simulate(shaken).trajectory) == float("inf")

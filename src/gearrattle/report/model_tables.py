@@ -34,8 +34,8 @@ def _inertias(model: Model) -> Table:
         (
             body.name,
             quantity(body.J, unit("kg m²")),
-            quantity(body.drag, unit("N m s/rad")) if body.drag else "–",
-            quantity(body.drag_torque, unit("N m")) if body.drag_torque else "–",
+            quantity(body.drag, unit("N m s/rad")) if body.drag else "by parts" if body.drag_parts else "–",
+            quantity(body.drag_torque, unit("N m")) if body.drag_torque else "by parts" if body.drag_parts else "–",
         )
         for body in model.inertias
     )
