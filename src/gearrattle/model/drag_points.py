@@ -140,7 +140,8 @@ def _ratios(model: Dragged) -> list[float]:
         np.array([e.along_line for e in elements], dtype=np.bool_),
         np.array([any(piece.stiffness for piece in (*e.drive, *e.coast)) for e in elements], dtype=np.bool_),
     )
-    return mean_speed_ratios(kinematics, reference_of(model)).tolist()
+    ratios: list[float] = mean_speed_ratios(kinematics, reference_of(model)).tolist()
+    return ratios
 
 
 def reference_of(model: Dragged) -> int:

@@ -28,7 +28,7 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
         return None
     is_si = model.units == "SI"
     torque_unit = "N m" if is_si else ""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for body, group in groupby(points, key=lambda point: point.body):
         parts = list(group)
         total = sum(point.against for point in parts)
@@ -86,10 +86,10 @@ def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) 
     low, high = float(swing.min()), float(swing.max())
     speed = abs(point.speed)
     forward = 1.0 if point.speed > 0.0 else -1.0
-    ends = sorted((forward * low, forward * high))
-    if speed + ends[0] <= 0.0:
+    least, most = sorted((forward * low, forward * high))
+    if speed + least <= 0.0:
         return math.inf
-    deltas = np.linspace(*ends, _POINTS).tolist()
-    laws = [point.part.at(speed + delta, model.oil).torque for delta in deltas]
+    deltas = np.linspace(least, most, _POINTS).tolist()
+    laws: list[float] = [point.part.at(speed + delta, model.oil).torque for delta in deltas]
     lines = [point.torque + point.slope * delta for delta in deltas]
-    return max(abs(law - line) for law, line in zip(laws, lines, strict=True)) / point.torque
+    return float(max(abs(law - line) for law, line in zip(laws, lines, strict=True)) / point.torque)
