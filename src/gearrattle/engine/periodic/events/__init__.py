@@ -61,10 +61,10 @@ from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between, det_minus, nearest_to_one
 from gearrattle.engine.periodic.grazing_depth import with_corner
 from gearrattle.engine.periodic.motion import Touch
-from gearrattle.engine.periodic.multipliers import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.engine.periodic.turning_points import hidden_between, way_beyond
+from gearrattle.engine.periodic.unit_circle import is_conservative, number_outside
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
