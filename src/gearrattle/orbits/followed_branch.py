@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
-from gearrattle.engine.periodic.events import changes_between, events_between
 from gearrattle.engine.periodic.events.event_record import BREAKING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.events_of_step import changes_between, events_between
 from gearrattle.engine.periodic.events.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.events.location import zero_between
 from gearrattle.engine.periodic.events.slider_release import end_in_release, is_near_release, is_release, passes_begin
