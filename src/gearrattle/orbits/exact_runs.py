@@ -26,7 +26,8 @@ from gearrattle.model import Model
 from gearrattle.orbits.attractors import repeats_after
 from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.orbits.start_states import plan_from
-from gearrattle.quantities import CROSSING_CRITERIA, add
+from gearrattle.quantities.evaluation import add
+from gearrattle.quantities.quantity_table import CROSSING_CRITERIA
 from gearrattle.quantities.verdict_parts import Headline
 from gearrattle.results import Run
 from gearrattle.signals import gap_names

@@ -39,7 +39,7 @@ from gearrattle.simulation.integrate import integrate
 if TYPE_CHECKING:
     import pandas as pd
 
-    from gearrattle.quantities import Verdict
+    from gearrattle.quantities.verdict import Verdict
     from gearrattle.results import Run
 
 Array = NDArray[np.float64]

@@ -9,10 +9,11 @@ from dataclasses import replace
 from gearrattle.assembly import is_driven_over_time, negligible_of
 from gearrattle.model import Model
 from gearrattle.model.value_kinds import AnyTable, Choice, check_arguments
-from gearrattle.quantities import CRITERIA, Verdict, judge, verdict_of
 from gearrattle.quantities.chunk_sums import add_chunks
+from gearrattle.quantities.evaluation import judge, verdict_of
 from gearrattle.quantities.event import event_of
-from gearrattle.quantities.verdict import KINDS, TRANSIENT
+from gearrattle.quantities.quantity_table import CRITERIA
+from gearrattle.quantities.verdict import KINDS, TRANSIENT, Verdict
 from gearrattle.results import Run, check_run
 from gearrattle.trajectory import NegligibleImpacts
 
