@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
 from gearrattle.signals.crossing_sums import Contacts, Sides, Sums, contacts_of, sides_of, sums_of
+from gearrattle.signals.driveline_constants import LooseGear, torque_ratio
 from gearrattle.signals.levels import thinned
-from gearrattle.signals.loose_gears import LooseGear, torque_ratio
 from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag, largest_of_samples, largest_ratios
 from gearrattle.trajectory import Array, Layout, Trajectory

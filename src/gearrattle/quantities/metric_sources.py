@@ -23,7 +23,7 @@ from gearrattle.recording import Channel, Recording, are_even
 from gearrattle.signals import steady
 from gearrattle.signals.chunk_moments import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
-from gearrattle.signals.loose_gears import LooseGear
+from gearrattle.signals.driveline_constants import LooseGear
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
 from gearrattle.trajectory import Array, Layout, Trajectory

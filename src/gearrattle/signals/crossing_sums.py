@@ -16,7 +16,7 @@ import numpy as np
 from gearrattle.engine.kernels import tallies
 from gearrattle.engine.kernels.variant_arrays import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
-from gearrattle.signals.loose_gears import reduced_inertias
+from gearrattle.signals.driveline_constants import reduced_inertias
 from gearrattle.signals.regions import Regime, broken_chain, clearance_arrays, regime_of, share_in_contact
 from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory

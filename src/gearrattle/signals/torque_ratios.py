@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearrattle.signals.driveline_constants import LooseGear, loose_gears, torque_ratio
 from gearrattle.signals.levels import extremes_missed
-from gearrattle.signals.loose_gears import LooseGear, loose_gears, torque_ratio
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
