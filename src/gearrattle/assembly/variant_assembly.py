@@ -304,13 +304,10 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Velocities of a static start: the free inertias turn with those of prescribed motion.
+    """Return (V, n) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
-    Returns
-    -------
-    tuple[Array, NDArray[np.bool_]]
-        (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
-        begins elsewhere than at zero.
+    The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
+    prescribed angle begins elsewhere than at zero.
     """
     velocity = np.zeros((count, len(free_of(model))))
     level = np.ones(count, dtype=np.bool_)

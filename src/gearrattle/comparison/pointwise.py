@@ -115,13 +115,7 @@ def pointwise(
 
 
 def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) -> Array:
-    """Return (Nt,) the worst error at every sample, of deflections or, without clearances, of velocities.
-
-    Parameters
-    ----------
-    candidate, reference
-        on the same output grid.
-    """
+    """Return (Nt,) the worst error at every sample of one grid, of deflections or, without clearances, of velocities."""
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
     else:

@@ -39,10 +39,7 @@ class Conditioned(NamedTuple):
 def became(channel: Mapped) -> Conditioned:
     """Convert a channel to the quantity it shall have, at its own times.
 
-    Raises
-    ------
-    ModelError
-        samples that are no numbers, too few of them, pulses from which no angle follows.
+    A ModelError refuses samples that are no numbers, too few of them, and pulses from which no angle follows.
     """
     row = channel.table
     notes = []
@@ -226,10 +223,7 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
     """Remove the trend, then filter.
 
-    Raises
-    ------
-    ModelError
-        the samples are not uniform, too few, or the cutoff is beyond half their rate.
+    A ModelError refuses samples that are not uniform or too few, and a cutoff beyond half their rate.
     """
     row = channel.table
     if row.detrend is not None:

@@ -58,11 +58,8 @@ class Columns(NamedTuple):
 def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     """Read some columns of a record.
 
-    Raises
-    ------
-    RecordError
-        the file is missing or no text, a column is missing or without its unit, two columns have one
-        name, a unit has the wrong dimension, a value is no finite number.
+    A RecordError refuses a file that is missing or no text, a column that is missing or without its unit, two columns
+    of one name, a unit of the wrong dimension, and a value that is no finite number.
     """
     return _guarded(path, lambda layout, rows: _read(path, layout, rows, wanted, dimensionless))
 

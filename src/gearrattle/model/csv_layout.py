@@ -51,10 +51,7 @@ class RecordError(ValueError):
 class Stamps(NamedTuple):
     """Index of the column of time stamps, and the first stamp.
 
-    Attributes
-    ----------
-    day_index, first_day
-        of the column of dates, where dates and clock times stand in two columns.
+    Where dates and clock times stand in two columns, ``day_index`` and ``first_day`` are of the column of dates.
     """
 
     column: int

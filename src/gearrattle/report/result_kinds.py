@@ -67,10 +67,7 @@ PRESENTATIONS: Mapping[str, str] = {
 def presentation_of(result: Any) -> Presentation[Any]:
     """Return the presentation of a result or of labelled data that gearrattle returned; a presentation stays itself.
 
-    Raises
-    ------
-    ModelError
-        it is no result of gearrattle.
+    ModelError for what is no result of gearrattle.
     """
     if isinstance(result, Presentation):
         return result

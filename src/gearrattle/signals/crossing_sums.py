@@ -106,12 +106,8 @@ class Contacts:
 
 
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
-    """Return the sums over the contacts of one clearance.
-
-    Parameters
-    ----------
-    end
-        of the motion [s]: a contact that is still open counts up to it.
+    """Return the sums over the contacts of one clearance; one that is still open counts up to the ``end`` of the motion
+    [s].
     """
     mine = corners_of(layout, clearance)
     is_open = sums["open"][mine] > 0.0
@@ -131,11 +127,8 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 class Sides:
     """Time of a clearance in its regions, and its changes of flank at impacts.
 
-    Attributes
-    ----------
-    single, double
-        impacts that follow a contact on the same flank, and on the other one. The first impact of all
-        follows the side on which the motion begins; from within the gap it counts as single-sided.
+    An impact is ``single`` if it follows a contact on the same flank, ``double`` if on the other one. The first impact
+    of all follows the side on which the motion begins; from within the gap it counts as single-sided.
     """
 
     shares: dict[int, float]
@@ -144,13 +137,7 @@ class Sides:
 
 
 def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sides:
-    """Return the times of one clearance in its regions, and its changes of flank at impacts.
-
-    Parameters
-    ----------
-    duration
-        of the window [s].
-    """
+    """Return the times of one clearance in its regions in a window [s], and its changes of flank at impacts."""
     shares = _shares(sums, layout, clearance, duration)
     return Sides(shares, int(sums["same"][clearance]), int(sums["other"][clearance]))
 

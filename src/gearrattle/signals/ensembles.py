@@ -39,13 +39,7 @@ def rank(distances: Array) -> float:
 
 
 def mean_of_others(values: Array) -> Array:
-    """Return (m, ...) for each the mean of all others.
-
-    Parameters
-    ----------
-    values
-        (m, ...), m at least 2.
-    """
+    """Return (m, ...) the mean of all others for each of (m, ...) values, m at least 2."""
     m = len(values)
     others = 1.0 - np.eye(m)
     return np.asarray((others @ values.reshape(m, -1) / (m - 1)).reshape(values.shape))

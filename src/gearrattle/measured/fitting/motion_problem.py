@@ -59,10 +59,7 @@ class Simulates(Protocol):
 class MotionProblem:
     """A recorded motion and a model that is fitted to it.
 
-    Attributes
-    ----------
-    prior
-        standard deviation of every ln(parameter / start); None: no prior.
+    ``prior`` is the standard deviation of every ln(parameter / start); None: no prior.
     """
 
     recorded: Measured
@@ -74,13 +71,7 @@ class MotionProblem:
     _kept: dict[bytes, Compared] = field(default_factory=dict, repr=False)
 
     def samples(self, x: Array) -> Samples:
-        """Return the kept samples of the motion at logarithms x.
-
-        Raises
-        ------
-        ConvergenceError
-            there is no such model, or it has no motion.
-        """
+        """Return the kept samples of the motion at logarithms x; ConvergenceError without such a model or motion."""
         try:
             return self.simulator.samples(self.parameters.fitted(self.model, x))
         except ModelError as error:
@@ -195,13 +186,7 @@ class Judged(DataProblem):
 
 @dataclass(frozen=True)
 class Differences(Judged):
-    """A motion problem with central differences.
-
-    Attributes
-    ----------
-    jitter
-        of its residuals, in standard errors.
-    """
+    """A motion problem with central differences, and the jitter of its residuals in standard errors."""
 
     jitter: float
     step: float

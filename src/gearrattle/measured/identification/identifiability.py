@@ -121,13 +121,7 @@ def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Arr
 
 
 def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:
-    """Put open directions in words, structural ones first.
-
-    Parameters
-    ----------
-    jacobian
-        (N, P) in standard errors.
-    """
+    """Put open directions of a Jacobian (N, P), in standard errors, in words, structural ones first."""
     combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
     combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
     combinations += [_curved(paths, row, False) for row in _echelon(null.first_order.T)]

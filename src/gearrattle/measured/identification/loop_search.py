@@ -181,13 +181,7 @@ def _closer(
 
 
 def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tuple[int, int, float]]]:
-    """Choose the stages of a loop.
-
-    Parameters
-    ----------
-    stages
-        how many drive-side and coast-side stages; None lets BIC choose.
-    """
+    """Choose the stages of a loop: so many on drive side and coast side, or by BIC where that is None."""
     search = Search(loop)
     solution = search.refine(search.at(Shape()), 2)
     steps = [_step(search, solution)]

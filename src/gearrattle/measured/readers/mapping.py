@@ -112,10 +112,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
 def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
     """Return the record that a mapping file names, how its times are stated, its format, and the further files.
 
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place.
+    A ModelError has every problem of the mapping with its place.
     """
     tables, _, folder = _tables(source)
     further = dict.fromkeys(row.file for row in tables.channels if row.file is not None)
@@ -125,10 +122,7 @@ def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tup
 def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[MeasurementTables, Positions, Path]:
     """Return the tables of a mapping, the positions of its keys, and the folder of its files.
 
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place; a file that it may not name.
+    A ModelError has every problem of the mapping with its place, or a file that it may not name.
     """
     if isinstance(source, Mapping):
         plain = source

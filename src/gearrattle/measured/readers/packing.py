@@ -65,10 +65,7 @@ class Packing(NamedTuple):
 def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
     """Return the packing of a variable by its attributes.
 
-    Raises
-    ------
-    ModelError
-        a scale or an offset that is no finite number, or a scale of zero.
+    A ModelError refuses a scale or an offset that is no finite number, and a scale of zero.
     """
     # scale and offset; numbers that are stored as signed and meant unsigned
     scale = _factor(attributes, "scale_factor", 1.0, location)
@@ -102,13 +99,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
 
 def unpack(numbers: Array, packing: Packing) -> None:
-    """Convert stored numbers to values in place; gaps become NaN.
-
-    Parameters
-    ----------
-    numbers
-        (N,) stored numbers.
-    """
+    """Convert stored numbers (N,) to values in place; gaps become NaN."""
     if packing == Packing():
         return
     for begin in range(0, numbers.size, PIECE):

@@ -192,10 +192,7 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
     """Refuse two columns of one name, where that name is wanted or may be that of the times.
 
-    Raises
-    ------
-    ModelError
-        the first such name, and which columns have it.
+    The ModelError has the first such name, and which columns have it.
     """
     first: dict[str, int] = {}
     for number, column in enumerate(columns, 1):

@@ -229,10 +229,7 @@ def _history(block: Block, location: str) -> _History:
 def _seconds(block: Block) -> tuple[float, list[str]]:
     """Return the factor of the abscissa to s, and a note if the file does not state that it is a time.
 
-    Raises
-    ------
-    _LeftOut
-        the abscissa is something else.
+    _LeftOut where the abscissa is something else.
     """
     axis = _axis(block.lines[7])
     function = _first_number(block.lines[5][:5]) or _first_number(block.lines[5])

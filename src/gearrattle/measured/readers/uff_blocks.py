@@ -79,10 +79,7 @@ class Samples:
 def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
     """Cut an open file into datasets; binary ones by the stated number of bytes.
 
-    Raises
-    ------
-    ModelError
-        it ends inside a dataset, has lines without an end, or numbers that are not of IEEE 754.
+    A ModelError refuses a file that ends inside a dataset, lines without an end, and numbers that are not of IEEE 754.
     """
     cutter = _Cutter(stream, path)
     while cutter.at < cutter.end:
@@ -154,12 +151,8 @@ class _Cutter:
 
 
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
-    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold.
-
-    Raises
-    ------
-    ModelError
-        as many numbers are not there.
+    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold
+    (ModelError).
     """
     if block.order:
         width = block.size // samples if block.size % samples == 0 else 0

@@ -52,10 +52,7 @@ def counted_of(
 ) -> dict[str, tuple[int, float]]:
     """Return index of the measured channel and threshold, by clearance.
 
-    Raises
-    ------
-    ModelError
-        a threshold for what is no clearance, for what was not measured, or not above zero.
+    A ModelError refuses a threshold for what is no clearance, for what was not measured, or not above zero.
     """
     countable = _countable(channels)
     counted: dict[str, tuple[int, float]] = {}

@@ -74,10 +74,7 @@ class Bars:
 class Cells:
     """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
 
-    Attributes
-    ----------
-    left, right, low, high
-        (N,) their edges, in the units of the axes.
+    The edges (N,) are in the units of the axes.
     """
 
     left: Array

@@ -145,13 +145,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
-    """Return the shaft beside a signal, turned forward; refuse one that stands or turns back.
-
-    Raises
-    ------
-    ModelError
-        its speed is not given, or it stands or turns back.
-    """
+    """Return the shaft of a signal, turned forward; ModelError where its speed is missing, or it stands or turns back."""
     shaft = shaft_of(source, signal, speed)
     if shaft is None:
         pulses = isinstance(source, Recording) and source.find("pulses") is not None
@@ -175,13 +169,7 @@ def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def quantity(location: str, value: str | float, dimension: Dimension, dimensionless: bool = False) -> float:
-    """Return a positive quantity in SI.
-
-    Raises
-    ------
-    ModelError
-        not positive, or no quantity of this dimension.
-    """
+    """Return a positive quantity in SI; ModelError where it is not positive, or no quantity of this dimension."""
     try:
         return float(Quantity(dimension, "positive").read(value, dimensionless))
     except PydanticCustomError as error:
@@ -202,10 +190,7 @@ def _finite(location: str, values: Array) -> None:
 def column_of(layout: Layout, channel: str) -> tuple[str, int]:
     """Return which quantity of a run a channel names, and of which inertia, clearance or element, by number.
 
-    Raises
-    ------
-    ModelError
-        the run of this driveline has no such signal.
+    ModelError where the run of this driveline has no such signal.
     """
     kind, _, subject = channel.partition(".")
     inertias = layout.inertia_names

@@ -98,11 +98,8 @@ def carry_out(
 ) -> Any:
     """Return the result of a task.
 
-    Parameters
-    ----------
-    folders
-        of the inputs, in which options name their files, and that in which what is computed is kept until all of it is
-        there.
+    The folders are that of the inputs, in which options name their files, and that in which what is computed is kept
+    until all of it is there.
     """
     entry = TASKS[task]
     function = entry.callable()

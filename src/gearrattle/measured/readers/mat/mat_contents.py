@@ -124,10 +124,7 @@ class Contents:
 def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     """Return the contents of a file.
 
-    Raises
-    ------
-    ModelError
-        a start or interval of samples that is not valid, or two variables of one name.
+    A ModelError refuses a start or interval of samples that is not valid, and two variables of one name.
     """
     shapes: dict[str, tuple[int, ...]] = {}
     texts: dict[str, str] = {}

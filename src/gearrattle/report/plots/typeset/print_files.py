@@ -78,13 +78,7 @@ def known_formats(requested: str | Sequence[str]) -> list[str]:
 
 
 def checked_dpi(dpi: float) -> float:
-    """Return a resolution.
-
-    Raises
-    ------
-    ModelError
-        it is below 72 or above 2400 points an inch, or no number.
-    """
+    """Return a resolution; ModelError below 72 or above 2400 points an inch, or for what is no number."""
     if not isinstance(dpi, int | float) or not _LOWEST <= dpi <= _HIGHEST:
         rule = f"must be {_LOWEST:g} to {_HIGHEST:g} dots an inch"
         raise ModelError(Problem("dpi", f"{dpi}", rule, "journals ask for 300 to 1200"))
