@@ -61,7 +61,7 @@ class _Spent(Exception):
 def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
     """Contenders from names, or from labels with settings that name the algorithm where it is not the label.
 
-    A ModelError refuses no contender at all, a label twice, and settings other than algorithm, tolerance and step.
+    A ModelError refuses an empty list, a label twice, and settings other than algorithm, tolerance and step.
     """
     if not isinstance(algorithms, Mapping):
         names = [algorithms] if isinstance(algorithms, str) else list(algorithms)

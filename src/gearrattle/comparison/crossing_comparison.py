@@ -111,8 +111,6 @@ def compare_crossings(
 
     Parameters
     ----------
-    candidate, reference
-        of the same driveline, on the same output grid.
     horizon
         end of the window [s]; None: the whole motion.
     reach

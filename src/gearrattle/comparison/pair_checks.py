@@ -37,7 +37,7 @@ def samples_until(reference: Trajectory, horizon: float | None) -> int:
 
 
 def cycles_beyond(reference: Trajectory, start: float | None) -> Window:
-    """Return the whole cycles of the steady part from ``start`` [s] on, all of it for None; ModelError if none remains."""
+    """Return the whole cycles of the steady part from ``start`` [s] on, all for None; ModelError if none remains."""
     whole = steady(reference)
     if start is None:
         return whole

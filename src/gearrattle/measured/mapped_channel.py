@@ -39,7 +39,7 @@ class Conditioned(NamedTuple):
 def became(channel: Mapped) -> Conditioned:
     """Convert a channel to the quantity it shall have, at its own times.
 
-    A ModelError refuses samples that are no numbers, too few of them, and pulses from which no angle follows.
+    A ModelError refuses samples that are no numbers or too few, and pulses from which no angle follows.
     """
     row = channel.table
     notes = []

@@ -65,18 +65,10 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
 
 
 def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tuple[Layout, NDArray[np.float64]]:
-    """Read columns (N, columns wanted) as they stand, with the layout of the file: no unit is asked for, NaN is a
-    value, and an empty entry is NaN.
+    """Read columns (N, columns wanted) as they stand, with the layout of the file.
 
-    Parameters
-    ----------
-    ask
-        is asked before the numbers are read.
-
-    Raises
-    ------
-    RecordError
-        the file is missing or no text, two columns have one name, a value is no number.
+    No unit is asked for, NaN is a value, and an empty entry is NaN. ``ask`` is called before the numbers are read.
+    RecordError where the file is missing or no text, two columns have one name, or a value is no number.
     """
 
     def read(layout: Layout, rows: int) -> tuple[Layout, NDArray[np.float64]]:

@@ -27,8 +27,6 @@ def balanced(model: Model, *leaving: str) -> Model:
 
     Parameters
     ----------
-    model
-        the driveline.
     leaving
         paths of values that are varied: their torques stay as they are.
     """

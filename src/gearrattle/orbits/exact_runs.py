@@ -127,8 +127,6 @@ class ExactRun:
 
         Parameters
         ----------
-        other
-            motion.
         least
             factor that counts; None: 1.05 of motions that repeat, else 1.5.
         """
@@ -203,10 +201,6 @@ def exact_run(
     ----------
     model
         the driveline at the value.
-    period_map
-        of it, over one period.
-    state
-        where it begins.
     value
         of the model [SI].
     blocks

@@ -131,10 +131,6 @@ class Sweeper:
 
     Parameters
     ----------
-    model
-        the driveline.
-    path
-        of the value.
     ends
         of the range, ascending [SI].
     limit

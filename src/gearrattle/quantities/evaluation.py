@@ -122,21 +122,9 @@ def _assumption(parts: Sequence[Part], limits: NegligibleImpacts) -> list[str]:
 
 
 def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleImpacts | None = None) -> Verdict:
-    """Evaluate every criterion and return the verdict.
+    """Evaluate every criterion and return the verdict; ``units`` and ``negligible`` as of ``verdict_of``.
 
-    Parameters
-    ----------
-    units
-        "SI", or "dimensionless" for a model without units: then every unit reads "1".
-    negligible
-        which impacts are touches; None: as the layout says.
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
-    GearRattleError
-        if the log of corner crossings has a gap.
+    ModelError if no cycle remains after the discarded ones, GearRattleError if the log of corner crossings has a gap.
     """
     steady(trajectory)  # refuses a motion of which nothing remains
     return verdict_of(add(trajectory), units=units, negligible=negligible)
@@ -151,12 +139,7 @@ def rows_of(
 ) -> list[Row]:
     """Return every value of the metrics; those that lack something give one row that says what.
 
-    Parameters
-    ----------
-    quantities
-        which of theirs; None for all.
-    units
-        "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    ``quantities`` are those wanted, None for all; ``units`` as of ``verdict_of``.
     """
     rows = []
     if quantities is not None:

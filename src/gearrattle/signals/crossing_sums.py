@@ -106,9 +106,7 @@ class Contacts:
 
 
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
-    """Return the sums over the contacts of one clearance; one that is still open counts up to the ``end`` of the motion
-    [s].
-    """
+    """Return the sums over the contacts of one clearance; an open one counts up to the end of the motion [s]."""
     mine = corners_of(layout, clearance)
     is_open = sums["open"][mine] > 0.0
     of = {name: float(sums[name][clearance]) for name in ("count", "speed", "left", "lost", "kept", "moving", "held")}

@@ -102,8 +102,9 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
 
 
 def over_orders(rows: Waterfall, orders: Array) -> Waterfall:
-    """Read a waterfall over frequency along the lines of constant order (o,), straight between bins; NaN beyond the
-    last.
+    """Read a waterfall over frequency along the lines of constant order (o,), straight between bins.
+
+    NaN beyond the last bin.
     """
     values = np.empty((rows.speed.size, orders.size))
     for k, speed in enumerate(rows.speed.tolist()):

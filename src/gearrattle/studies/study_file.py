@@ -68,17 +68,9 @@ class StudyFile:
 
 
 def read_study(path: str | os.PathLike[str]) -> StudyFile:
-    """Read a study file.
+    """Read a study file: TOML, UTF-8, at most 1 MB.
 
-    Parameters
-    ----------
-    path
-        a TOML file, UTF-8, at most 1 MB.
-
-    Raises
-    ------
-    ModelError
-        everything wrong with its form, with places; or the model's own problems.
+    A ModelError has everything that is wrong with its form, with places, or the model's own problems.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")

@@ -147,7 +147,10 @@ class Store:
         return np.asarray(strips.transpose(0, 2, 1).reshape(-1, self.size.inputs)[: self.size.states])
 
     def add(self, pieces: Pieces) -> int:
-        """Build a region into the next slot; FloatingPointError where its rates are not finite, or have no Schur form."""
+        """Build a region into the next slot.
+
+        FloatingPointError where its rates are not finite, or have no Schur form.
+        """
         slot = len(self.pieces)
         builder = self.builder
         builder.work_out(pieces)

@@ -244,14 +244,9 @@ class Differences(Judged):
 
 
 def seen(jacobian: Array, noise: Array) -> Array:
-    """Return a Jacobian without the directions that are lost in its noise.
+    """Return a Jacobian (N, P) without the directions that are lost in its noise.
 
-    Parameters
-    ----------
-    jacobian
-        (N, P).
-    noise
-        (N, 1) or (1, 1) standard error of its entries, above zero.
+    The noise is the standard error of its entries, (N, 1) or (1, 1), above zero.
     """
     _, values, right = np.linalg.svd(jacobian / noise, full_matrices=False)
     there = values > _SURE * np.sqrt(len(jacobian))

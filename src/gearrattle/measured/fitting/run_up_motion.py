@@ -183,7 +183,7 @@ def _measured_blocks(
 ) -> tuple[tuple[Array, Complex], list[str]]:
     """Return mean speeds and (B, m) amplitudes of a record's blocks at simulated speeds; with notes.
 
-    A ModelError refuses too few of them, and a speed that falls where the simulated one rises.
+    ModelError where there are too few of them, or a speed falls where the simulated one rises.
     """
     # mean speeds of the blocks, where the speed rises or falls steadily
     cuts = [

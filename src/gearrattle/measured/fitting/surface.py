@@ -163,17 +163,9 @@ class Surface(Judged):
 
 
 def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed: int) -> Surface:
-    """Return the parabola over runs around a point.
+    """Return the parabola over runs around a point; ``centre`` and ``half`` (P,) are of the region.
 
-    Parameters
-    ----------
-    centre, half
-        (P,) of the region.
-
-    Raises
-    ------
-    ConvergenceError
-        the region has no room within the bounds.
+    ConvergenceError where the region has no room within the bounds.
     """
     low, high = problem.parameters.box
     low = np.maximum(low, centre - half)

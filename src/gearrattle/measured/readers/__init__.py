@@ -35,7 +35,7 @@ __all__ = ["ANSWERS", "READERS", "Column", "Raw", "Reader", "Request", "format_o
 
 
 def format_of(path: str | os.PathLike[str]) -> str:
-    """Return the format of a file by its content; ModelError for a file that is missing, empty or of no known format."""
+    """Return the format of a file by its content; ModelError for a file that is missing, empty or of none known."""
     # the first bytes of the file
     file_path = Path(path)
     name = str(path)
@@ -69,8 +69,8 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
     """Read the columns of a file as they stand.
 
-    A ModelError refuses no such file, another or an unknown format, damage, no signals, two columns of one name, and
-    times that do not ascend.
+    A ModelError refuses a file that is missing, damaged, without signals, or of another or an unknown format, two
+    columns of one name, and times that do not ascend.
     """
     detected = format_of(path)
     reader = READERS[format or detected]

@@ -74,17 +74,10 @@ class Measurement:
 
 
 def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurement:
-    """Read a mapping and the columns it names.
+    """Read a mapping, a TOML file or its tables, and the columns it names.
 
-    Parameters
-    ----------
-    source
-        path of a TOML file, or its tables; paths in it are relative to the file or the working directory.
-
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place, then those of the record.
+    Paths in it are relative to the file or the working directory. A ModelError has every problem of the mapping with
+    its place, then those of the record.
     """
     tables, positions, folder = _tables(source)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}

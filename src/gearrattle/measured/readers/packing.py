@@ -41,12 +41,8 @@ _FILLS = {
 class Packing(NamedTuple):
     """Conversion of stored numbers to values.
 
-    Attributes
-    ----------
-    stored_range, value_range
-        least and greatest that count, of the stored numbers and of the values.
-    wraps
-        added to stored numbers below zero; 0.0: nothing.
+    The ranges are the least and the greatest that count, of the stored numbers and of the values. ``wraps`` is added to
+    stored numbers below zero; 0.0: nothing.
     """
 
     scale: float = 1.0

@@ -151,9 +151,7 @@ class _Cutter:
 
 
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
-    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold
-    (ModelError).
-    """
+    """Return the bytes of a sample, 0 of a text; ModelError for a header that states more than the dataset holds."""
     if block.order:
         width = block.size // samples if block.size % samples == 0 else 0
         widths = (4, 8) if count == samples else (8, 12, 16)
@@ -186,12 +184,7 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, location: str) -> int:
     """Read numbers of a text; return the count of surplus numbers that fill up its last line.
 
-    Raises
-    ------
-    ModelError
-        there are not as many.
-    ValueError
-        what is no number.
+    ModelError where there are not as many, ValueError for what is no number.
     """
     try:
         read, last = _fill(stream, block, 0, samples)

@@ -182,7 +182,7 @@ def _are_chunks(stream: BinaryIO, rest: int, order: str) -> bool:
 
 
 def _block(form: bytes, order: str, path: Path) -> int:
-    """Return the bytes of one sample of all tracks; ModelError where the file does not state them before the samples."""
+    """Return the bytes of one sample of all tracks; ModelError where the file does not state its form."""
     block = int(struct.unpack(f"{order}H", form[12:14])[0]) if len(form) >= 16 else 0
     if block == 0 or _bytes_a_sample(form, order) == 0:
         rule = "does not tell the form of its samples: damaged"

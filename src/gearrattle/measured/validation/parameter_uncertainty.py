@@ -81,9 +81,7 @@ class Drawn:
     logs: Array
 
     def uncertainty(self, scatter: Array) -> Array:
-        """(2, C) standard deviations of ln(level) that the parameters cause, less the standard errors (2, C) of one
-        run.
-        """
+        """(2, C) standard deviations of ln(level) by the parameters, the errors (2, C) of one run taken off."""
         return np.asarray(np.sqrt(np.maximum(np.var(self.logs, axis=0, ddof=1) - scatter**2, 0.0)))
 
 

@@ -133,15 +133,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Label:
-    """A few words beside a point of a panel.
-
-    Attributes
-    ----------
-    x, y
-        the point, in the units of the axes.
-    side
-        whether the words begin right of the point, or stand above it and end there.
-    """
+    """A few words near a point of a panel, in units of its axes: right of the point, or above it and ending there."""
 
     x: float
     y: float

@@ -38,12 +38,7 @@ def packed_charts(charts: Sequence[Chart]) -> bytes:
 def read_charts(path: Path) -> list[Chart]:
     """Read what ``packed_charts`` wrote.
 
-    Raises
-    ------
-    ModelError
-        it is no such file, it is damaged, or a later version wrote it.
-    OSError
-        it cannot be read.
+    ModelError where it is no such file, is damaged, or a later version wrote it; OSError where it cannot be read.
     """
     try:
         check_archive(path)

@@ -13,16 +13,9 @@ from gearrattle.report.plots.palette import NO_VALUE, PAPER
 
 
 class Drawn(NamedTuple):
-    """One shape.
+    """One shape: its SVG path about the origin, half as wide as 1, and its letter in a line of text.
 
-    Attributes
-    ----------
-    path
-        SVG about the origin, half as wide as 1.
-    is_open
-        whether it is strokes, not an area.
-    letter
-        in a line of text.
+    An open one is strokes, not an area.
     """
 
     path: str

@@ -32,19 +32,9 @@ _COLUMN_GAP = 74
 
 
 def draw(chart: Chart, *, legend: bool = False) -> bytes:
-    """Draw a chart.
+    """Draw a chart as an SVG file; the same chart gives the same bytes.
 
-    Parameters
-    ----------
-    chart
-        what to draw.
-    legend
-        whether its legend is drawn above it; a page has its own.
-
-    Returns
-    -------
-    bytes
-        An SVG file. The same chart gives the same bytes.
+    The legend is drawn above it if asked for; a page has its own.
     """
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
     keys, above = _legend(chart.legend) if legend else ("", 0)

@@ -199,7 +199,7 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
     """Return the clearances of a driveline whose impacts are heard.
 
-    A ModelError refuses a dimensionless model, a clearance that it has not, and a model without any.
+    A ModelError refuses a dimensionless model, a name that is no clearance of it, and a model without clearances.
     """
     if model.units == "dimensionless":
         raise ModelError(

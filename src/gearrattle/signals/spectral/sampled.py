@@ -88,17 +88,9 @@ class Shaft:
 
 
 def sampled(source: Source, channel: str) -> Sampled:
-    """Return one signal.
+    """Return one signal: of a run "quantity.subject", such as "acceleration.hub"; of a recording also a channel's name.
 
-    Parameters
-    ----------
-    channel
-        of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
-
-    Raises
-    ------
-    ModelError
-        no such channel, samples that are not uniform, no numbers, or too few.
+    A ModelError refuses a signal that is not there, samples that are not uniform, no numbers, or too few.
     """
     check_run(source, (Recording,))
     samples = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
@@ -145,7 +137,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
-    """Return the shaft of a signal, turned forward; ModelError where its speed is missing, or it stands or turns back."""
+    """Return the shaft of a signal, turned forward; ModelError without its speed, or if it stands or turns back."""
     shaft = shaft_of(source, signal, speed)
     if shaft is None:
         pulses = isinstance(source, Recording) and source.find("pulses") is not None

@@ -84,10 +84,9 @@ def _variables(stream: BinaryIO, *, within: bool) -> Iterator[Variable]:
 
 
 def _check_packed(stream: BinaryIO, request: Request) -> None:
-    """Refuse, by the heads of its variables, a file whose wanted vectors and structures take more than the limit
-    (Refused).
+    """Refuse, by the heads of its variables, a file that takes more memory than the limit (Refused).
 
-    This comes before compressed variables are unpacked for more heads.
+    Counted are the vectors that are wanted and the structures, before compressed ones are unpacked for more heads.
     """
     lengths: list[int] = []
     packed = 0

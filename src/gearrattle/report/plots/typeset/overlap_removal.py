@@ -30,14 +30,9 @@ _HIGHER = 1.2
 
 
 def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> None:
-    """Take ticks away and break titles until all words stand apart and on the paper, and give the panels their height.
+    """Take ticks away and break titles until all words stand apart and on the paper, and give the panels a height [in].
 
-    Parameters
-    ----------
-    figure
-        with its layout engine.
-    height
-        that panels shall have [in].
+    The figure has its layout engine.
     """
     for _ in range(_ROUNDS):
         figure.draw_without_rendering()

@@ -55,17 +55,9 @@ _SETTINGS: dict[str, Any] = {
 
 
 def known_formats(requested: str | Sequence[str]) -> list[str]:
-    """Return formats, each once.
+    """Return formats, each once, of names or of one text with commas; a dot before a name is allowed.
 
-    Parameters
-    ----------
-    requested
-        names, or one text with commas between them; a dot before is allowed.
-
-    Raises
-    ------
-    ModelError
-        none, or one that figures are not saved as.
+    ModelError for none, or one that figures are not saved as.
     """
     names = requested.split(",") if isinstance(requested, str) else list(requested)
     formats = list(dict.fromkeys(name.strip().lower().removeprefix(".") for name in names if name.strip()))

@@ -19,14 +19,9 @@ _ROOM = 0.02
 
 @dataclass(frozen=True)
 class Rows:
-    """A panel, and what stands at the right of its rows.
+    """A panel, and words beyond its x axis, by their heights.
 
-    Attributes
-    ----------
-    right
-        words beyond the x axis, by their heights.
-    wordy
-        whether the y axis has words instead of numbers, so that a unit is not of that axis.
+    A ``wordy`` y axis has words instead of numbers, so that a unit is not of that axis.
     """
 
     panel: Panel
