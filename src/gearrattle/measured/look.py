@@ -131,7 +131,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     ----------
     source
         CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run; or a mapping file, whose record is looked at with the
-        times that the mapping tells.
+        times that the mapping states.
     time
         name of the time column, if the file does not define it.
     sampled

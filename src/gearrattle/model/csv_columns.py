@@ -236,7 +236,7 @@ def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps
     wrong = _wrong_rows(path, layout, columns, gaps=gaps)
     _, error = next(wrong, (0, RecordError(str(path), "", "must be a table of numbers")))
     others = []
-    with suppress(RecordError):  # of a line too long, which is told once all before it are mended
+    with suppress(RecordError):  # of a line too long, which is reported once all before it are mended
         for number, _ in wrong:
             others.append(str(number))
     if others:

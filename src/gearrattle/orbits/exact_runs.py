@@ -150,7 +150,7 @@ class ExactRun:
         return bool(np.any(self.differences(other) > _CLEAR))
 
     def with_more(self, later: ExactRun) -> ExactRun:
-        """Return what both tell together, this run and the one that goes on from its end."""
+        """Return both as one, this run and the one that goes on from its end."""
         if later.cycles:
             return later
         rms = np.sqrt(0.5 * (self.rms**2 + later.rms**2))

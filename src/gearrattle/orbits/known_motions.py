@@ -56,7 +56,7 @@ _LONGEST = 64  # periods after which a motion may repeat
 
 
 class KnownMotion(NamedTuple):
-    """A motion that is known, and what tells others from it."""
+    """A motion that is known, and by what others differ from it."""
 
     motion: Pass
     states: list[Array]  # (N,) at the start of every period, in balanced coordinates

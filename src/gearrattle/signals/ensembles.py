@@ -86,7 +86,7 @@ def explained_distance(densities: Array, reference: Array, error: Array) -> tupl
     densities
         (m, f) as for ``density_distances``, whose bins are taken.
     reference
-        (f,) density of the motion the error is told against.
+        (f,) density of the motion that the error is compared with.
     error
         (f,) density of the error.
     """
@@ -101,7 +101,7 @@ def explained_distance(densities: Array, reference: Array, error: Array) -> tupl
 
 
 def _compared(densities: Array, error: Array | None) -> tuple[NDArray[np.bool_], Array]:
-    """(f,) which bins are compared, and for these the density below which nothing is told apart."""
+    """(f,) which bins are compared, and for these the density below which nothing differs."""
     pooled = densities.mean(axis=0)
     least = FLOOR * pooled.max()
     chosen = pooled > least

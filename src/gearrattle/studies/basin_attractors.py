@@ -69,7 +69,7 @@ class Motion:
     is_family
         whether its neighbours repeat as well.
     number
-        by which attractors are told apart; groups of one number are one attractor.
+        of the attractor; groups of one number are one attractor.
     """
 
     verdict: int

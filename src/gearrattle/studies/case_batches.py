@@ -214,7 +214,7 @@ def _follow(
             of_case = None if model is None else followed.values(model, variant, batch)
         except Cancelled:
             raise
-        except Exception:  # a case that fails is told of where it is simulated by itself
+        except Exception:  # a case that fails is reported where it is simulated by itself
             of_case = None
         judged[variant] = of_case is not None
         for name, value in (of_case or {}).items():

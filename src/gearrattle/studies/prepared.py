@@ -197,7 +197,7 @@ def carry_out(
     Parameters
     ----------
     progress
-        as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
+        as in ``study``; its method ``expect``, if it has one, is called with the seconds that remain.
     pace
         workers of the scheduler, and the seconds that a chunk is expected to take.
     """

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKED = 8
-"""Cases that a check simulates if it is not told how many."""
+"""Cases that a check simulates if no number is asked for."""
 FORECASTS = ("quiet", "undecided", "lifts off")
 """Forecasts of a screening for a gear; codes in this order."""
 QUIET, UNDECIDED, LIFTS = range(3)

@@ -3,7 +3,7 @@
     schema = 1
     name = "backlash and load"
     model = "case3.toml"                     # beside this file
-    kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
+    kind = "grid"                            # one of ``kinds``; this one if the file is silent
 
 The other keys are those of its kind.
 """

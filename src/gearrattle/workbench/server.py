@@ -50,7 +50,7 @@ def serve(
     memory
         bytes that a job may hold; default: half of the machine's.
     announce
-        is told the start address, before anything else.
+        is called with the start address, before anything else.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def _shown(host: str) -> str:
 
 
 def _memory() -> float:
-    """Bytes of memory of this machine; 8 GB where it does not tell."""
+    """Bytes of memory of this machine; 8 GB where it does not say."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (ValueError, OSError, AttributeError):

@@ -6,7 +6,7 @@
 samples of each way are averaged; S is the weighted sum of squares left. Coefficients are solved for at every trial
 (variable projection; Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973, pp. 413-432), so only breaks and
 reaches are searched, one after another, over the whole room between their neighbours first and then ever closer: the
-torque jumps where friction is released, so a slope in a break tells nothing about its jump.
+torque jumps where friction is released, so a slope in a break does not show its jump.
 """
 
 from __future__ import annotations

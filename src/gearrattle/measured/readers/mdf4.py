@@ -159,7 +159,7 @@ def _kind(channel: Any) -> int:
 
 
 def _times(file: Any, group: int, request: Request, path: Path) -> Array | ModelError:
-    """Return the times of a group [s]: the channel that is asked for, its master of time, or so many at the rate told.
+    """Return the times of a group [s]: the channel that is asked for, its master of time, or so many at a rate.
 
     Where there are none, the error that says so is returned.
     """
@@ -310,7 +310,7 @@ def _comment_entries(comment: str) -> dict[str, str]:
 
 
 def _library(path: Path) -> Any:
-    """Return asammdf's class, quiet: what is wrong is told by exceptions."""
+    """Return asammdf's class, quiet: what is wrong raises exceptions."""
     try:
         from asammdf import MDF
     except ImportError:

@@ -53,7 +53,7 @@ class Samples:
     values
         (N,).
     time
-        (N,) the abscissa, which stands before every value; None: even spacing, of which the header tells.
+        (N,) the abscissa, which stands before every value; None: even spacing, which the header states.
     """
 
     values: Array

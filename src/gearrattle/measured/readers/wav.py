@@ -1,4 +1,4 @@
-"""WAV: samples at a whole rate, without names and without units; the mapping must tell them.
+"""WAV: samples at a whole rate, without names and without units; the mapping must state them.
 
 Integers are read as fractions of full scale, -1 to 1, floating-point numbers as they are. A recording is written as
 64-bit floating-point numbers in SI, not scaled: a player clips numbers above 1. A header without the length of the

@@ -31,9 +31,9 @@ class Line:
     width
         line width, or point diameter [px].
     shape
-        of its points where it means something; empty: a circle, in print what tells colours apart.
+        of its points where it means something; empty: a circle, in print one for each colour.
     dash
-        of its line where it means something; empty: solid, in print what tells colours apart.
+        of its line where it means something; empty: solid, in print one for each colour.
     """
 
     x: Array

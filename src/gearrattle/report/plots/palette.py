@@ -52,7 +52,7 @@ COLOURS = (
     "#c51b7d",
     "#1b7837",
 )
-"""Curves that are told apart: six of M. Okabe and K. Ito (2008), then others for long legends."""
+"""Colours of curves: six of M. Okabe and K. Ito (2008), then others for long legends."""
 
 SHADES = (
     "#00224e",

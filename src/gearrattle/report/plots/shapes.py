@@ -1,4 +1,4 @@
-"""Shapes of points and dashes of lines that carry a meaning, so that it is told apart without colour.
+"""Shapes of points and dashes of lines that carry a meaning, so that they can be distinguished without colour.
 
 Every renderer draws the same shape: static SVG a path, a browser (``browser/plot.js``) a path of its own, matplotlib a
 marker by its name, the legend of a page a letter.

@@ -179,7 +179,7 @@ def _line(line: Line, x: Axis, y: Axis) -> str:
 
 
 def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
-    """A mark at a point, with a rim of paper about areas, so that neighbours are told apart."""
+    """A mark at a point, with a rim of paper about areas, so that neighbours can be distinguished."""
     drawn = SHAPES[shape]
     ink = f'fill="none" stroke="{colour}"' if drawn.is_open else f'fill="{colour}" stroke="{PAPER}"'
     width = (1.6 if drawn.is_open else 0.8) / radius

@@ -33,7 +33,7 @@ class Task:
     fills
         whether what is computed can be opened, by ``open_study``, before all of it is there.
     grows
-        whether the function tells what it has so far, a result of the same kind.
+        whether the function reports what it has so far, a result of the same kind.
     keeps_known
         whether the function returns what is known where its progress raises ``Cancelled``.
     """

@@ -49,7 +49,7 @@ _SAME = 1e-9  # of a step: a minimum is not known better
 _NEAR_ONE = 0.5  # sum of the distances of a multiplier from 1 at the ends of a step in which a symmetry may break twice
 _DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
 _TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
-_APART = 1e-9  # arclength by which two events are told from one
+_APART = 1e-9  # arclength beyond which two events are not one
 _SHORT = 1e-6  # arclength: a step in which multipliers that move far are not looked for in between
 _MOST_DIVIDED = 8  # divisions of a step in which multipliers move far, or of one that holds several events
 _ASIDE = 1e-8  # arclength from a change to the points on either side
@@ -87,7 +87,7 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
 
 
 def changes_between(before: Point, after: Point) -> list[str]:
-    """Return the kinds of events that two points tell of, without locating them."""
+    """Return the kinds of events between two points, without locating them."""
     kinds = _changed(before, after)
     if before.word != after.word:
         kinds.append(PATTERN if sorted(before.word) == sorted(after.word) else GRAZING)
@@ -153,7 +153,7 @@ def _root_of(grazing: Event) -> float:
 def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points.
 
-    Where these do not tell how many multipliers lie outside the unit circle at both ends, others hide behind them: a
+    Where these do not explain how many multipliers lie outside the unit circle at both ends, others are hidden: a
     fold and a breaking within one step leave det(I - M) as it is, and pairs may cross on both sides of a fold.
     """
     if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
@@ -176,7 +176,7 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
 
 
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
-    """Whether a step must be divided to tell which pairs cross the unit circle within it."""
+    """Whether a step must be divided to show which pairs cross the unit circle within it."""
     length = after.length - before.length
     if length > _APART and is_ambiguous(before, after):
         return True
@@ -262,7 +262,7 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
 def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callable[[Point], float]) -> Point | None:
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
-    Parabolas through its three least values lead to its minimum, while they tell of a value much smaller than those.
+    Parabolas through its three least values lead to its minimum, while they have a minimum much smaller than those.
     """
     sign = np.sign(test(before))
     share = 0.5

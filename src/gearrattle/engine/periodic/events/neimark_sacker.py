@@ -92,7 +92,7 @@ def is_ambiguous(before: Point, after: Point) -> bool:
 def may_hide_pair(before: Point, after: Point) -> bool:
     """Return whether pairs may cross the circle unseen between two points: they go far, or one leaves it as one enters.
 
-    Which multiplier has become which is told by the least sum of their ways.
+    Multipliers of both points are paired so that the sum of their distances is least.
     """
     m = before.multipliers
     n = after.multipliers

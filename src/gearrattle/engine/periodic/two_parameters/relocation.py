@@ -120,7 +120,7 @@ def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float
 def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float, Point]]) -> Point:
     """The point between two of those tried: beside a grazing a test function may have a root like that of a distance.
 
-    They are told by arclength from the first one, test function and point.
+    Each has arclength from the first one, test function and point.
     """
     pairs = [(one, other) for one in tried for other in tried if one[1] < 0.0 < other[1]]
     if not pairs:
