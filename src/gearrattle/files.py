@@ -372,7 +372,7 @@ def private_folder(path: Path) -> bool:
 
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Allow files under a folder as well while the context is open, beside those allowed already; None: none.
+    """Allow files under a folder as well while the context is open, besides those allowed already; None: none.
     ModelError if it is a symbolic link that leads back to itself.
     """
     try:

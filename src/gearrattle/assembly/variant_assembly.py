@@ -199,7 +199,7 @@ def coefficients(
 
 
 def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
-    """Return which coefficients vary with paths beside the period: "laws", and "loads" for all others."""
+    """Return which coefficients vary with paths besides the period: "laws", and "loads" for all others."""
     parts = set()
     for path in varied:
         kind, *keys = path.split(".")

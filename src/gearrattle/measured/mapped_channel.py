@@ -183,7 +183,7 @@ class Even(NamedTuple):
     were_even: bool
 
     def places(self, grid: Array) -> Array | None:
-        """Return the sample at each time of a grid of the same rate; None if samples lie beside these times."""
+        """Return the sample at each time of a grid of the same rate; None if samples lie at other times."""
         at = (grid - self.first) / self.interval
         whole = np.rint(at)
         return whole.astype(np.int64) if np.all(np.abs(at - whole) <= _BESIDE) else None

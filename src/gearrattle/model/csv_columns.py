@@ -172,7 +172,7 @@ def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
 def _since_first(
     table: NDArray[np.float64], layout: Layout, use: Mapping[str, int], stamps: Mapping[int, FromFirst]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Add dates to the clock times beside them, or the days at midnight; leave the column of dates out."""
+    """Add dates to the clock times of their rows, or the days at midnight; leave the column of dates out."""
     if not stamps or layout.stamps is None or not table.size:
         return table[:, : len(use)], ()
     own = list(use.values()).index(layout.stamps.column)

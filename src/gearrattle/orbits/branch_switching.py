@@ -321,7 +321,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 
 
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
-    """The mirror image of a motion beside one of an event, half of its length later; None: there is none."""
+    """The mirror image of a motion near one of an event, half of its length later; None: there is none."""
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:
         return None
@@ -332,7 +332,7 @@ def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | No
 
 
 def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point, point: Point) -> bool:
-    """Whether two motions beside one of an event lie on a smooth curve from there that does not turn back.
+    """Whether two motions near one of an event lie on a smooth curve from there that does not turn back.
 
     Along the distance the parameter is a cubic, of which both motions give the value and the slope, one number more
     than it has. Where the period doubles the curve begins at a right angle to the parameter.
@@ -356,7 +356,7 @@ def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point
 
 
 def _motion_beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
-    """The motion beside one of an event, at a distance; None if none is found whose state is about so far away."""
+    """The motion near one of an event, at a distance; None if none is found whose state is about so far away."""
     try:
         point = curve.beside(event.point, direction, distance)
     except ConvergenceError:

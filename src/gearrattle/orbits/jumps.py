@@ -247,7 +247,7 @@ def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
 
 
 class _Jumps:
-    """A run beside the motions of a branch, which ``rate`` passes [rad/s^2]."""
+    """A run and the motions of a branch, which ``rate`` passes [rad/s^2]."""
 
     def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
         self._branch = branch

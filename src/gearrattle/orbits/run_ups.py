@@ -1,4 +1,4 @@
-"""A run-up and a run-down at a rate beside the branches: where the motion jumps, and how far behind its end.
+"""A run-up and a run-down at a rate, and the branches: where the motion jumps, and how far behind its end.
 
 A slowly changed speed takes a stable motion past the event in which it ends, or loses its stability. It does not jump
 there at once: near a smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate
@@ -76,7 +76,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class RunUpJumps(Result):
-    """Jumps of a run-up and of a run-down beside those of a branch.
+    """Jumps of a run-up and of a run-down, compared with those of a branch.
 
     Attributes
     ----------

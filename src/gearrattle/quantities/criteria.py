@@ -73,5 +73,5 @@ def check_negligible(negligible: object) -> None:
 
 
 def _limits(model: Model, negligible: Mapping[str, float | str] | None) -> NegligibleImpacts | None:
-    """Return the thresholds of a call, beside those of the model; None: those of the model alone."""
+    """Return the thresholds of a call, with those of the model; None: those of the model alone."""
     return None if negligible is None else negligible_of(model.with_negligible(negligible))

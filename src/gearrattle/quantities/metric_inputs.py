@@ -261,7 +261,7 @@ class Inputs:
         return None
 
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
-        """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
+        """Return (o,) complex amplitudes of a signal at ``orders``, fitted with a polynomial of time."""
         assert isinstance(samples, np.ndarray)
         if trend:
             return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)

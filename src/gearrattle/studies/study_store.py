@@ -336,7 +336,7 @@ class Store:
         return messages_in(self.storage, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, dataset: xr.Dataset) -> None:
-        """Write evaluations of the whole beside the results; variables of these names are replaced.
+        """Write evaluations of the whole with the results; variables of these names are replaced.
 
         It is announced when all of it is written.
         """

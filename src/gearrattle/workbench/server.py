@@ -111,7 +111,7 @@ def serve(
 
 @contextlib.contextmanager
 def _within(folder: Path) -> Iterator[None]:
-    """Work in the folder: a model names files under the working directory too, which may hold much beside the folder.
+    """Work in the folder: a model names files under the working directory too, which may hold much besides the folder.
 
     Processes that compute jobs start there; none of them may take a file of the folder for a module.
     """

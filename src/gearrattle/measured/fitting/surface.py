@@ -122,7 +122,7 @@ class Surface(Judged):
         return np.asarray(plain / np.outer(left, left))
 
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
+        """Every datum with its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
     def covariance_of_rows(self, x: Array) -> Covariance:

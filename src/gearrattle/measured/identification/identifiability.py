@@ -207,7 +207,7 @@ def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
 
 
 def _listed(chosen: Sequence[str], paths: Sequence[str]) -> str:
-    """Join paths; a kind of which all free paths are meant is named once."""
+    """Join paths; where all free paths of a kind are meant, the kind is named once."""
     words: dict[str, None] = {}
     for path in chosen:
         kind = _kind(path)

@@ -224,7 +224,7 @@ def default_reaches(solution: Solved, ratio: float) -> dict[Slider, float]:
 
 
 def idle(solution: Solved) -> Iterator[Slider]:
-    """Yield the sliders whose height is negligible beside the highest."""
+    """Yield the sliders whose height is negligible against the highest."""
     heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
 

@@ -49,7 +49,7 @@ class FitProblem(DataProblem):
         return np.concatenate([block[0] for block in blocks]), np.vstack([block[1] for block in blocks])
 
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
+        """Every datum with its fitted value."""
         return tuple(record for _, residuals in self._evaluated(x) for record in residuals())
 
     @cached_property

@@ -17,7 +17,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.recording import Array
 
 PIECE = 250_000
-"""Numbers that are changed at once: what stands beside them is small against a long record."""
+"""Numbers that are changed at once: what is needed with them is small against a long record."""
 ATTRIBUTES = (
     *("scale_factor", "add_offset", "_FillValue", "missing_value"),
     *("valid_range", "valid_min", "valid_max", "_Unsigned"),

@@ -61,7 +61,7 @@ def read_charts(path: Path) -> list[Chart]:
 
 
 def _packed(value: Any, arrays: list[Array]) -> Any:
-    """Return something as JSON; arrays are put beside it."""
+    """Return something as JSON; arrays are kept apart."""
     if is_dataclass(value):
         return {
             "noun": type(value).__name__,

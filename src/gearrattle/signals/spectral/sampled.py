@@ -1,4 +1,4 @@
-"""A sampled signal of a run or a recording, and the shaft that turns beside it, for spectra and orders.
+"""A sampled signal of a run or a recording, and the shaft that turns with it, for spectra and orders.
 
 A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so frequencies above
 half the rate fold back, and a note says where that can be. A recording is taken as it is, if its samples are uniform.
@@ -72,7 +72,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Shaft:
-    """Angle and speed of a shaft beside a signal.
+    """Angle and speed of a shaft at the samples of a signal.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ def sampled(source: Source, channel: str) -> Sampled:
 
 
 def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaft | None:
-    """Return the shaft beside a signal; None if its speed is not given.
+    """Return the shaft of a signal; None if its speed is not given.
 
     Parameters
     ----------

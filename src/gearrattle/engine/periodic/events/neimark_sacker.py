@@ -51,7 +51,7 @@ def pair_product(point: Point, like: Point) -> float:
 
 
 def has_pair_on_circle(point: Point) -> bool:
-    """Return whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
+    """Return whether it is a complex pair that crosses the circle; near a grazing it jumps, and is not just on it."""
     real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
     return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 

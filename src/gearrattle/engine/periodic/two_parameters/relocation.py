@@ -118,7 +118,7 @@ def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float
 
 
 def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float, Point]]) -> Point:
-    """The point between two of those tried: beside a grazing a test function may have a root like that of a distance.
+    """The point between two of those tried: near a grazing a test function may have a root like that of a distance.
 
     Each has arclength from the first one, test function and point.
     """

@@ -61,7 +61,7 @@ def _grown(figure: Figure, axes: Axes, height: float) -> bool:
 
 
 def _column(figure: Figure, axes: Axes, panels: Collection[Axes]) -> tuple[float, float]:
-    """Return from where to where the words of a panel may reach: to the panels beside it, or the paper's edge [px]."""
+    """Return from where to where the words of a panel may reach: to the next panels, or the paper's edge [px]."""
     own = axes.get_window_extent()
     others = [other.get_window_extent() for other in panels if other is not axes]
     level = [box for box in others if box.y0 < own.y1 and box.y1 > own.y0]

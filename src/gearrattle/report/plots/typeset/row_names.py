@@ -1,4 +1,4 @@
-"""Names of rows, put beside their panel.
+"""Names of rows, at the side of their panel.
 
 On the page, charts of bars that lie name their rows inside the panel, whose x axis reaches far to the left for them
 (``Label`` at the left limit, no y ticks). In print, letters are larger against a panel, so names would lie on

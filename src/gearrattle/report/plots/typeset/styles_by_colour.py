@@ -41,7 +41,7 @@ class Looks:
     hatches: dict[str, str]
 
     def handle(self, key: Key) -> Any:
-        """Return what stands beside a word of the legend."""
+        """Return what stands next to a word of the legend."""
         from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 
