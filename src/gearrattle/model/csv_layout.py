@@ -267,7 +267,7 @@ def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> 
 
 
 def _stamps(row: Sequence[str]) -> Stamps | None:
-    """Return where the first row has its time stamps: date and clock time in one column, else in two, else one alone."""
+    """Return where the first row has its time stamps: date and clock in one column, else in two, else one alone."""
     instants = {index: instant for index, cell in enumerate(row) if (instant := instant_of(cell)) is not None}
     whole = [index for index, instant in instants.items() if instant.day is not None and instant.clock is not None]
     clocks = [index for index, instant in instants.items() if instant.day is None]

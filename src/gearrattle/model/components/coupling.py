@@ -54,7 +54,7 @@ class Stage(Table):
     """Full height of the torque-angle loop that dry friction makes in this stage [N m], in all; may be a table over
     speed. What it has beyond the stage before is a slider of its own, engaged unloaded where the stage begins."""
     stick_stiffness: StickStiffness | None = None
-    """Slope of a slider's torque until it slips [N m/rad], added to the stage's; default: 20 times the stage's slope."""
+    """Slope of a slider's torque until it slips [N m/rad], added to the stage's; default: 20 times that slope."""
 
 
 class Coupling(Component):
