@@ -56,10 +56,7 @@ def _clock(model: Model) -> Clock | None:
 class Driveline:
     """A model with its piecewise system, and the layout by which its trajectories are judged.
 
-    Attributes
-    ----------
-    system
-        J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
+    The system is J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
     """
 
     model: Model

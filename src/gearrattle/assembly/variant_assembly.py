@@ -209,7 +209,7 @@ def _moves_drag(model: Model, varied: Iterable[str]) -> bool:
 
 
 def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
-    """Return which coefficients vary with paths beside the period: "laws", and "loads" for all others."""
+    """Return which coefficients vary with paths besides the period: "laws", and "loads" for all others."""
     parts = set()
     for path in varied:
         kind, *keys = path.split(".")
@@ -316,13 +316,10 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Velocities of a static start: the free inertias turn with those of prescribed motion.
+    """Return (V, n) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
-    Returns
-    -------
-    tuple[Array, NDArray[np.bool_]]
-        (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
-        begins elsewhere than at zero.
+    The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
+    prescribed angle begins elsewhere than at zero.
     """
     velocity = np.zeros((count, len(free_of(model))))
     level = np.ones(count, dtype=np.bool_)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gearrattle.studies.storage import Storage
     from gearrattle.studies.study_call import Study
 
-_GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
+_GRACE = 2.0  # seconds after Ctrl-C in which workers may be stopped
 
 
 def study(

@@ -31,12 +31,7 @@ if TYPE_CHECKING:
 class Dimension:
     """Dimension of a key's values: what it measures, and its SI unit.
 
-    Attributes
-    ----------
-    exponents
-        powers of kg, m, s, rad.
-    symbols
-        if not empty, the only unit texts allowed.
+    ``exponents`` are the powers of kg, m, s and rad; ``symbols``, if not empty, the only unit texts allowed.
     """
 
     name: str

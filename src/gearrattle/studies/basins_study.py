@@ -148,7 +148,7 @@ def prepare(
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
     if list(outputs):
         check_names(outputs, [base])
-    # one case tells the outputs
+    # the outputs, by one case
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)

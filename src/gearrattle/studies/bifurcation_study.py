@@ -156,7 +156,7 @@ def prepare(
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
     structures = structures_of(plan)
     check_names(outputs, structures)
-    # one case of every structure tells outputs and number of states
+    # outputs and number of states, by one case of every structure
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
     states = max(states_of(one) for one in structures)

@@ -276,7 +276,7 @@ def prepare(
     structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
         _check_labels(outputs, labels, structures)
-    # one run tells the outputs
+    # the outputs, by one run
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]

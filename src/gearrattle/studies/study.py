@@ -94,7 +94,7 @@ def prepare(
     check_names(outputs, structures, function)
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
-    # one case tells the outputs, some more the time of a case
+    # the outputs by one case, the time of a case by some more
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
     if can_follow(kept_outputs, plan):

@@ -41,7 +41,7 @@ class StudySpec(Table):
     kind: str
     """Kind of study."""
     model: Annotated[str, Text()]
-    """The model file, beside this one."""
+    """The model file, in the folder of this one."""
     fixed: AnyValues = Field(default_factory=dict)
     """Other values of the model, by path."""
 

@@ -1,4 +1,4 @@
-"""Loose gears, reduced inertias of pairs at impacts and mean speeds, from the constants of a driveline.
+"""Constants of a driveline: loose gears, reduced inertias of pairs at impacts, mean speeds.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
 deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the reduced inertia m_eff,
