@@ -86,6 +86,7 @@ def _sum(own: float, parts: float) -> float:
         return own if not parts else float(own) + parts
     if not isinstance(own, AtSpeed):
         return AtSpeed(own + float(parts), parts.speeds, tuple(own + value for value in parts.values))
-    low, high = parts.speeds[0], parts.speeds[-1]
+    low = parts.speeds[0]
+    high = parts.speeds[-1]
     speeds = tuple(sorted({*parts.speeds, *(speed for speed in own.speeds if low < speed < high)}))
     return AtSpeed(float(own) + float(parts), speeds, tuple(own.at(speed) + parts.at(speed) for speed in speeds))

@@ -26,6 +26,7 @@ def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> 
     """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right."""
     from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
+    # read the model, and find its rest
     try:
         driveline = changed_model(model, changes)
         rest = gearrattle.equilibrium(driveline)
@@ -34,6 +35,7 @@ def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> 
             problems = [problem.to_dict() for problem in shown_problems(error.problems)]
             print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
+    # notes, and what is in it
     notes = [
         *plausibility_notes(driveline),
         *decay_notes(driveline),

@@ -26,8 +26,8 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
     points = drag_points(model)
     if not points:
         return None
-    is_si = model.units == "SI"
-    torque_unit = "N m" if is_si else ""
+    torque_unit = "N m" if model.units == "SI" else ""
+    # parts of every body, and their sum
     rows: list[tuple[str, ...]] = []
     for body, group in groupby(points, key=lambda point: point.body):
         parts = list(group)
@@ -35,6 +35,7 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
         rows.extend((body if point is parts[0] else "", *_row(model, point, trajectory)) for point in parts)
         if len(parts) > 1:
             rows.append(("", "sum", "", "", quantity(total, torque_unit), "", "", ""))
+    # the oil in the title
     head = (
         "body",
         "part",
@@ -83,7 +84,8 @@ def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) 
     swing = trajectory.velocity[steady, names.index(point.body)]
     if point.on != GROUND:
         swing = swing - trajectory.velocity[steady, names.index(point.on)]
-    low, high = float(swing.min()), float(swing.max())
+    low = float(swing.min())
+    high = float(swing.max())
     speed = abs(point.speed)
     forward = 1.0 if point.speed > 0.0 else -1.0
     least, most = sorted((forward * low, forward * high))

@@ -77,7 +77,8 @@ class Churning(DragPart):
         radius = 0.5 * self.pitch_diameter
         inertia_force = 0.5 * oil.mass_density() * radius**3 * self.immersed_surface  # of Omega^2 C_m
         # powers of Omega of C_m: -1.41 below, -1.76 above, the line in Re between
-        slow, fast = self._laminar(speed, oil), self._turbulent(speed)
+        slow = self._laminar(speed, oil)
+        fast = self._turbulent(speed)
         share = min(1.0, max(0.0, (self._reynolds(speed, oil) - _LAMINAR) / (_TURBULENT - _LAMINAR)))
         coefficient = (1.0 - share) * slow + share * fast
         slope_of_coefficient = ((1.0 - share) * -1.41 * slow + share * -1.76 * fast) / speed

@@ -36,10 +36,10 @@ from gearrattle.engine.periodic.events.pattern import View, exchange_between, ex
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between
 from gearrattle.engine.periodic.grazing_depth import with_corner
 from gearrattle.engine.periodic.motion import Touch
+from gearrattle.engine.periodic.multiplier_counts import is_conservative, number_outside
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.symmetry import is_symmetric
 from gearrattle.engine.periodic.turning_points import hidden_between, way_beyond
-from gearrattle.engine.periodic.unit_circle import is_conservative, number_outside
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from gearrattle.engine.periodic.multiplier_counts import REAL, is_conservative, not_free, outside
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.unit_circle import REAL, is_conservative, not_free, outside
 
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
 _FARTHER = 3.0  # times the way between both ends that a multiplier may go in between

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.engine.periodic.multiplier_counts import nearest_to
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.unit_circle import nearest_to
 
 
 def det_plus(point: Point) -> float:

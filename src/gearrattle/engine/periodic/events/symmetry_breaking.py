@@ -18,8 +18,8 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.location import zero_between
 from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.families import are_symmetric, half_of
+from gearrattle.engine.periodic.multiplier_counts import nearest_to, not_free
 from gearrattle.engine.periodic.point import Point
-from gearrattle.engine.periodic.unit_circle import nearest_to, not_free
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]

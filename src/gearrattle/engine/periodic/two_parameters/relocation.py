@@ -20,11 +20,11 @@ from gearrattle.engine.periodic.events.event_record import NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth
+from gearrattle.engine.periodic.multiplier_counts import is_conservative
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
 from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
-from gearrattle.engine.periodic.unit_circle import is_conservative
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
