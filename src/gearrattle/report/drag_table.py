@@ -19,10 +19,11 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import engineering
 
 _POINTS = 65  # of the fluctuation
+_ROUNDING = 1e-6
 
 
 def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | None:
-    """Return the table; None without drag parts. Without a motion there is no error of the line."""
+    """Return the table; None without drag parts. Without a motion it has no error of the straight line."""
     points = drag_points(model)
     if not points:
         return None
@@ -34,7 +35,7 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
         total = sum(point.against for point in parts)
         rows.extend((body if point is parts[0] else "", *_row(model, point, trajectory)) for point in parts)
         if len(parts) > 1:
-            rows.append(("", "sum", "", "", quantity(total, torque_unit), "", "", ""))
+            rows.append(("", "sum", "", "", quantity(total, torque_unit), *[""] * (len(rows[-1]) - 5)))
     # the oil in the title
     head = (
         "body",
@@ -43,7 +44,7 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
         "relative speed",
         "drag torque",
         "slope",
-        "error of the straight line",
+        *(() if trajectory is None else ("error of the straight line",)),
         "error of the law",
     )
     oil = model.oil
@@ -51,23 +52,32 @@ def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | No
     if oil is not None:
         viscosity = engineering(1e6 * oil.kinematic_viscosity(), "mm²/s", 4)
         title += f", oil at {numeral(oil.temperature)} °C ({viscosity}, {numeral(oil.mass_density())} kg/m³)"
-    return Table(head, tuple(rows), frozenset({0, 1, 2, 7}), title)
+    return Table(head, tuple(rows), frozenset({0, 1, 2, len(head) - 1}), title)
 
 
 def _row(model: Model, point: DragPoint, trajectory: Trajectory | None) -> tuple[str, ...]:
     """One part: against what, at what speed, torque, slope and errors."""
     is_si = model.units == "SI"
     rpm = 30.0 / math.pi * point.speed
-    error = None if trajectory is None else straight_line_error(model, point, trajectory)
+    line = () if trajectory is None else (_error_words(straight_line_error(model, point, trajectory)),)
     return (
         point.part.noun,
         "housing" if point.on == GROUND else point.on,
         f"{numeral(rpm)} rpm" if is_si else numeral(point.speed),
         quantity(point.against, "N m" if is_si else ""),
         engineering(point.slope, "N m s/rad" if is_si else ""),
-        "–" if error is None else "it reverses" if math.isinf(error) else f"{numeral(100.0 * error, 2)} %",
+        *line,
         point.part.law_error,
     )
+
+
+def _error_words(error: float | None) -> str:
+    """The error of a straight line in words; below a millionth it is rounding."""
+    if error is None:
+        return "–"
+    if math.isinf(error):
+        return "it reverses"
+    return f"{numeral(100.0 * error, 2)} %" if error > _ROUNDING else "0 %"
 
 
 def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) -> float | None:

@@ -38,7 +38,7 @@ class Churning(DragPart):
     acts_between: ClassVar[bool] = False
     source: ClassVar[str] = "Changenet and Velex, J. Mech. Design 129 (2007) 128; coefficients unchecked"
     is_checked: ClassVar[bool] = False
-    law_error: ClassVar[str] = "a factor of 5 to 15 between authors; walls near the gear count as well"
+    law_error: ClassVar[str] = "a factor of 5 to 15 between authors"
     kind: Annotated[str, Choice(("churning",))]
     """"churning"."""
     depth: Length

@@ -48,7 +48,7 @@ class RollingBearing(DragPart):
     """A rolling bearing between a body and its shaft, or the housing."""
 
     source: ClassVar[str] = "Palmgren 1964, f_0 and f_1 after Jungnickel 2010"
-    law_error: ClassVar[str] = "a factor of 2 to 3 without load; makers give needle bearings f_0 from 3 to 12"
+    law_error: ClassVar[str] = "a factor of 2 to 3 without load, of 4 for needles"
     kind: Annotated[str, Choice(("rolling-bearing", "needle-bearing"))]
     """"rolling-bearing" or "needle-bearing"."""
     type: Annotated[str, Choice(tuple(_TYPES))] | None = None

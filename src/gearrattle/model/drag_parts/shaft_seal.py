@@ -21,9 +21,7 @@ class ShaftSeal(DragPart):
 
     needs_oil: ClassVar[bool] = False
     source: ClassVar[str] = "ISO/TR 14179-2, as quoted in public code"
-    law_error: ClassVar[str] = (
-        "a factor of 2 between authors; cold seals drag twice as much, and the law knows no temperature"
-    )
+    law_error: ClassVar[str] = "a factor of 2, more when cold"
     kind: Annotated[str, Choice(("shaft-seal",))]
     """"shaft-seal"."""
     shaft_diameter: Annotated[float, Quantity(units.LENGTH, "positive")]

@@ -28,7 +28,7 @@ class SynchroniserCone(DragPart):
     """The cone of an open synchroniser."""
 
     source: ClassVar[str] = "Couette flow in a cone, exact for a full film of constant thickness"
-    law_error: ClassVar[str] = "a factor of 2 and more: film thickness and wetted share are rarely known"
+    law_error: ClassVar[str] = "a factor of 2 and more: film and wetted share"
     kind: Annotated[str, Choice(("synchroniser",))]
     """"synchroniser"."""
     mean_radius: Length
@@ -67,7 +67,7 @@ class ClutchPack(DragPart):
     """An open wet clutch or brake: plates with oil between them."""
 
     source: ClassVar[str] = "Couette flow between plates, up to the break-up of the film"
-    law_error: ClassVar[str] = "a factor of 2 and more; beyond a peak speed air enters and the torque falls"
+    law_error: ClassVar[str] = "a factor of 2 and more; air enters beyond a peak"
     kind: Annotated[str, Choice(("clutch-pack",))]
     """"clutch-pack"."""
     faces: Annotated[int, Count(1)]
