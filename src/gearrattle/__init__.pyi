@@ -31,6 +31,7 @@ from .model import example as example
 from .model import factor as factor
 from .model import load as load
 from .model import loads as loads
+from .model.drag_points import drag_points as drag_points
 from .orbits import continuation as continuation
 from .orbits import periodic as periodic
 from .pipeline import run as run

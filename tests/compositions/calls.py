@@ -115,6 +115,7 @@ Call = Callable[[Kit], Any]
 CALLS: Mapping[str, Call] = {
     "loads": lambda kit: gr.loads(kit.model.to_toml()),
     "load": lambda kit: gr.load(kit.model_file),
+    "drag_points": lambda kit: gr.drag_points(kit.model),
     "equilibrium": lambda kit: gr.equilibrium(kit.model),
     "modes": lambda kit: gr.modes(kit.model),
     "campbell": lambda kit: gr.campbell(kit.model),
