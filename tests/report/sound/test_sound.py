@@ -16,7 +16,14 @@ from gearrattle.measured.readers import read_raw
 from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.sound.impulse_train import HALF, PASS, impulse_train
-from gearrattle.report.sound.psychoacoustics import quality
+from gearrattle.report.sound.psychoacoustics import (
+    STEP,
+    adjustment_of,
+    fast_level,
+    largest_prominence,
+    prominence,
+    quality,
+)
 from gearrattle.report.sound.resample import resampled
 from gearrattle.report.sound.transfer_path import modal_path, sound_path
 from gearrattle.signals import find_impacts
@@ -170,6 +177,36 @@ def test_paths_from_files_are_the_modes_they_were_made_of(tmp_path: Path) -> Non
 def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
     t = np.arange(int(RATE * seconds)) / RATE
     return 2e-5 * 10.0 ** (level / 20.0) * np.sqrt(2.0) * np.sin(2 * np.pi * frequency * t)
+
+
+def test_the_prominence_of_an_onset_is_that_of_the_formula() -> None:
+    """1000 dB/s and 20 dB: 3 x 3 + 2 x 1.30103; the adjustment begins above 5."""
+    assert prominence(1000.0, 20.0) == pytest.approx(11.60206, abs=1e-5)
+    assert adjustment_of(prominence(1000.0, 20.0)) == pytest.approx(11.8837, abs=1e-4)
+    assert adjustment_of(5.0) == adjustment_of(float("nan")) == 0.0
+
+
+def test_the_onset_of_a_level_is_the_stretch_that_rises_by_ten_decibels_a_second() -> None:
+    """A ramp of 200 dB/s over 20 dB between flat stretches; a slow rise is no onset, of two the larger counts."""
+    ramp = np.concatenate([np.full(20, 40.0), 40.0 + 200.0 * STEP * np.arange(1, 11), np.full(20, 60.0)])
+    assert largest_prominence(ramp) == pytest.approx(prominence(200.0, 20.0), rel=1e-12)
+    assert np.isnan(largest_prominence(40.0 + 9.0 * STEP * np.arange(50)))
+    small = 60.0 + 50.0 * STEP * np.arange(1, 6)
+    assert largest_prominence(np.concatenate([small[::-1], small, ramp])) == largest_prominence(ramp)
+
+
+def test_the_fast_level_of_a_tone_is_its_level_and_rises_with_its_time_constant() -> None:
+    """A-weighting is 0 dB at 1 kHz, -19.1 dB at 100 Hz (IEC 61672-1); a tone rises as 1 - exp(-t / 125 ms)."""
+    assert fast_level(tone(1000.0, 60.0), RATE)[20:] == pytest.approx(60.0, abs=0.05)
+    assert fast_level(tone(100.0, 60.0), RATE)[50:90].mean() == pytest.approx(60.0 - 19.1, abs=0.1)
+    assert np.isnan(largest_prominence(fast_level(tone(1000.0, 60.0), RATE)[10:]))
+    burst = np.concatenate([np.zeros(int(RATE)), tone(1000.0, 70.0)])
+    level = fast_level(burst, RATE)
+    t = np.arange(51) * STEP
+    before = 0.5 * np.exp(-1.0 / 0.125)  # the mean square of the whole is half that of the tone
+    exact = 70.0 + 10.0 * np.log10(1.0 + (before - 1.0) * np.exp(-t / 0.125))
+    assert level[102:150] == pytest.approx(exact[3:], abs=0.1)
+    assert largest_prominence(level) == pytest.approx(largest_prominence(exact), abs=0.05)
 
 
 @pytest.mark.slow

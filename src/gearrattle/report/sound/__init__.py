@@ -4,5 +4,5 @@
 * ``path``: how an impulse becomes sound pressure somewhere: damped modes, or a measured impulse response.
 * ``listen``: one or more runs or recordings through one path, at one gain.
 * ``sound_page``: how a sound is presented.
-* ``quality``: loudness, sharpness and roughness.
+* ``quality``: loudness, sharpness, roughness and impulsiveness.
 """

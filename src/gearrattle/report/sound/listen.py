@@ -85,7 +85,7 @@ class Sound(Result):
             return {name: float(10.0 * np.log10(m / _REFERENCE**2)) for name, m in zip(self.names, means, strict=True)}
 
     def quality(self) -> dict[str, Quality]:
-        """Loudness, sharpness and roughness of each design; needs the extra ``sound``."""
+        """Loudness, sharpness, roughness and impulsiveness of each design; needs the extra ``sound``."""
         return {name: quality(signal, self.rate) for name, signal in zip(self.names, self.pressure, strict=True)}
 
     def wav(self, name: str, bits: int = 32) -> bytes:
