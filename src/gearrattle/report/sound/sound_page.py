@@ -31,7 +31,7 @@ class SoundPage(Presentation[Sound]):
     kind = "sound"
 
     def __init__(self, result: Sound, *, with_quality: bool = False) -> None:
-        """Present sounds; with quality loudness, sharpness, roughness and impulsiveness are computed too (extra ``sound``)."""
+        """Present sounds; with quality, ``Sound.quality`` of each is computed too (extra ``sound``)."""
         super().__init__(result)
         qualities = result.quality() if with_quality else {}
         self.designs = {
