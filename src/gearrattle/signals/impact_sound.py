@@ -41,12 +41,15 @@ CASING = (
     (6100.0, 0.012, 0.3),
 )
 """Frequency [Hz], damping ratio and gain [Pa/(N s)] of the modes that represent a gearbox; assumed."""
+ASSUMED = "assumed casing of six modes"
+LONGEST = 600.0
+"""Length of a sound, or of a response [s]."""
 REFERENCE = 2e-5
 """Sound pressure that levels refer to [Pa]."""
 LEAD = 64
 """Samples of a response before the impulse: a band-limited response starts a little before it."""
 _QUIET = 1e-6  # largest amplitude of a mode at the end, relative to the start
-_LONGEST = 30.0  # seconds
+_LONGEST_RINGING = 30.0  # seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +86,8 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
     # length: until the slowest mode has decayed
     slowest = min(2.0 * math.pi * f * z for f, z, _ in modes)
     seconds = -math.log(_QUIET) / slowest
-    if seconds > _LONGEST:
-        rule = f"a mode must decay within {_LONGEST:g} s"
+    if seconds > _LONGEST_RINGING:
+        rule = f"a mode must decay within {_LONGEST_RINGING:g} s"
         raise ModelError(Problem("path", f"{seconds:.3g} s", rule, "increase its damping"))
     number = 2 * math.ceil(0.5 * seconds * rate) + 2 * LEAD
     # the spectrum of the damped modes, sampled

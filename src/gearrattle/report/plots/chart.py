@@ -143,14 +143,14 @@ class Label:
     x, y
         the point, in the units of the axes.
     side
-        whether the words begin right of the point, or stand above it and end there.
+        whether the words begin right of the point, stand above it and end there, or stand at it, on a filled cell.
     """
 
     x: float
     y: float
     words: str
     colour: str = MUTED
-    side: Literal["above", "right"] = "right"
+    side: Literal["above", "right", "at"] = "right"
 
 
 @dataclass(frozen=True)

@@ -27,11 +27,11 @@ from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
 from gearrattle.report.sound.psychoacoustics import Quality, quality
-from gearrattle.report.sound.resample import LONGEST, resampled
+from gearrattle.report.sound.resample import resampled
 from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.result import Result
 from gearrattle.results import Run
-from gearrattle.signals.impact_sound import RATE, SoundPath, impact_pressure, pressure_level, through
+from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
 from gearrattle.signals.windows import steady
 
 Array = NDArray[np.float64]

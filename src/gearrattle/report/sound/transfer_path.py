@@ -14,7 +14,7 @@ from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.units import Dimension
-from gearrattle.signals.impact_sound import CASING, SoundPath, modal_path
+from gearrattle.signals.impact_sound import ASSUMED, CASING, SoundPath, modal_path
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def sound_path(
         a mode out of range, a file that cannot be read.
     """
     if source is None:
-        return modal_path(CASING, rate, "assumed casing of six modes")
+        return modal_path(CASING, rate, ASSUMED)
     if isinstance(source, str | os.PathLike):
         return _measured(Path(source), rate, scale)
     try:
