@@ -248,7 +248,7 @@ def content(data: xr.Dataset) -> dict[str, Any]:
         "sound path": str(data.attrs.get("sound_path", "")),
         "calibration": str(data.attrs.get("calibration", "")),
         "conditions": [told(at) for at in np.ndindex(*data["outcome"].shape)],
-        "notes": list(remarks(data)),
+        "limits": list(remarks(data)),
     }
 
 
