@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 
 from gearrattle.report.plots.conditions_figure import conditions_map
-from gearrattle.report.plots.palette import STATES
+from gearrattle.report.plots.palette import PAPER, STATES
+from gearrattle.report.plots.svg_charts import draw
 from gearrattle.report.study_pages.conditions_page import (
     closest_margin,
     condition_table,
@@ -38,6 +39,13 @@ def test_the_map_has_a_panel_per_load_and_a_word_in_every_cell(data: xr.Dataset)
         said = {(label.y, label.x): label.words.split()[0] for label in panel.labels}
         assert said == {(float(i), float(j)): WORDS[code] for (i, j), code in np.ndenumerate(of_load)}
         assert [word for _, word in panel.x_ticks] == ["700", "800", "900"]
+
+
+def test_words_in_cells_are_of_paper_and_have_no_rim(data: xr.Dataset) -> None:
+    drawn = draw(conditions_map(data), legend=True).decode()
+    words = [text for text in drawn.split("<text") if f'fill="{PAPER}"' in text and 'font-size="10.5"' in text]
+    assert len(words) == 12
+    assert all('text-anchor="middle"' in text and "stroke" not in text.partition("</text>")[0] for text in words)
 
 
 def test_many_speeds_have_no_words_in_their_cells(data: xr.Dataset) -> None:
@@ -118,10 +126,10 @@ def test_a_condition_that_failed_is_counted_nowhere(data: xr.Dataset) -> None:
 
 
 def test_machines_get_every_condition_in_si(data: xr.Dataset) -> None:
-    told = content(data)
-    assert told["axes"]["speed"] == "excitation.speed"
-    assert len(told["conditions"]) == 12
-    assert sum(told["counts"].values()) == 12
-    first = told["conditions"][0]
+    values = content(data)
+    assert values["axes"]["speed"] == "excitation.speed"
+    assert len(values["conditions"]) == 12
+    assert sum(values["counts"].values()) == 12
+    first = values["conditions"][0]
     assert first["excitation.speed"] == pytest.approx(700 * np.pi / 30)
     assert first["hardest impact"] == float(data["hardest impact"].values[0, 0, 0])

@@ -13,6 +13,7 @@ but from calibration points of the user's: straight lines between their levels, 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -144,7 +145,7 @@ def conditions(
     sound_path: Sequence[Sequence[float]] = (),
     fixed: Mapping[str, object] | None = None,
     most: int = MOST,
-    output: Any = None,
+    output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
@@ -277,12 +278,12 @@ def _axis(role: str, asked: object, model: Model) -> tuple[str, object]:
     return path, values
 
 
-def _by_role(place: str, roles: Mapping[str, str]) -> str:
+def _by_role(location: str, roles: Mapping[str, str]) -> str:
     """Return the place of a problem by the role of the axis that it names."""
     for role, name in roles.items():
-        if place.startswith(f"axis {name}: "):
-            return f"{role}: {place.removeprefix(f'axis {name}: ')}"
-    return place
+        if location.startswith(f"axis {name}: "):
+            return f"{role}: {location.removeprefix(f'axis {name}: ')}"
+    return location
 
 
 def _modes(rows: Sequence[Sequence[float]]) -> Modes:

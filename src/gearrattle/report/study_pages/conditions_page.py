@@ -173,11 +173,11 @@ def condition_table(data: xr.Dataset) -> Table:
     severities = (*words_of(data[VERDICT_SEVERITY]), "failed")
     rows = []
     for k, at in enumerate(np.ndindex(*shape)):
-        place = (labels[axis][i] for axis, i in zip(grid, at, strict=True))
+        position = (labels[axis][i] for axis, i in zip(grid, at, strict=True))
         severity = severities[int(data[VERDICT_SEVERITY].values[at])]
         verdict = str(headlines[at]).replace("-", _JOINED) or _NONE
         values = (numeral(float(column[at]), digits) for column, digits in numbers.values())
-        rows.append((*place, severity, verdict, energies[k], _part(data, at) or _NONE, *values))
+        rows.append((*position, severity, verdict, energies[k], _part(data, at) or _NONE, *values))
     # heads, and what is a word
     heads = (*(title_of(data, axis) for axis in grid), "severity", "verdict", HARDEST, "at", *numbers)
     first = len(grid)
@@ -236,7 +236,7 @@ def content(data: xr.Dataset) -> dict[str, Any]:
     headlines = headlines_in(data)
     severities = np.array([*words_of(data[VERDICT_SEVERITY]), ""])[data[VERDICT_SEVERITY].values]
 
-    def told(at: tuple[int, ...]) -> dict[str, Any]:
+    def condition(at: tuple[int, ...]) -> dict[str, Any]:
         values = {path: data[path].values[i] for axis, i in zip(grid, at, strict=True) for path in paths_of(data, axis)}
         said = {"severity": str(severities[at]) or None, "verdict": str(headlines[at]) or None}
         part = {HARDEST_PART: _part(data, at) or None} if HARDEST_PART in data else {}
@@ -247,7 +247,7 @@ def content(data: xr.Dataset) -> dict[str, Any]:
         "axes": {role: axis_of(data, role) for role in ROLES},
         "sound path": str(data.attrs.get("sound_path", "")),
         "calibration": str(data.attrs.get("calibration", "")),
-        "conditions": [told(at) for at in np.ndindex(*data["outcome"].shape)],
+        "conditions": [condition(at) for at in np.ndindex(*data["outcome"].shape)],
         "limits": list(remarks(data)),
     }
 
