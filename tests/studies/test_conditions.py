@@ -107,6 +107,7 @@ def test_the_margin_of_a_quiet_condition_is_above_one(data: xr.Dataset) -> None:
 def test_conditions_go_through_the_batches_of_a_grid() -> None:
     prepared = prepare(idle(), OIL, SPEED, LOAD)
     assert can_follow(prepared.outputs, prepared.plan)
+    assert prepared.scheduler == "threads"
 
 
 def test_ratings_lie_on_straight_lines_between_the_points_and_nowhere_else(data: xr.Dataset) -> None:

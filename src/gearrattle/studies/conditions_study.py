@@ -27,6 +27,7 @@ from gearrattle.model import Model, check_model
 from gearrattle.model.factors import FACTOR
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.value_kinds import CALLBACK, FLAG, Plain, argument_problems, check_arguments
+from gearrattle.studies.case_batches import can_follow
 from gearrattle.studies.case_runs import DONE
 from gearrattle.studies.output import ENERGY, HARDEST, Modes
 from gearrattle.studies.outputs import Available
@@ -84,6 +85,11 @@ class Conditions(Prepared):
     """Prepared study of conditions, with the user's calibration points."""
 
     points: Points = ()
+
+    @property
+    def scheduler(self) -> str:
+        """Return the scheduler on this machine: threads where cases are computed together, half the time compiled."""
+        return "threads" if can_follow(self.outputs, self.plan) else super().scheduler
 
     def completed(self, store: Store) -> xr.Dataset:
         """Add what follows from the outputs of every condition: margin, hardest part, rating."""
@@ -217,7 +223,7 @@ def calibration_points(rating: object) -> Points:
 
     ModelError: fewer than two, two of one level, a rating beyond the scale, or one that a louder sound raises.
     """
-    rows = list(rating) if isinstance(rating, Sequence) and not isinstance(rating, str) else [rating]
+    rows: list[Any] = list(rating) if isinstance(rating, Sequence) and not isinstance(rating, str) else [rating]
     if not rows:
         return ()
     if not all(isinstance(row, Sequence) and not isinstance(row, str) and len(row) == 2 for row in rows):

@@ -85,7 +85,7 @@ def _words(data: xr.Dataset, rows: str, columns: str) -> tuple[Label, ...]:
     words = words_of(data[VERDICT_SEVERITY])
     levels = data[SOUND_LEVEL].transpose(rows, columns).values if SOUND_LEVEL in data else np.full(codes.shape, np.nan)
     return tuple(
-        Label(float(j), float(i), f"{words[code]} {numeral(levels[i, j], 3)}".removesuffix(" –"), PAPER, "at")
+        Label(float(j), float(i), f"{words[code]} {numeral(float(levels[i, j]), 3)}".removesuffix(" –"), PAPER, "at")
         for (i, j), code in np.ndenumerate(codes)
         if code >= 0
     )

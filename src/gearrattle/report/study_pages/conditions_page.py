@@ -240,7 +240,8 @@ def content(data: xr.Dataset) -> dict[str, Any]:
         values = {path: data[path].values[i] for axis, i in zip(grid, at, strict=True) for path in paths_of(data, axis)}
         said = {"severity": str(severities[at]) or None, "verdict": str(headlines[at]) or None}
         part = {HARDEST_PART: _part(data, at) or None} if HARDEST_PART in data else {}
-        return json_value({**values, **said, **part, **{name: column[at] for name, column in columns.items()}})
+        numbers = {name: column[at] for name, column in columns.items()}
+        return dict(json_value({**values, **said, **part, **numbers}))
 
     return {
         "counts": code_counts(data, VERDICT_SEVERITY)[VERDICT_SEVERITY],
