@@ -21,7 +21,12 @@ from gearrattle.model.components import COMPONENTS
 from gearrattle.trajectory import Layout, Trajectory
 
 KINDS: dict[str, Any] = {
-    "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque"},
+    "inertia": {
+        "J": "inertia",
+        "drag": "torsional_damping",
+        "drag_torque": "torque",
+        "drag_parts": {"torque": "torque", "slope": "torsional_damping", "relative_speed": "speed"},
+    },
     **{kind: component.scaling for kind, component in COMPONENTS.items()},
     "excitation": {"speed": "speed", "duration": "time", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.assembly.drag_torques import viscous_drags
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import free_of
@@ -20,7 +21,7 @@ def unloaded(model: Model) -> PiecewiseSystem:
     none = np.zeros((len(free), 0)), np.zeros((len(free), 0)), np.zeros((len(rows), 0)), np.zeros((len(rows), 0))
     return PiecewiseSystem(
         inertia=inertia_of(model)[free],
-        drag=np.array([model.inertias[i].drag for i in free]),
+        drag=np.array(viscous_drags(model))[free],
         rows=rows[:, free],
         laws=tuple(law_of(element) for element in model.elements),
         inputs=Harmonics(period_of(model).period, np.zeros(0), np.zeros(len(free)), *none),

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_torques import part_drags, part_torques
 from gearrattle.assembly.mean_balance import balances_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import carried_along, free_names, free_of, motion_errors
@@ -156,7 +157,10 @@ class Columns:
 
     def sides(self, element: Element) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:
         """Drive and coast side of an element's law."""
-        component = self.model.components[element.path]
+        component = self.model.components.get(element.path)
+        if component is None:  # a drag part
+            sides = [[(p.stiffness, p.damping, p.until) for p in side] for side in (element.drive, element.coast)]
+            return sides[0], sides[1]
         return component.sides(lambda key, value: self.of(f"{element.path}.{key}", value), element)
 
 
@@ -181,7 +185,7 @@ def coefficients(
         way.
     """
     columns = Columns(model, varied, count)
-    if load_ripples(model):  # of a mean load that the columns may change
+    if load_ripples(model) or _moves_drag(model, varied):  # of a mean load, or of speeds, that the columns may change
         columns.good[:] = False
     parts = varied_parts(model, varied)
     out = _separate(shared, parts) if shared else repeated(coefficients_of(assemble(model).system), count)
@@ -198,8 +202,14 @@ def coefficients(
     return out, columns.good
 
 
+def _moves_drag(model: Model, varied: Iterable[str]) -> bool:
+    """Whether a varied path may move the operating point of a drag part: speeds and radii."""
+    has_parts = any(inertia.drag_parts for inertia in model.inertias)
+    return has_parts and any(path.startswith("excitation") or ".radii" in path for path in varied)
+
+
 def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
-    """Return which coefficients vary with paths beside the period: "laws", and "loads" for all others."""
+    """Return which coefficients vary with paths besides the period: "laws", and "loads" for all others."""
     parts = set()
     for path in varied:
         kind, *keys = path.split(".")
@@ -256,12 +266,14 @@ def _separate(shared: Coefficients, parts: set[str]) -> Coefficients:
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:
     added = {b: m for c in columns.model.components.values() for b, m in c.added_inertia().items()}
+    drags = part_drags(columns.model)
+    torques = part_torques(columns.model)
     for i, at_file in enumerate(free_of(columns.model).tolist()):
         body = columns.model.inertias[at_file]
         at = f"inertia.{body.name}"
         out.inertia[:, i] = columns.of(f"{at}.J", body.J) + added.get(body.name, 0.0)
-        out.drag[:, i] = columns.of(f"{at}.drag", body.drag)
-        out.mean[:, i] = -columns.of(f"{at}.drag_torque", body.drag_torque)
+        out.drag[:, i] = columns.of(f"{at}.drag", body.drag) + drags[at_file]
+        out.mean[:, i] = -(columns.of(f"{at}.drag_torque", body.drag_torque) + torques[at_file])
 
 
 def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, int]) -> None:
@@ -304,13 +316,10 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Velocities of a static start: the free inertias turn with those of prescribed motion.
+    """Return (V, n) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
-    Returns
-    -------
-    tuple[Array, NDArray[np.bool_]]
-        (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
-        begins elsewhere than at zero.
+    The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
+    prescribed angle begins elsewhere than at zero.
     """
     velocity = np.zeros((count, len(free_of(model))))
     level = np.ones(count, dtype=np.bool_)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
-from gearrattle.cli.shared_options import Changes, Json
+from gearrattle.cli.shared_options import Changes, Json, ModelFile
 from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
@@ -23,16 +22,11 @@ if TYPE_CHECKING:
 _UNITS = {"speed": " rad/s", "duration": " s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
-def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
-    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right.
+def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> None:
+    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right."""
+    from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
-    Parameters
-    ----------
-    model
-        Model file (TOML).
-    """
-    from gearrattle.assembly import decay_notes, record_notes
-
+    # read the model, and find its rest
     try:
         driveline = changed_model(model, changes)
         rest = gearrattle.equilibrium(driveline)
@@ -41,7 +35,14 @@ def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
             problems = [problem.to_dict() for problem in shown_problems(error.problems)]
             print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
-    notes = [*plausibility_notes(driveline), *decay_notes(driveline), *record_notes(driveline), *rest.notes]
+    # notes, and what is in it
+    notes = [
+        *plausibility_notes(driveline),
+        *decay_notes(driveline),
+        *drag_notes(driveline),
+        *record_notes(driveline),
+        *rest.notes,
+    ]
     if json:
         print(json_text({"ok": True, **_content(driveline, rest), "notes": notes}))
         return

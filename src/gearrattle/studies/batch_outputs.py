@@ -20,7 +20,9 @@ from gearrattle.engine.kernels.variant_arrays import picked
 from gearrattle.engine.solvers.variants import END, Batch, Kept
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.model import Model
-from gearrattle.quantities import CRITERIA, METRICS, QUANTITIES, inputs_of_crossings, rows_of
+from gearrattle.quantities.evaluation import rows_of
+from gearrattle.quantities.metric_sources import inputs_of_crossings
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS, QUANTITIES
 from gearrattle.results import Run
 from gearrattle.signals import reduced_inertias
 from gearrattle.signals.last_levels import LAST_CYCLES

@@ -23,7 +23,7 @@ from gearrattle.engine.kernels.variants_march import AS_GIVEN, STATIC, STEADY
 from gearrattle.engine.solvers.variants import Pattern, follow_variants, has_loop, march_variants
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
-from gearrattle.quantities import CROSSING_CRITERIA
+from gearrattle.quantities.quantity_table import CROSSING_CRITERIA
 from gearrattle.signals import clearance_arrays, gap_names, reduced_inertias
 from gearrattle.studies.batch_outputs import Followed, is_followed
 from gearrattle.studies.output import WORST, Output
@@ -214,7 +214,7 @@ def _follow(
             of_case = None if model is None else followed.values(model, variant, batch)
         except Cancelled:
             raise
-        except Exception:  # a case that fails is told of where it is simulated by itself
+        except Exception:  # a case that fails is reported where it is simulated by itself
             of_case = None
         judged[variant] = of_case is not None
         for name, value in (of_case or {}).items():

@@ -22,9 +22,11 @@ from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Pro
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.start_states import check_repeats
-from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
+from gearrattle.quantities.evaluation import add, rows_of
 from gearrattle.quantities.metrics import event_metric_of, inputs_of
+from gearrattle.quantities.quantity import WITHOUT_DIMENSION, Row
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate

@@ -108,17 +108,9 @@ class Axis:
 
 
 def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
-    """Read axes.
+    """Read axes: by path a list of values or a range; by another name a mapping from paths to such lists.
 
-    Parameters
-    ----------
-    requested
-        by path a list of values or a range; by another name a mapping from paths to such lists.
-
-    Raises
-    ------
-    ModelError
-        a path that leads nowhere, values the model refuses, a range without sense; all of them.
+    A ModelError has all paths that lead nowhere, values the model refuses, and ranges without sense.
     """
     problems: list[Problem] = []
     axes = []
@@ -203,19 +195,10 @@ def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
 
 
 def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
-    """Return the values of a list or a range.
+    """Return the values of a list, or of a range: a mapping with from, to, count, spacing.
 
-    Parameters
-    ----------
-    entry
-        a list, or a mapping with from, to, count, spacing.
-    read
-        takes a value as written, gives it in SI, refuses with ModelError.
-
-    Raises
-    ------
-    ModelError
-        neither of them, a range without sense, or what ``read`` refuses.
+    ``read`` takes a value as written, gives it in SI, and refuses with ModelError. A ModelError as well for what is
+    neither of them, and for a range without sense.
     """
     if isinstance(entry, Mapping):
         return _ranged(path, entry, read)

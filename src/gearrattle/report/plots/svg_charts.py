@@ -32,19 +32,9 @@ _COLUMN_GAP = 74
 
 
 def draw(chart: Chart, *, legend: bool = False) -> bytes:
-    """Draw a chart.
+    """Draw a chart as an SVG file; the same chart gives the same bytes.
 
-    Parameters
-    ----------
-    chart
-        what to draw.
-    legend
-        whether its legend is drawn above it; a page has its own.
-
-    Returns
-    -------
-    bytes
-        An SVG file. The same chart gives the same bytes.
+    The legend is drawn above it if asked for; a page has its own.
     """
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
     keys, above = _legend(chart.legend) if legend else ("", 0)
@@ -189,7 +179,7 @@ def _line(line: Line, x: Axis, y: Axis) -> str:
 
 
 def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
-    """A mark at a point, with a rim of paper about areas, so that neighbours are told apart."""
+    """A mark at a point, with a rim of paper about areas, so that neighbours can be distinguished."""
     drawn = SHAPES[shape]
     ink = f'fill="none" stroke="{colour}"' if drawn.is_open else f'fill="{colour}" stroke="{PAPER}"'
     width = (1.6 if drawn.is_open else 0.8) / radius

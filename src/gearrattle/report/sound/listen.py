@@ -195,10 +195,7 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
     """Return the clearances of a driveline whose impacts are heard.
 
-    Raises
-    ------
-    ModelError
-        a dimensionless model, no such clearance, none at all.
+    A ModelError refuses a dimensionless model, a name that is no clearance of it, and a model without clearances.
     """
     if model.units == "dimensionless":
         raise ModelError(

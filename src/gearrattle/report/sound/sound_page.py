@@ -1,4 +1,4 @@
-"""Designs to listen to, as a result: a WAV file each beside the page, and their levels."""
+"""Designs to listen to, as a result: a WAV file each next to the page, and their levels."""
 
 from __future__ import annotations
 

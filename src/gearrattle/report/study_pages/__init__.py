@@ -27,5 +27,5 @@ __all__ = ["PAGES", "StudyPage", "page_of"]
 
 
 def page_of(data: xr.Dataset) -> StudyPage:
-    """Return the page of a Dataset's kind, told by its attribute ``kind``; a grid's if it does not say."""
+    """Return the page of a Dataset's kind, its attribute ``kind``; a grid's where it has none."""
     return PAGES[str(data.attrs.get("kind", "grid"))]

@@ -134,10 +134,11 @@ def _unprovable(model: Model) -> Iterator[Problem]:
 
 
 def _over_speed(model: Model, edges: tuple[Edge, ...]) -> Iterator[Problem]:
-    """Yield a problem where the speed varies and tables over it as well."""
+    """Yield a problem where the speed varies, and tables over it or drag parts as well."""
     varied = {path for edge in edges for path in edge.low} & set(SPEEDS)
-    if varied and model.to_tables() != model.to_tables(at_speed=True):
-        rule = "the model has tables over the speed, which a proof cannot follow"
+    has_parts = any(inertia.drag_parts for inertia in model.inertias)
+    if varied and (has_parts or model.to_tables() != model.to_tables(at_speed=True)):
+        rule = "the model has drag parts or tables over the speed, which a proof cannot follow"
         yield Problem(f"range {min(varied)}", "", rule, "give plain numbers, or prove at single speeds")
 
 

@@ -170,7 +170,7 @@ def _words(
     alignment: tuple[str, str],
     along: str,
 ) -> Annotation:
-    """Write beside a point, with a rim of paper about the letters."""
+    """Write near a point, with a rim of paper about the letters."""
     from matplotlib import rcParams
     from matplotlib.patheffects import withStroke
 
