@@ -147,6 +147,21 @@ def test_a_model_without_oil_is_told_what_to_do() -> None:
     assert 'path = "inertia.*.drag_torque"' in problem.remedy
 
 
+def test_the_temperature_is_that_of_the_oil() -> None:
+    """Cold oil drags more: its margin is above 1; both margins are those of runs at these temperatures."""
+    model = gr.load(EXAMPLES / "idle_rattle_oil.toml").with_(SHORT)
+    model = model.with_({"torque.0.harmonics.*.amplitude": gr.factor(0.6)})
+    made = gr.conditions(model, ["-20 degC", "40 degC"], ["800 rpm"], workers=1)
+    assert made["outcome"].dims == ("oil.temperature", "excitation.speed")
+    assert made["oil.temperature"].values.tolist() == [-20.0, 40.0]
+    for temperature, margin in zip(("-20 degC", "40 degC"), made["threshold margin"].values[:, 0], strict=True):
+        run = gr.simulate(model.with_({"oil.temperature": temperature}))
+        needed = [entry.value for entry in gr.criteria(run).entries if entry.quantity == "margin"]
+        assert margin == pytest.approx(10.0 ** (-max(needed) / 20.0), rel=1e-9)
+    cold, warm = made["threshold margin"].values[:, 0]
+    assert cold > 1.0 > warm
+
+
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [

@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.factors import FACTOR
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.model.value_kinds import CALLBACK, FLAG, Plain, argument_problems, check_arguments
+from gearrattle.model.value_kinds import Plain, argument_problems
 from gearrattle.studies.case_batches import can_follow
 from gearrattle.studies.case_runs import DONE
 from gearrattle.studies.output import ENERGY, HARDEST, Modes
@@ -208,14 +208,7 @@ def conditions(
     >>> gr.conditions(model, oil, [80.0, 90.0], workers=1)["verdict severity"].dims
     ('inertia.*.drag_torque', 'excitation.speed')
     """
-    check_model(model)
-    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
-    begin = partial(
-        prepare, model, temperature, speed, load, rating=rating, sound_path=sound_path, fixed=fixed, most=most
-    )
-    return conduct(
-        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
-    )
+    return conduct(prepare, **locals())  # every argument, by its name
 
 
 def calibration_points(rating: object) -> Points:
