@@ -50,6 +50,7 @@ from .simulation.simulate import simulate as simulate
 from .simulation.stream import stream as stream
 from .studies import basins as basins
 from .studies import bifurcation as bifurcation
+from .studies import conditions as conditions
 from .studies import open_study as open_study
 from .studies import optimize as optimize
 from .studies import prove_quiet as prove_quiet

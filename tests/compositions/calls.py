@@ -193,6 +193,12 @@ CALLS: Mapping[str, Call] = {
         kit.model, "inertia.engine.J", kit.axis(3)["inertia.engine.J"], workers=1
     ),
     "basins": lambda kit: gr.basins(kit.model, {"angle.engine": [0.0, 0.001, 0.002]}, workers=1),
+    "conditions": lambda kit: gr.conditions(
+        kit.model,
+        {"path": "inertia.engine.drag", "values": [0.01, 0.02]},
+        {"path": "inertia.engine.J", "values": kit.axis(2)["inertia.engine.J"]},
+        workers=1,
+    ),
 }
 """By public name, with a word where one name is called in several ways."""
 

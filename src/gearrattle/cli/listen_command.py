@@ -63,7 +63,7 @@ def listen(
     bits
         32: floating point; 24: integers.
     quality
-        Also loudness, sharpness and roughness (extra "sound").
+        Also loudness, sharpness, roughness and impulsiveness (extra "sound").
     """
     from gearrattle.report.sound.sound_page import SoundPage
 

@@ -53,6 +53,7 @@ class Initials(Plan):
     """The cases of a basin study: the model from one initial state after the other."""
 
     kind: ClassVar[str] = "basins"
+    is_grid: ClassVar[bool] = False
     said: dict[str, Any] = field(default_factory=dict)
     starts: Starts | None = None
 

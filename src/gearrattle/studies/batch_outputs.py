@@ -27,14 +27,14 @@ from gearrattle.results import Run
 from gearrattle.signals import reduced_inertias
 from gearrattle.signals.last_levels import LAST_CYCLES
 from gearrattle.simulation.integrate import Grid, cost_of, named
-from gearrattle.studies.output import Output
+from gearrattle.studies.output import SOUND, Output
 from gearrattle.studies.outputs import values_in, values_of
 from gearrattle.trajectory import Layout
 
 _LAST = {criterion.name for criterion in CRITERIA if criterion.sums == ("last cycles",)}
 _OF_LOG = [metric for metric in METRICS if metric.of_crossings]
 _OF_LOG_NAMES = {metric.name for metric in _OF_LOG}
-_KNOWN = {quantity.name for quantity in QUANTITIES}
+_KNOWN = {*(quantity.name for quantity in QUANTITIES), SOUND}
 
 
 def is_followed(output: Output) -> bool:

@@ -65,6 +65,7 @@ class Sweeps(Plan):
     """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value."""
 
     kind: ClassVar[str] = "bifurcation"
+    is_grid: ClassVar[bool] = False
     said: dict[str, Any] = field(default_factory=dict)
 
     @cached_property

@@ -50,7 +50,7 @@ def can_follow(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths define a case completely."""
     are_known = all(is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
-    is_grid = outputs.function is None and type(plan) is Plan
+    is_grid = outputs.function is None and plan.is_grid
     return are_known and is_grid and is_exact and has_loop(assemble(plan.model).system)
 
 

@@ -29,7 +29,7 @@ from gearrattle.model.path_values import Varied
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.value_kinds import AnyTable, Choice, Count, checked
 
-_RANGE = ("from", "to", "count", "spacing")
+RANGE = ("from", "to", "count", "spacing")
 SPACING = Choice(("linear", "log"))
 _MOST_VALUES = 10_000_000
 _NAME = re.compile(r"[\w-]+( [\w-]+)*")
@@ -116,7 +116,7 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     axes = []
     # one path, or several that vary together under a name
     for name, values in checked(AnyTable(), requested, "axes").items():
-        several = isinstance(values, Mapping) and not set(values) & {*_RANGE, FACTOR}
+        several = isinstance(values, Mapping) and not set(values) & {*RANGE, FACTOR}
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[Varied, tuple[Any, ...]] = {}
@@ -225,10 +225,10 @@ def listed_values(entry: Any) -> list[Any]:
 
 
 def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
-    unknown = [key for key in table if key not in _RANGE]
+    unknown = [key for key in table if key not in RANGE]
     if unknown:
-        remedy = did_you_mean(unknown[0], _RANGE)
-        raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(_RANGE)}", remedy))
+        remedy = did_you_mean(unknown[0], RANGE)
+        raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(RANGE)}", remedy))
     missing = [key for key in ("from", "to", "count") if key not in table]
     if missing:
         raise ModelError(Problem(path, shown(dict(table)), f"a range needs {', '.join(missing)}"))

@@ -133,13 +133,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Label:
-    """A few words near a point of a panel, in units of its axes: right of the point, or above it and ending there."""
+    """A few words near a point of a panel, in units of its axes: right of it, above it and ending there, or at it."""
 
     x: float
     y: float
     words: str
     colour: str = MUTED
-    side: Literal["above", "right"] = "right"
+    side: Literal["above", "right", "at"] = "right"
 
 
 @dataclass(frozen=True)

@@ -153,14 +153,14 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
 def _label(label: Label, x: Axis, y: Axis) -> str:
     left = float(x.at(np.array(label.x)))
     base = float(y.at(np.array(label.y)))
-    above = label.side == "above"
-    geometry = (
-        f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"'
-        if above
-        else (f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"')
-    )
+    places = {
+        "above": f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"',
+        "right": f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"',
+        "at": f'x="{left:.1f}" y="{base + 3.5:.1f}" text-anchor="middle"',
+    }
     halo = f'stroke="{PAPER}" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
-    return f'<text {geometry} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
+    rim = f" {halo}" if label.side != "at" else ""
+    return f'<text {places[label.side]} font-size="10.5" fill="{label.colour}"{rim}>{escape(label.words)}</text>'
 
 
 def _line(line: Line, x: Axis, y: Axis) -> str:

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.signals.impact_sound import LONGEST
 
 Array = NDArray[np.float64]
 
-LONGEST = 600.0
-"""Length of a sound, or of a response [s]."""
 _LARGEST = 2000  # ratio of the rates, and its denominator
 
 
