@@ -11,7 +11,9 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
 from gearrattle.assembly.scaled import dimensionless
+from gearrattle.assembly.variant_assembly import coefficients
 from gearrattle.engine.system.characteristic import characteristic
+from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.model.drag_points import drag_points
 
 OIL = {"type": "70w-75w-gl4", "temperature": "40 degC"}
@@ -223,3 +225,32 @@ def test_the_error_of_the_straight_line_is_that_of_the_law_over_the_fluctuation(
         [NEEDLE], torque=[{"on": "flywheel", "mean": "balance", "harmonics": [{"order": 1, "amplitude": 3e3}]}]
     )
     assert straight_line_error(shaken, drag_points(shaken)[0], gr.simulate(shaken).trajectory) == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("path", "values"),
+    [
+        ("oil.temperature", [-20.0, 10.0, 40.0, 70.0, 100.0]),
+        ("excitation.speed", [60.0, 75.0, 83.7, 90.0, 130.0]),
+        ("mesh.idle.backlash", [5e-5, 8e-5, 1e-4, 1.5e-4, 2e-4]),
+        ("inertia.gear.drag_torque", [0.0, 0.1, 0.2, 0.3, 0.4]),
+    ],
+)
+def test_columns_of_variants_have_the_bits_of_single_assembly(path: str, values: list[float]) -> None:
+    by_parts = model([NEEDLE, CONE, CHURNING, SEAL])
+    numbers, good = coefficients(by_parts, {path: np.array(values)}, len(values))
+    assert good.all()
+    for v, value in enumerate(values):
+        single = coefficients_of(assemble(by_parts.with_({path: value})).system)
+        for name in ("inertia", "drag", "mean"):
+            assert np.array_equal(getattr(numbers, name)[v], getattr(single, name)), name
+        assert np.array_equal(numbers.laws.damping[v], single.laws.damping)
+
+
+def test_variants_of_an_oil_that_is_none_go_by_themselves() -> None:
+    temperatures = np.array([20.0, 400.0, 40.0, -300.0])
+    good = coefficients(model([NEEDLE]), {"oil.temperature": temperatures}, 4)[1]
+    assert good.tolist() == [True, False, True, False]
+    measured = {"kind": "measured", "speed": [1.0, 100.0], "temperature": [20.0, 60.0], "torque": [[0.1, 0.2]] * 2}
+    good = coefficients(model([measured]), {"oil.temperature": np.array([10.0, 30.0, 60.0, 61.0])}, 4)[1]
+    assert good.tolist() == [False, True, True, False]

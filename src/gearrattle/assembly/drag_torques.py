@@ -8,12 +8,14 @@ middle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.derived_values import kept
 from gearrattle.model import GROUND, Model
-from gearrattle.model.drag_points import drag_points, points_at
+from gearrattle.model.drag_points import DragPoint, drag_points, has_drag_parts, points_at
 from gearrattle.model.excitation import Sweep
 from gearrattle.model.over_speed import AtSpeed
 
@@ -33,13 +35,13 @@ def drag_torques(model: Model) -> tuple[float, ...]:
 @kept
 def part_torques(model: Model) -> tuple[float, ...]:
     """What the drag parts alone have of ``drag_torques`` [N m]."""
-    if not any(inertia.drag_parts for inertia in model.inertias):
+    if not has_drag_parts(model):
         return (0.0,) * len(model.inertias)
     sweep = model.excitation.sweep
     if sweep is None or sweep.begin == sweep.end:
-        return tuple(_torques(model, model.excitation.omega).tolist())
+        return tuple(torques_of(model, drag_points(model)).tolist())
     speeds = sweep_speeds(sweep)
-    torques = np.array([_torques(model, speed) for speed in speeds])
+    torques = np.array([torques_of(model, points_at(model, speed)) for speed in speeds])
     at_start = torques[0 if sweep.begin < sweep.end else -1].tolist()
     return tuple(
         AtSpeed(start, speeds, tuple(column)) if any(column) else 0.0
@@ -61,19 +63,24 @@ def viscous_drags(model: Model) -> list[float]:
 
 def part_drags(model: Model) -> list[float]:
     """What the drag parts alone have of ``viscous_drags`` [N m s/rad]."""
+    return drags_of(model, drag_points(model))
+
+
+def drags_of(model: Model, points: Sequence[DragPoint]) -> list[float]:
+    """Damping of the fluctuation of every inertia by drag parts that act on the housing [N m s/rad]."""
     index = {inertia.name: i for i, inertia in enumerate(model.inertias)}
     drags = [0.0] * len(model.inertias)
-    for point in drag_points(model):
+    for point in points:
         if point.on == GROUND:
             drags[index[point.body]] += point.slope
     return drags
 
 
-def _torques(model: Model, speed: float) -> NDArray[np.float64]:
-    """(n,) torques of all parts at a reference speed, against the rotation of every inertia [N m]."""
+def torques_of(model: Model, points: Sequence[DragPoint]) -> NDArray[np.float64]:
+    """(n,) torques of drag parts against the rotation of every inertia [N m]."""
     index = {inertia.name: i for i, inertia in enumerate(model.inertias)}
     torques = np.zeros(len(model.inertias))
-    for point in points_at(model, speed):
+    for point in points:
         torques[index[point.body]] += point.against
         if point.on != GROUND:
             torques[index[point.on]] -= point.against

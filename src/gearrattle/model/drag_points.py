@@ -83,8 +83,8 @@ def drag_points(model: Dragged) -> tuple[DragPoint, ...]:
     Returns
     -------
     tuple[DragPoint, ...]
-        In the order of the file, each with ``body``, ``on``, ``path``, relative mean ``speed`` [rad/s], ``torque`` [N m]
-        and ``slope`` [N m s/rad], at the reference speed of the model; along a sweep, at the middle of it.
+        In the order of the file, each with ``body``, ``on``, ``path``, relative mean ``speed`` [rad/s], ``torque``
+        [N m] and ``slope`` [N m s/rad], at the reference speed of the model; along a sweep, at the middle of it.
 
     Raises
     ------
@@ -103,9 +103,14 @@ def drag_points(model: Dragged) -> tuple[DragPoint, ...]:
     return points_at(model, model.excitation.omega if sweep is None else 0.5 * (sweep.begin + sweep.end))
 
 
+def has_drag_parts(model: Dragged) -> bool:
+    """Whether any body has drag parts."""
+    return any(inertia.drag_parts for inertia in model.inertias)
+
+
 def points_at(model: Dragged, omega: float) -> tuple[DragPoint, ...]:
     """Return every part of the drag at a reference speed [rad/s]; ModelError for a part whose speed nothing settles."""
-    if not any(inertia.drag_parts for inertia in model.inertias):
+    if not has_drag_parts(model):
         return ()
     ratios = dict(zip((inertia.name for inertia in model.inertias), _ratios(model), strict=True)) | {GROUND: 0.0}
     points = []
@@ -120,7 +125,7 @@ def points_at(model: Dragged, omega: float) -> tuple[DragPoint, ...]:
                 problems.append(_unsettled(path, inertia.name if math.isnan(ratios[inertia.name]) else part.on))
                 continue
             try:
-                drag = _drag(model, part.at_reference(omega), speed)
+                drag = _drag(model, part.at_reference(omega), speed, omega)
             except ModelError as error:
                 problems += [replace(problem, place=f"{path}.{problem.place}") for problem in error.problems]
                 continue
@@ -130,11 +135,11 @@ def points_at(model: Dragged, omega: float) -> tuple[DragPoint, ...]:
     return tuple(points)
 
 
-def _drag(model: Dragged, part: DragPart, speed: float) -> Drag:
-    """Return torque and slope of a part at a relative speed [rad/s]."""
+def _drag(model: Dragged, part: DragPart, speed: float, omega: float) -> Drag:
+    """Return torque and slope of a part at a relative speed; none at rest."""
     from gearrattle.model.drag_parts import Drag
 
-    if abs(speed) <= _AT_REST * model.excitation.omega:
+    if abs(speed) <= _AT_REST * omega:
         return Drag(0.0, 0.0)
     return part.at(abs(speed), model.oil)
 
@@ -182,23 +187,35 @@ def component_elements(model: Dragged) -> Sequence[Element]:
 
 def drag_elements(model: Dragged) -> tuple[Element, ...]:
     """Return what drags between two bodies as elements: pure dampers, one for two bodies, named "gear-on-shaft"."""
-    slopes: dict[tuple[str, str], float] = {}
-    for point in drag_points(model):
+    points = drag_points(model)
+    ends = {damper_name(point): point for point in points}
+    return tuple(_damper(ends[name], slope) for name, slope in damper_slopes(points).items())
+
+
+def damper_name(point: DragPoint) -> str:
+    """Name of the element that stands for the drag between the two bodies of a point."""
+    return f"{point.body}-on-{point.on}"
+
+
+def damper_slopes(points: Sequence[DragPoint]) -> dict[str, float]:
+    """Return the damping between two bodies by the name of its element [N m s/rad]; without those that have none."""
+    slopes: dict[str, float] = {}
+    for point in points:
         if point.on != GROUND:
-            ends = (point.body, point.on)
-            slopes[ends] = slopes.get(ends, 0.0) + point.slope
-    return tuple(_damper(body, on, slope) for (body, on), slope in slopes.items() if slope)
+            name = damper_name(point)
+            slopes[name] = slopes.get(name, 0.0) + point.slope
+    return {name: slope for name, slope in slopes.items() if slope}
 
 
-def _damper(body: str, on: str, slope: float) -> Element:
-    """Return the damper between two bodies."""
+def _damper(point: DragPoint, slope: float) -> Element:
+    """Return the damper between the two bodies of a point."""
     side = (Piece(0.0, slope, None),)
     return Element(
-        name=f"{body}-on-{on}",
-        path=f"inertia.{body}.drag_parts",
+        name=damper_name(point),
+        path=f"inertia.{point.body}.drag_parts",
         along_line=False,
-        arms=((body, 1.0), (on, -1.0)),
-        between=(body, on),
+        arms=((point.body, 1.0), (point.on, -1.0)),
+        between=(point.body, point.on),
         radii=(1.0, 1.0),
         drive=side,
         coast=side,

@@ -21,8 +21,9 @@ ZERO_CELSIUS = 273.15
 _SHIFT = 0.7  # c [mm^2/s]
 _SQUARE_MM = 1e-6  # [m^2]
 _THINNEST = 2.0  # [mm^2/s] down to which the law holds with this c
-_COLDEST = -60.0
-_HOTTEST = 250.0
+COLDEST = -60.0
+HOTTEST = 250.0
+"""Temperatures between which oils are taken [degC]."""
 _REFERENCE = 15.0  # [degC] of the density
 _MINERAL = -5.8e-4  # [1/K] slope of the density of mineral oils
 _TYPICAL_DENSITY = 870.0
@@ -155,8 +156,8 @@ class Oil(Table):
 
 def _temperature_breaches(location: tuple[str | int, ...], degrees: float | None, table: object) -> Iterator[Breach]:
     """Yield the breach of a temperature that no gear oil has: kelvin without a unit, most likely."""
-    if degrees is None or _COLDEST <= degrees <= _HOTTEST:
+    if degrees is None or COLDEST <= degrees <= HOTTEST:
         return
     value = table.get("temperature") if isinstance(table, Mapping) else degrees
-    rule = f"must lie between {_COLDEST:g} and {_HOTTEST:g} degC"
+    rule = f"must lie between {COLDEST:g} and {HOTTEST:g} degC"
     yield Breach(location, value, rule, 'a plain number is in degC; write "313.15 K" for kelvin')
