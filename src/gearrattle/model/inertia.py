@@ -12,7 +12,7 @@ from gearrattle.model.value_kinds import GROUND, Label, Quantity
 
 
 class Inertia(Shown):
-    """One rigid rotating body: one degree of freedom."""
+    """One rigid rotating body; with a mass, and a bearing that holds it, it moves sideways too."""
 
     noun: ClassVar[str] = "inertia"
     symbol: ClassVar[Symbol] = Symbol("m0 -18 h18 v36 h-18 z m18 18", 18.0)
@@ -25,3 +25,5 @@ class Inertia(Shown):
     """Viscous drag to ground on the fluctuation of speed [N m s/rad]."""
     drag_torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
     """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
+    mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
+    """Mass [kg] of a body that bearings hold; None: its axis stays where it is."""

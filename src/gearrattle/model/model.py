@@ -13,7 +13,7 @@ from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_va
 from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
-from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
+from gearrattle.model.components import COMPONENTS, Bearing, Coupling, Mesh, Planetary
 from gearrattle.model.components.component import Component, Element
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
@@ -23,6 +23,7 @@ from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
 from gearrattle.model.pydantic_problems import Positions, model_error
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
+from gearrattle.model.sideways_rules import sideways_rules
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text
@@ -60,6 +61,8 @@ class Model(Table):
     """Gear pairs, in file order."""
     planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
     """Planetary gear sets, in file order."""
+    bearings: Annotated[tuple[Bearing, ...], Field(alias="bearing")] = ()
+    """Bearings of bodies with a mass, in file order."""
     excitation: Excitation
     """Reference speed."""
     torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
@@ -284,6 +287,7 @@ class Model(Table):
                 if isinstance(on, str) and on not in names:
                     yield _dangling((kind, index, "on"), on, names)
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
+        yield from sideways_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS)})
         yield from _start_length(table.get("simulation"), len(inertias))
 
 
