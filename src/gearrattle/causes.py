@@ -26,6 +26,7 @@ from gearrattle.analysis.linear.modal_response import damped_modes
 from gearrattle.analysis.linear.response import steady_angles, turning_rates
 from gearrattle.assembly import (
     assemble,
+    coordinate_names,
     deflection,
     deflection_rate,
     free_of,
@@ -317,7 +318,8 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     damping[element] = 0.0
     rates = turning_rates(system)
     angles = np.zeros((len(layout.inertia_names), rates.size), dtype=np.complex128)
-    angles[free_of(model)] = steady_angles(system, stiffness, damping)
+    free = free_of(model)
+    angles[free] = steady_angles(system, stiffness, damping)[: free.size]
     if model.motions:
         angles[prescribed_indices(model)] = motion_amplitudes(model)[:, system.inputs.cycles > 0.0]
     inertia = layout.inertia.copy()
@@ -329,7 +331,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
 
 
 class _Source(NamedTuple):
-    """One order of one source: complex amplitudes of torques (n free bodies,) and of errors (m,)."""
+    """One order of one source: complex amplitudes of torques (N coordinates,) and of errors (m,)."""
 
     name: str
     order: float
@@ -340,8 +342,7 @@ class _Source(NamedTuple):
 def _sources(model: Model) -> list[_Source]:
     """Every order of every source, those of one name and order together; what is zero is left out."""
     # sources of the free inertias and of the elements
-    free = free_of(model).tolist()
-    names = [model.inertias[i].name for i in free]
+    names = coordinate_names(model)
     sources: dict[tuple[str, float], _Source] = {}
 
     def add(name: str, harmonic: Harmonic, *, body: str = "", element: int = -1, factor: float = 1.0) -> None:
@@ -433,7 +434,12 @@ def _line(run: Run, element: int, clearance: int | None) -> tuple[float, float] 
     trajectory = run.trajectory
     moved = deflection(model, trajectory, element) if clearance is None else trajectory.deflection[:, clearance]
     rate = deflection_rate(model, trajectory, element)
-    force = trajectory.element_torque[:, element] / trajectory.layout.radii[element, 0]
+    if clearance is not None:
+        force = trajectory.force[:, clearance]
+    elif trajectory.layout.is_bearing[element]:
+        return None  # linear: its law is known
+    else:
+        force = trajectory.element_torque[:, element] / trajectory.layout.radii[element, 0]
     return equivalent(*(steady(trajectory).periodic(values) for values in (moved, rate, force)))
 
 

@@ -73,7 +73,7 @@ class Layout:
     between
         (m, 2) indices of the two inertias the element lies between; -1 is ground.
     radii
-        (m, 2) base radii of these two gears [m], negative of a coast flank; 1, 1 for a coupling, 0, 0 for a bearing.
+        (m, 2) base radii of these two gears [m]; 1, 1 for a coupling, 0, 0 for a bearing.
         ``radii[:, 0]`` refers a force to the first of them.
     rows
         (m, n) W: deflections from angles, transmission errors and displacements apart [m or 1].
@@ -106,6 +106,8 @@ class Layout:
         speeds [rad/s], ascending, and drag torques [N m] of the bodies whose drag torque is a table, by index.
     negligible
         which impacts are touches.
+    component_paths
+        (m,) the component that every element belongs to, "mesh.gear"; empty where it is not known.
     direction_names
         (p,) directions, "gear.x", "gear.y".
     direction_mass
@@ -142,6 +144,7 @@ class Layout:
     ramp: Ramp | None = None
     drag_tables: Mapping[int, tuple[Array, Array]] = field(default_factory=dict)
     negligible: NegligibleImpacts = NegligibleImpacts()
+    component_paths: tuple[str, ...] = ()
     direction_names: tuple[str, ...] = ()
     direction_mass: Array = field(default_factory=lambda: np.zeros(0))
     direction_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))

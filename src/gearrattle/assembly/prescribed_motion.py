@@ -41,9 +41,13 @@ def free_of(model: Model) -> IntArray:
 
 
 def free_names(model: Model) -> tuple[str, ...]:
-    """Names of the coordinates of the system: free inertias in file order, then directions."""
-    turning = [model.inertias[i].name for i in free_of(model)]
-    return (*turning, *(direction.name for direction in directions_of(model)))
+    """Names of the inertias whose angles are degrees of freedom, in file order."""
+    return tuple(model.inertias[i].name for i in free_of(model))
+
+
+def coordinate_names(model: Model) -> tuple[str, ...]:
+    """Names of the coordinates of the system: free inertias, then directions."""
+    return (*free_names(model), *(direction.name for direction in directions_of(model)))
 
 
 def columns_of(model: Model) -> IntArray:

@@ -155,6 +155,7 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
             if isinstance(inertia.drag_torque, AtSpeed)
         },
         negligible=negligible_of(model),
+        component_paths=tuple(element.path for element in elements),
         direction_names=tuple(direction.name for direction in directions_of(model)),
         direction_mass=mass_of(model),
         direction_rows=rows[:, len(names) :],

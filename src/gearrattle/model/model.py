@@ -23,7 +23,7 @@ from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
 from gearrattle.model.pydantic_problems import Positions, model_error
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
-from gearrattle.model.sideways_rules import sideways_rules
+from gearrattle.model.sideways_rules import sideways_rules, start_rules
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text
@@ -289,6 +289,7 @@ class Model(Table):
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from sideways_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS)})
         yield from _start_length(table.get("simulation"), len(inertias))
+        yield from start_rules(table.get("simulation"), inertias, _rows(table, "bearing"))
 
 
 def _held(node: Any, key: int | str, path: str) -> Any:

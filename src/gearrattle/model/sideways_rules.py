@@ -9,6 +9,7 @@ from gearrattle.model.components import COMPONENTS
 from gearrattle.model.table import Breach
 
 Rows = Sequence[Mapping[str, Any]]
+_KEYS = ("displacement", "displacement_velocity")
 
 
 def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
@@ -46,3 +47,21 @@ def _of_mesh(index: int, row: Mapping[str, Any], heavy: set[Any]) -> Iterator[Br
         if row.get(key) is not None and not moving:
             rule = f"{key} says how a mesh pushes sideways, and none of its gears has a mass"
             yield Breach(("mesh", index, key), row[key], rule, f"give a gear a mass and a bearing, or leave {key} out")
+
+
+def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[Breach]:
+    """Yield breaches of a start state that has not one displacement for each direction of a body with a mass."""
+    initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
+    count = sum(_directions(row.get("name"), bearings) for row in inertias if row.get("mass") is not None)
+    for key in _KEYS:
+        entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
+        if isinstance(entries, (list, tuple)) and len(entries) != count:
+            rule = f"must have one entry for each of the {count} directions: x and y of the bodies with a mass, in order"
+            yield Breach(("simulation", "initial", key), entries, rule)
+
+
+def _directions(name: object, bearings: Rows) -> int:
+    """In how many directions a body moves: one if its bearings hold the same one alone."""
+    only = {str(row.get("direction")) for row in bearings if row.get("on") == name and row.get("direction") is not None}
+    is_plane = any(row.get("on") == name and row.get("direction") is None for row in bearings)
+    return 1 if len(only) == 1 and not is_plane else 2

@@ -3,10 +3,10 @@
 Where a gear moves sideways, the flanks of drive and coast have lines of action of their own. With the working pressure
 angle a in the transverse plane, and the line of centres from the first gear to the second along x,
 
-    n_d = (sin a, cos a)       delta_d =   R_a theta_a - R_b theta_b + n_d . (u_a - u_b) - e(t)
-    n_c = (sin a, -cos a)      delta_c = -(R_a theta_a - R_b theta_b) + n_c . (u_a - u_b) + e(t)
+    n_d = (sin a, cos a)       delta_d = R_a theta_a - R_b theta_b + n_d . (u_a - u_b) - e(t)
+    n_c = (sin a, -cos a)      delta_c = R_a theta_a - R_b theta_b - n_c . (u_a - u_b) - e(t)
 
-Both are free of force up to half the backlash B, and pushed beyond it: NAME-drive and NAME-coast. Without backlash
+With the backlash B, NAME-drive pushes for delta_d > B/2 alone, NAME-coast for delta_c < -B/2 alone. Without backlash
 teeth never part, and the mesh is one spring along n_d.
 """
 
@@ -37,6 +37,9 @@ from gearrattle.model.excitation import Harmonic
 from gearrattle.model.table import Breach, Location
 from gearrattle.model.table_symbol import Symbol
 from gearrattle.model.value_kinds import Between, Quantity, two, value_of
+
+_DRIVE = "-drive"
+_COAST = "-coast"
 
 
 class Mesh(Component):
@@ -112,7 +115,10 @@ class Mesh(Component):
     def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
         """Return drive and coast side of its law, every number read by ``leaf``."""
         stages = self._stages(leaf)
-        return stages, [(0.0, 0.0, None)] if self._parts_flanks else stages
+        if not self._parts_flanks:
+            return stages, stages
+        free = [(0.0, 0.0, None)]
+        return (free, stages) if element.name.endswith(_COAST) else (stages, free)
 
     @property
     def coast_pieces(self) -> tuple[Piece, ...]:
@@ -127,24 +133,23 @@ class Mesh(Component):
     def elements(self) -> tuple[Element, ...]:
         """Return the one element it is; of gears that move sideways and have backlash, that of either flank."""
         if not self._parts_flanks:
-            return (self._element(self.name, 1.0),)
-        return self._element(f"{self.name}-drive", 1.0), self._element(f"{self.name}-coast", -1.0)
+            return (self._element(self.name, self.drive_pieces, self.coast_pieces, 1.0),)
+        free = (Piece(0.0, 0.0, None),)
+        drive = self._element(self.name + _DRIVE, self.drive_pieces, free, 1.0)
+        return drive, self._element(self.name + _COAST, free, self.coast_pieces, -1.0)
 
-    def _element(self, name: str, way: float) -> Element:
+    def _element(self, name: str, drive: tuple[Piece, ...], coast: tuple[Piece, ...], way: float) -> Element:
         """The element of the drive flank (way 1) or of the coast flank (-1); of both at once without backlash."""
-        errors = self.transmission_error
-        if way < 0.0:
-            errors = tuple(error.model_copy(update={"phase": error.phase + pi}) for error in errors)
         return Element(
             name=name,
             path=f"mesh.{self.name}",
             along_line=True,
-            arms=arms_of(self.between, (way * self.radii[0], -way * self.radii[1])),
+            arms=arms_of(self.between, (self.radii[0], -self.radii[1])),
             between=self.between,
-            radii=(way * self.radii[0], way * self.radii[1]),
-            drive=self.drive_pieces,
-            coast=(Piece(0.0, 0.0, None),) if self._parts_flanks else self.coast_pieces,
-            errors=errors,
+            radii=self.radii,
+            drive=drive,
+            coast=coast,
+            errors=self.transmission_error,
             error_key="transmission_error",
             contact_damping=self.contact_damping,
             alternation=self.alternation,
@@ -152,12 +157,12 @@ class Mesh(Component):
         )
 
     def _pushes(self, way: float) -> tuple[Push, ...]:
-        """The line of action of a flank, for either gear; none for gears with fixed centres."""
+        """The line of action of a flank, n_d or -n_c, for either gear; none for gears with fixed centres."""
         if self.pressure_angle is None:
             return ()
         turn = self.centre_line or 0.0
-        along = sin(self.pressure_angle)
-        across = way * cos(self.pressure_angle)
+        along = way * sin(self.pressure_angle)
+        across = cos(self.pressure_angle)
         x = along * cos(turn) - across * sin(turn)
         y = along * sin(turn) + across * cos(turn)
         a, b = self.between
@@ -169,8 +174,8 @@ class Mesh(Component):
         yield from super().element_names(table)
         is_closed = value_of(cls, table, "backlash", False) == 0.0
         if isinstance(name := table.get("name"), str) and table.get("pressure_angle") is not None and not is_closed:
-            yield ("name",), f"{name}-drive"
-            yield ("name",), f"{name}-coast"
+            yield ("name",), name + _DRIVE
+            yield ("name",), name + _COAST
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
         """Return a mesh between the bodies kept, its radii times the ratios."""
