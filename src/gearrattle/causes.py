@@ -302,7 +302,7 @@ def cause_of(run: Run, rattling: list[str]) -> Cause | None:
 def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     """Return the index of the body that drives a mesh or clearance.
 
-    Of a loose gear's mesh it is the gear's driver. Else it is the end that the excitation moves with more force along
+    Of a loose gear's mesh it is the gear's driver, of a bearing the body that it holds. Else it is the end that the excitation moves with more force along
     the deflection while the element is open, J |a| / |w|, root mean square over the orders, in the equivalent
     driveline: one that is moved as prescribed before all others, of equals the first.
     """
@@ -310,8 +310,10 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     layout = run.trajectory.layout
     element = layout.element_names.index(part)
     for gear in loose_gears(layout):
-        if gear.mesh == element:
+        if layout.component_paths[gear.mesh] == layout.component_paths[element]:
             return gear.driver
+    if layout.is_bearing[element]:
+        return int(layout.between[element, 0])
     system = assemble(model).system
     stiffness, damping = (values.copy() for values in slopes)
     stiffness[element] = 0.0

@@ -195,6 +195,15 @@ def _planetary() -> gr.Model:
     return base({"inertia": [*base().to_tables()["inertia"], *bodies], "planetary": [planetary]})
 
 
+def _sideways() -> gr.Model:
+    """Both gears move sideways, one of them with a clearance."""
+    held = {"stiffness": 2e7, "damping": 400.0}
+    bearings = [{"name": "front", "on": "hub", **held}]
+    bearings.append({"name": "rear", "on": "wheel", **held, "clearance": 1e-5, "faces": 8})
+    masses = {"inertia.hub.mass": 2.0, "inertia.wheel.mass": 1.0}
+    return base({**masses, "mesh.gear.pressure_angle": 0.35, "bearing": bearings})
+
+
 KINDS: Mapping[str, Kind] = {
     "harmonics": Kind("a harmonic torque, a transmission error, a clearance, backlash", base),
     "no input": Kind("free vibration from an initial state", _released),
@@ -212,6 +221,7 @@ KINDS: Mapping[str, Kind] = {
     "alternation": Kind("a mesh stiffness that alternates", lambda: base(ALTERNATION)),
     "stages": Kind("a staged coupling with preload", _staged),
     "planetary set": Kind("a planetary set, its ring on the ground", _planetary),
+    "sideways": Kind("gears with masses on bearings, one with clearance", _sideways),
     "Hooke joint": Kind("a coupling with a Hooke joint", lambda: base({"coupling.joint.hooke": {"angle": 0.3}})),
     "closed loop": Kind("two paths between two bodies", _closed_loop),
     "grounded": Kind("a coupling to ground", _grounded),

@@ -309,10 +309,10 @@ def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> 
     Returns
     -------
     tuple[Array, NDArray[np.bool_]]
-        (V, n) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
+        (V, N) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
         begins elsewhere than at zero.
     """
-    velocity = np.zeros((count, len(free_of(model))))
+    velocity = np.zeros((count, assemble(model).system.size))
     level = np.ones(count, dtype=np.bool_)
     if not model.motions:
         return velocity, level
