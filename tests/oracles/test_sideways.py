@@ -15,6 +15,7 @@ from tests.oracles.sideways import Motion, random_tables, solved
 CYCLES = 1
 SAMPLES = 32
 CLOSE = 1e-9  # of the largest of its kind
+GROWTH = 1e5  # of a perturbation: beyond, rounding of either side is seen
 
 
 def started(tables: dict[str, Any], seed: int) -> np.ndarray:
@@ -40,7 +41,10 @@ def started(tables: dict[str, Any], seed: int) -> np.ndarray:
 
 
 def compare(seed: int) -> tuple[int, float]:
-    """Return the number of crossings, and the largest error; all crossings must be there, in order."""
+    """Return the number of crossings, and the largest error while a perturbation has not grown too much.
+
+    All crossings must be there, in order.
+    """
     tables = random_tables(seed)
     start = started(tables, seed)
     run = gr.simulate(gr.Model.from_tables(tables), cycles=CYCLES, discard=0, samples_per_cycle=SAMPLES)
@@ -51,14 +55,15 @@ def compare(seed: int) -> tuple[int, float]:
     mine = [(names[k], region) for k, region in zip(log.clearance.tolist(), log.to_region.tolist(), strict=True)]
     assert mine == [(part, region) for _, part, region in truth.crossings]
     times = np.array([time for time, _, _ in truth.crossings])
-    off = float(np.abs(log.time - times).max(initial=0.0)) / t.layout.period
+    until = run.variation.horizon(GROWTH)
+    off = float(np.abs(log.time - times)[log.time < until].max(initial=0.0)) / t.layout.period
     assert run.cost.energy_residual is not None
     assert run.cost.energy_residual < CLOSE
-    return len(mine), max(off, _of_samples(t, truth, tables))
+    return len(mine), max(off, _of_samples(t, truth, tables, int(np.sum(t.time < until))))
 
 
-def _of_samples(t: Any, truth: Motion, tables: dict[str, Any]) -> float:
-    """The largest difference of samples, relative to the largest of its kind."""
+def _of_samples(t: Any, truth: Motion, tables: dict[str, Any], count: int) -> float:
+    """The largest difference of the first samples, relative to the largest of its kind."""
     bodies = tables["inertia"]
     moves = [3 * i + k for i, body in enumerate(bodies) if "mass" in body for k in (1, 2)]
     size = 3 * len(bodies)
@@ -68,7 +73,7 @@ def _of_samples(t: Any, truth: Motion, tables: dict[str, Any]) -> float:
         (t.sideways.displacement, truth.samples[:, moves]),
         (t.sideways.velocity, truth.samples[:, [size + i for i in moves]]),
     ]
-    return max(float(np.abs(mine - other).max() / np.abs(other).max()) for mine, other in pairs)
+    return max(float(np.abs(mine - other)[:count].max() / np.abs(other).max()) for mine, other in pairs)
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -56,6 +56,7 @@ class Scales:
             "length": self.length,
             "line_speed": self.length * self.frequency,
             "inertia": self.inertia,
+            "mass": self.inertia / self.radius**2,
             "torque": stiffness * self.angle,
             "force": stiffness * self.angle / self.radius,
             "energy": stiffness * self.angle**2,
