@@ -82,7 +82,10 @@ def signals_of(model: Model) -> Signals | None:
         raise _too_long(f"{numbers:.3g} coefficients")
     torque, error = (np.column_stack(columns) for columns in ([p.torque for p in parts], [p.error for p in parts]))
     specified = tuple(part.specified for part in parts)
-    signals = replace(joined([p.channel for p in parts], beside_directions(model, torque)[columns_of(model)], error), specified=specified)
+    signals = replace(
+        joined([p.channel for p in parts], beside_directions(model, torque)[columns_of(model)], error),
+        specified=specified,
+    )
     try:
         return checked(signals)
     except NotKept as wrong:

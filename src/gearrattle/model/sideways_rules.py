@@ -20,7 +20,7 @@ def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
     for index, row in enumerate(rows["inertia"]):
         if row.get("mass") is not None and row.get("name") not in held:
             rule = "a body with a mass moves sideways, and no bearing holds this one"
-            remedy = f"add a [[bearing]] with on = \"{row.get('name')}\", or leave mass out"
+            remedy = f'add a [[bearing]] with on = "{row.get("name")}", or leave mass out'
             yield Breach(("inertia", index, "mass"), row["mass"], rule, remedy)
     for index, row in enumerate(rows["bearing"]):
         on = row.get("on")
@@ -56,7 +56,9 @@ def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[
     for key in _KEYS:
         entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
         if isinstance(entries, (list, tuple)) and len(entries) != count:
-            rule = f"must have one entry for each of the {count} directions: x and y of the bodies with a mass, in order"
+            rule = (
+                f"must have one entry for each of the {count} directions: x and y of the bodies with a mass, in order"
+            )
             yield Breach(("simulation", "initial", key), entries, rule)
 
 

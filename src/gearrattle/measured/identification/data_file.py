@@ -106,8 +106,8 @@ def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
                 yield Breach((*at, "shape", name), name, rule, did_you_mean(name, names))
         count = len(coordinate_names(model))
         if row.number is not None and row.number > count:
-            each = "one for each inertia" + (" and each direction" if count > len(names) else "")
-            yield Breach((*at, "number"), row.number, f"the model has {counted(count, 'mode')}, {each}")
+            of_what = "one for each inertia" + (" and each direction" if count > len(names) else "")
+            yield Breach((*at, "number"), row.number, f"the model has {counted(count, 'mode')}, {of_what}")
         omega = _omega(row)
         if row.number is not None and omega is not None:
             numbered.setdefault(_state(row, State()), []).append((row.number, omega, index))
