@@ -302,9 +302,9 @@ def cause_of(run: Run, rattling: list[str]) -> Cause | None:
 def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     """Return the index of the body that drives a mesh or clearance.
 
-    Of a loose gear's mesh it is the gear's driver, of a bearing the body that it holds. Else it is the end that the excitation moves with more force along
-    the deflection while the element is open, J |a| / |w|, root mean square over the orders, in the equivalent
-    driveline: one that is moved as prescribed before all others, of equals the first.
+    Of a loose gear's mesh it is the gear's driver, of a bearing the body that it holds. Else it is the end that the
+    excitation moves with more force along the deflection while the element is open, J |a| / |w|, root mean square over
+    the orders, in the equivalent driveline: one that is moved as prescribed before all others, of equals the first.
     """
     model = run.model
     layout = run.trajectory.layout

@@ -209,8 +209,9 @@ def _sums(tables: dict[str, Any]) -> Sums:
     for table in tables.get("torque", ()):
         at = 3 * names.index(table["on"])
         mean[at] += table.get("mean", 0.0)
-        for sine in table.get("harmonics", ()):
-            waves.append((at, sine["amplitude"], sine["order"] * tables["excitation"]["speed"], sine["phase"]))
+        speed = tables["excitation"]["speed"]
+        sines = table.get("harmonics", ())
+        waves += [(at, sine["amplitude"], sine["order"] * speed, sine["phase"]) for sine in sines]
     return Sums(inertia, drag, mean, waves)
 
 

@@ -110,5 +110,5 @@ def nondimensionalize(
     layout = driveline.layout
     scales = characteristic(system, layout.is_mesh, frequency or layout.omega, length, radius)
     turning = system.size - len(layout.direction_names)
-    named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales, turning)
+    named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales, turning=turning)
     return Nondimensional(model, dimensionless(model, scales), named, scales)

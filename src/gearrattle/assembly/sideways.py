@@ -1,7 +1,7 @@
 """Sideways motion of bodies: a *direction* is one more coordinate, a displacement with the mass of its body.
 
-The system's coordinates are the angles of the free inertias, then all directions. A body with a mass has two, NAME.x and
-NAME.y, or one, NAME.u, if all bearings on it hold the same direction alone: it moves along that.
+The system's coordinates are the angles of the free inertias, then all directions. A body with a mass has two, NAME.x
+and NAME.y, or one, NAME.u, if all bearings on it hold the same direction alone: it moves along that.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import columns_of, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
-from gearrattle.assembly.sideways import beside_directions, bearing_names, bearing_rows, directions_of, mass_of
+from gearrattle.assembly.sideways import bearing_names, bearing_rows, beside_directions, directions_of, mass_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock

@@ -22,8 +22,8 @@ from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
 from gearrattle.model.pydantic_problems import Positions, model_error
-from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.sideways_rules import sideways_rules, start_rules
+from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text

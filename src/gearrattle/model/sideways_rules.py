@@ -56,9 +56,7 @@ def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[
     for key in _KEYS:
         entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
         if isinstance(entries, (list, tuple)) and len(entries) != count:
-            rule = (
-                f"must have one entry for each of the {count} directions: x and y of the bodies with a mass, in order"
-            )
+            rule = f"must have one entry for each of the {count} directions: x and y of bodies with a mass"
             yield Breach(("simulation", "initial", key), entries, rule)
 
 

@@ -143,7 +143,9 @@ def _hardest(trajectory: Trajectory, impacts: Impacts) -> HardestImpact | None:
 
 
 def _peak_torques(trajectory: Trajectory) -> dict[str, PeakTorque]:
-    """Return the largest torque of every element that turns bodies: of the exact motion where that is known, else of its samples."""
+    """Return the largest torque of every element that turns bodies: of the exact motion where that is known, else of
+    its samples.
+    """
     layout = trajectory.layout
     judged = steady(trajectory)
     time = judged.closed(trajectory.time)

@@ -1,4 +1,4 @@
-"""Statistics of forces of meshes and bearings: standard deviation, crest factor, kurtosis, and the force exceeded 5 % of the time.
+"""Statistics of forces of meshes and bearings: standard deviation, crest factor, kurtosis, 5 % exceedance.
 
 Over the window, with means by the trapezoidal rule,
 
@@ -6,7 +6,8 @@ Over the window, with means by the trapezoidal rule,
     kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: the |F| that 5 % of the time lie above
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
-raises it. The force is that on the line of action.
+raises it. The force is that on the line of action, of a bearing that on its body
+along x or y.
 """
 
 from __future__ import annotations

@@ -342,7 +342,6 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
             for name, value in outputs.of(run).items():
                 computed.values[name][at] = value
             computed.outcome[at] = DONE
-            end = run.trajectory
             reached.state = start_at(run.trajectory, -1)
         except Cancelled:
             raise

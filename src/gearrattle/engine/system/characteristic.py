@@ -106,6 +106,7 @@ def coefficients(
     orders: Array,
     omega: float,
     scales: Scales,
+    *,
     turning: int | None = None,
 ) -> dict[str, float]:
     """Return the coefficients of eqs. (9)-(22) by their names; zero drags, loads and errors are left out.

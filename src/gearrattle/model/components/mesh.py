@@ -112,7 +112,7 @@ class Mesh(Component):
         contact = (leaf("stiffness", self.stiffness), leaf("damping", self.damping), None)
         return [contact] if self.backlash == 0.0 else [(0.0, 0.0, leaf("backlash", self.backlash) / 2.0), contact]
 
-    def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
+    def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:
         """Return drive and coast side of its law, every number read by ``leaf``."""
         stages = self._stages(leaf)
         if not self._parts_flanks:
