@@ -51,7 +51,7 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
     gears = []
     pairs = layout.is_mesh & (np.count_nonzero(layout.rows, axis=1) == 2) & np.all(layout.between >= 0, axis=1)
     for mesh in np.flatnonzero(pairs).tolist():
-        if any(_is_same_mesh(layout, k, mesh) for k in range(mesh)):
+        if any(is_same_mesh(layout, k, mesh) for k in range(mesh)):
             continue
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
@@ -68,10 +68,10 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
 def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
     """Return whether the mesh is the only element with a stiffness that turns the inertia; both its flanks are it."""
     touching = np.flatnonzero(layout.rows[:, inertia])
-    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if not _is_same_mesh(layout, k, mesh))
+    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if not is_same_mesh(layout, k, mesh))
 
 
-def _is_same_mesh(layout: Layout, one: int, other: int) -> bool:
+def is_same_mesh(layout: Layout, one: int, other: int) -> bool:
     """Whether two elements are flanks of one mesh, or the same element."""
     of = layout.component_paths
     return one == other or (bool(of) and of[one] == of[other] and np.array_equal(layout.rows[one], layout.rows[other]))

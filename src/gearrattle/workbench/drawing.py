@@ -131,7 +131,8 @@ def _links(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Li
             except ValidationError:
                 yield from _pairs(kind, index, row, numbers)
                 continue
-            for element in elements:
+            shown = elements[:1] if elements[0].radii[0] == 0.0 else elements  # of a bearing, all faces as one
+            for element in shown:
                 first, second = (numbers.get(end, MISSING) for end in element.between)
                 arms = tuple(numbers[body] for body, _ in element.arms if numbers.get(body, MISSING) >= 0)
                 if first >= 0 or second >= 0:
