@@ -140,10 +140,12 @@ def _links(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Li
 
 
 def _pairs(kind: str, index: int, row: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Link]:
-    """Yield the first body of a component with each of the others."""
+    """Yield the first body of a component with each of the others; what holds one body lies between it and ground."""
     bodies = [numbers.get(name, MISSING) for name in ends_of(kind, row).values()]
     first = next((body for body in bodies if body >= 0), -1)
     others = [body for position, body in enumerate(bodies) if position != bodies.index(first)] if first >= 0 else []
+    if first >= 0 and "on" in COMPONENTS[kind].template:
+        yield Link(kind, index, (first, -1), (first,))
     for other in others:
         if other != first:
             yield Link(kind, index, (first, other), tuple(body for body in (first, other) if body >= 0))
