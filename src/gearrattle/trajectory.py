@@ -185,7 +185,7 @@ class Layout:
     @property
     def is_bearing(self) -> NDArray[np.bool_]:
         """(m,) whether the element is one of a bearing: it turns nothing."""
-        return self.radii[:, 0] == 0.0
+        return np.asarray(self.radii[:, 0] == 0.0)
 
     @property
     def clearance_names(self) -> tuple[str, ...]:

@@ -156,8 +156,14 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
         torque[part] = motion.force[part] * layout.radii[:, 0]
     # angles of bodies, then displacements
     turning = motion.angle.shape[1] - len(layout.direction_names)
-    moving = tuple(values[:, turning:] for values in (motion.angle, motion.velocity, motion.acceleration))
-    sideways = Sideways(*moving, motion.force @ layout.bearing_rows.T) if layout.direction_names else None
+    sideways = None
+    if layout.direction_names:
+        sideways = Sideways(
+            displacement=motion.angle[:, turning:],
+            velocity=motion.velocity[:, turning:],
+            acceleration=motion.acceleration[:, turning:],
+            bearing_force=motion.force @ layout.bearing_rows.T,
+        )
     # trajectory under the names of the driveline
     return Trajectory(
         layout=layout,

@@ -96,7 +96,7 @@ def _shape(scene: driveline.Scene, angles: Array) -> str:
     }
     joined = []
     for element, pair in enumerate(scene.layout.between.tolist()):
-        if element in scene.placement.seats:
+        if element in scene.placement.seats or scene.layout.is_bearing[element]:
             continue
         (x_a, y_a, tip_a), (x_b, y_b, tip_b) = (
             tips[end] if end >= 0 else (*scene.at(end, element), scene.at(end, element)[1]) for end in pair
