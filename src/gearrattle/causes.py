@@ -44,7 +44,7 @@ from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
 from gearrattle.results import Run, check_run
-from gearrattle.signals import loose_gears, region_at, steady
+from gearrattle.signals import is_same_mesh, loose_gears, region_at, steady
 from gearrattle.wording import listed, numeral
 
 Array = NDArray[np.float64]
@@ -310,7 +310,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     layout = run.trajectory.layout
     element = layout.element_names.index(part)
     for gear in loose_gears(layout):
-        if layout.component_paths[gear.mesh] == layout.component_paths[element]:
+        if is_same_mesh(layout, gear.mesh, element):
             return gear.driver
     if layout.is_bearing[element]:
         return int(layout.between[element, 0])

@@ -99,7 +99,7 @@ class Modes(Result):
     element_names
         (m,) couplings, then meshes.
     modal_inertia
-        (n,) phi^T J phi of these shapes [kg m^2].
+        (n,) phi^T J phi of these shapes [kg m^2]; [kg] of a mode whose largest entry is a displacement.
     strain_energy
         (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
         rigid motion, which stores none.
@@ -164,6 +164,11 @@ class Modes(Result):
         """
         shares = self.excitation[:, mode]
         return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
+
+    @property
+    def has_directions(self) -> bool:
+        """Whether bodies move sideways."""
+        return any(inertia.mass is not None for inertia in self.model.inertias)
 
     def repeated(self) -> tuple[tuple[int, ...], ...]:
         """Groups of modes, by column, that share one frequency to nine digits; rigid motions are none."""

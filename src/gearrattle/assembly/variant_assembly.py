@@ -298,7 +298,7 @@ def _balance(columns: Columns, out: Coefficients) -> None:
             continue
         if balance.others:
             columns.good[:] = False
-        loads = dict(zip(free, out.mean.T, strict=True))
+        loads = dict(zip(free, out.mean[:, : len(free)].T, strict=True))
         with np.errstate(all="ignore"):  # of numbers that are not finite, and marked
             out.mean[:, free.index(balance.body)] = balance.total(loads)
 
