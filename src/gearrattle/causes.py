@@ -26,6 +26,7 @@ from gearrattle.analysis.linear.modal_response import damped_modes
 from gearrattle.analysis.linear.response import steady_angles, turning_rates
 from gearrattle.assembly import (
     assemble,
+    coordinate_names,
     deflection,
     deflection_rate,
     free_of,
@@ -43,7 +44,7 @@ from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
 from gearrattle.results import Run, check_run
-from gearrattle.signals import loose_gears, region_at, steady
+from gearrattle.signals import is_same_mesh, loose_gears, region_at, steady
 from gearrattle.wording import listed, numeral
 
 Array = NDArray[np.float64]
@@ -301,23 +302,26 @@ def cause_of(run: Run, rattling: list[str]) -> Cause | None:
 def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     """Return the index of the body that drives a mesh or clearance.
 
-    Of a loose gear's mesh it is the gear's driver. Else it is the end that the excitation moves with more force along
-    the deflection while the element is open, J |a| / |w|, root mean square over the orders, in the equivalent
-    driveline: one that is moved as prescribed before all others, of equals the first.
+    Of a loose gear's mesh it is the gear's driver, of a bearing the body that it holds. Else it is the end that the
+    excitation moves with more force along the deflection while the element is open, J |a| / |w|, root mean square over
+    the orders, in the equivalent driveline: one that is moved as prescribed before all others, of equals the first.
     """
     model = run.model
     layout = run.trajectory.layout
     element = layout.element_names.index(part)
     for gear in loose_gears(layout):
-        if gear.mesh == element:
+        if is_same_mesh(layout, gear.mesh, element):
             return gear.driver
+    if layout.is_bearing[element]:
+        return int(layout.between[element, 0])
     system = assemble(model).system
     stiffness, damping = (values.copy() for values in slopes)
     stiffness[element] = 0.0
     damping[element] = 0.0
     rates = turning_rates(system)
     angles = np.zeros((len(layout.inertia_names), rates.size), dtype=np.complex128)
-    angles[free_of(model)] = steady_angles(system, stiffness, damping)
+    free = free_of(model)
+    angles[free] = steady_angles(system, stiffness, damping)[: free.size]
     if model.motions:
         angles[prescribed_indices(model)] = motion_amplitudes(model)[:, system.inputs.cycles > 0.0]
     inertia = layout.inertia.copy()
@@ -329,7 +333,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
 
 
 class _Source(NamedTuple):
-    """One order of one source: complex amplitudes of torques (n free bodies,) and of errors (m,)."""
+    """One order of one source: complex amplitudes of torques (N coordinates,) and of errors (m,)."""
 
     name: str
     order: float
@@ -340,8 +344,7 @@ class _Source(NamedTuple):
 def _sources(model: Model) -> list[_Source]:
     """Every order of every source, those of one name and order together; what is zero is left out."""
     # sources of the free inertias and of the elements
-    free = free_of(model).tolist()
-    names = [model.inertias[i].name for i in free]
+    names = coordinate_names(model)
     sources: dict[tuple[str, float], _Source] = {}
 
     def add(name: str, harmonic: Harmonic, *, body: str = "", element: int = -1, factor: float = 1.0) -> None:
@@ -433,7 +436,12 @@ def _line(run: Run, element: int, clearance: int | None) -> tuple[float, float] 
     trajectory = run.trajectory
     moved = deflection(model, trajectory, element) if clearance is None else trajectory.deflection[:, clearance]
     rate = deflection_rate(model, trajectory, element)
-    force = trajectory.element_torque[:, element] / trajectory.layout.radii[element, 0]
+    if clearance is not None:
+        force = trajectory.force[:, clearance]
+    elif trajectory.layout.is_bearing[element]:
+        return None  # linear: its law is known
+    else:
+        force = trajectory.element_torque[:, element] / trajectory.layout.radii[element, 0]
     return equivalent(*(steady(trajectory).periodic(values) for values in (moved, rate, force)))
 
 

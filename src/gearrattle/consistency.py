@@ -62,6 +62,12 @@ def _of_samples(t: Trajectory) -> Iterator[_Fault]:
     widths |= dict.fromkeys(("deflection", "force", "region"), clearances)
     for name, width in widths.items():
         yield from _of_shape(name, getattr(t, name), (count, width))
+    if t.sideways is not None:
+        for name in ("displacement", "velocity", "acceleration"):
+            width = len(t.layout.direction_names)
+            yield from _of_shape(f"sideways {name}", getattr(t.sideways, name), (count, width))
+        forces = (count, len(t.layout.bearing_names))
+        yield from _of_shape("bearing_force", t.sideways.bearing_force, forces)
     yield from _of_shape("initial_region", t.initial_region, (clearances,))
     yield from _of_shape("final_force_integral", t.final_force_integral, (clearances,), may_be_unknown=True)
     for k in range(clearances):
@@ -136,7 +142,7 @@ def _of_records(t: Trajectory) -> Iterator[_Fault]:
         yield "notes", repr(t.notes)[:60], "must be texts"
     if t.energy is not None:
         sizes = {"torque_work": 0, "drag_loss": 0, "error_work": 1, "element_loss": 1, "friction_loss": 1}
-        free = len(t.layout.inertia_names) - len(t.layout.prescribed)
+        free = len(t.layout.inertia_names) - len(t.layout.prescribed) + len(t.layout.direction_names)
         lengths = (free, len(t.layout.element_names))
         for name, kind in sizes.items():
             array = getattr(t.energy, name)

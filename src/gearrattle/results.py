@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.assembly import assemble, drive_torque, free_names, ramp_of
+from gearrattle.assembly import assemble, coordinate_names, drive_torque, ramp_of
 from gearrattle.assembly.friction_sliders import WORDS, switches
 from gearrattle.assembly.statistics_by_name import exact_between
 from gearrattle.consistency import check_stored
@@ -43,7 +43,7 @@ from gearrattle.run_groups import (
     write_auxiliaries,
     write_points,
 )
-from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
+from gearrattle.trajectory import Array, Cost, EventLog, Sideways, Trajectory
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -62,6 +62,12 @@ _SAMPLED = {
 _TABLES = {
     "bodies": ("angle", "velocity", "acceleration"),
     "elements": ("deflection", "force", "region", "element_torque"),
+}
+_SIDEWAYS = {
+    "displacement": ("displacement", "body_direction", "m"),
+    "displacement_velocity": ("velocity", "body_direction", "m/s"),
+    "displacement_acceleration": ("acceleration", "body_direction", "m/s^2"),
+    "bearing_force": ("bearing_force", "bearing_direction", "N"),
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
@@ -105,7 +111,10 @@ class Run(Result):
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
         slider_force (time, auxiliary) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
-        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance; of a
+        motions drive_torque (time, motion), what keeps them up [N m]; with bodies that move sideways displacement,
+        displacement_velocity, displacement_acceleration (time, body_direction) [m, m/s, m/s^2], bearing_force
+        (time, bearing_direction), of bearings on their bodies, and casing_force (time, casing_direction), of all of
+        them on the casing [N]. Attributes: period, units, provenance; of a
         dimensionless model every unit reads "1". The arrays are read-only, for criteria and figures are made of them;
         ``run.data.copy(deep=True)`` may be changed.
         """
@@ -132,6 +141,14 @@ class Run(Result):
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.auxiliary_words]
             states = np.stack([code[s] for code, s in zip(codes, t.auxiliaries.piece.T, strict=True)], axis=1)
             samples["slider"] = (("time", "auxiliary"), states, "1")
+        # displacements, and forces of bearings and on the casing
+        if t.sideways is not None:
+            labels["body_direction"] = t.layout.direction_names
+            labels["bearing_direction"] = t.layout.bearing_names
+            labels["casing_direction"] = ("x", "y")
+            for name, (value, axis, unit) in _SIDEWAYS.items():
+                samples[name] = (("time", axis), getattr(t.sideways, value), unit)
+            samples["casing_force"] = (("time", "casing_direction"), t.sideways.casing_force, "N")
         # driving torque of prescribed motions, and speed along a sweep
         if self.model.motions:
             labels["motion"] = tuple(motion.on for motion in self.model.motions)
@@ -209,7 +226,8 @@ class Run(Result):
     def flow_gradient(self) -> xr.DataArray:
         """d y(end) / d y(0) over relative coordinates, (state, start) [SI].
 
-        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]),
+        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s],
+        ``velocity.NAME.x`` and ``.y`` of sideways motion [m/s]),
         then the stretch of sliders (``slider.NAME`` [rad]);
         the rigid-body angles play no part. Entries overflow to infinity over many cycles of a chaotic motion.
         """
@@ -218,7 +236,7 @@ class Run(Result):
         t = self.trajectory
         elements = relative_coordinates(assemble(self.model).system).elements
         names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
-        names += [f"velocity.{name}" for name in free_names(self.model)]
+        names += [f"velocity.{name}" for name in coordinate_names(self.model)]
         names += [f"slider.{t.layout.auxiliary_names[c]}" for c in assemble(self.model).system.memories]
         return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
 
@@ -252,7 +270,8 @@ class Run(Result):
         ----------
         kind
             "bodies": angle, velocity and acceleration of every body, ``angle.NAME`` and so on, along a sweep also
-            ``speed``; "elements": deflection, force and region of every clearance, and torque of every element. Both
+            ``speed``, and displacements where bodies move sideways; "elements": deflection, force and region of every
+            clearance, torque of every element, and forces of bearings and on the casing. Both
             have one row per sample, and the time [s] as index. "events": the crossings, as ``events`` has them.
 
         Returns
@@ -286,8 +305,11 @@ class Run(Result):
         t = self.trajectory
         variables, coordinates = self._labelled()
         columns = {} if self.speed is None or "angle" not in names else {"speed": self.speed}
+        if t.sideways is not None:
+            sides = {"acceleration": tuple(_SIDEWAYS)[:3], "force": ("bearing_force", "casing_force")}
+            names = tuple(more for name in names for more in (name, *sides.get(name, ())))
         for name in names:
-            labels = coordinates[_SAMPLED[name][0]][1]
+            labels = coordinates[variables[name][0][1]][1]
             columns.update({f"{name}.{label}": variables[name][1][:, i] for i, label in enumerate(labels)})
         return pd.DataFrame(columns, index=pd.Index(t.time, name="time"))
 
@@ -481,11 +503,17 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=_count(file.attrs.get("first_cycle", 0)),
             auxiliaries=read_auxiliaries(file) if has_auxiliaries(file) else None,
+            sideways=_read_sideways(file) if layout.direction_names else None,
         )
         # consistency of what was stored
         check_stored(trajectory, path)
         check_names(file, layout, path)
     return Run(trajectory, model)
+
+
+def _read_sideways(file: Any) -> Sideways:
+    """Read displacements and forces of bearings."""
+    return Sideways(**{value: np.array(file[name][...]) for name, (value, _, _) in _SIDEWAYS.items()})
 
 
 def _count(value: Any) -> int:

@@ -81,6 +81,8 @@ def _real(stored: Any) -> Any:
 def check_names(file: Any, layout: Layout, path: str | os.PathLike[str]) -> None:
     """Refuse a file whose names of inertias, clearances or elements differ from those of its model (ModelError)."""
     names = {"inertia": layout.inertia_names, "clearance": layout.clearance_names, "element": layout.element_names}
+    if layout.direction_names:
+        names |= {"body_direction": layout.direction_names, "bearing_direction": layout.bearing_names}
     for axis, own in names.items():
         stored = tuple(name.decode() if isinstance(name, bytes) else str(name) for name in file[axis][...])
         if stored != own:

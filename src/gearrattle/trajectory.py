@@ -5,7 +5,8 @@ anyone asking where it came from. ``Layout`` holds names and constants of the dr
 kinematic rows, corners, the period. No units beyond SI, no files, no solver.
 
 Shapes: Nt samples, n inertias, m elements (all couplings in file order, then all meshes), K clearances (the elements
-that have at least one corner, in the same order), E events.
+that have at least one corner, in the same order), E events, p directions in which bodies with a mass move sideways,
+B bearings.
 """
 
 from __future__ import annotations
@@ -68,14 +69,14 @@ class Layout:
     element_names
         (m,) couplings, then meshes.
     is_mesh
-        (m,) whether the element is a gear mesh (deflection in m, force in N).
+        (m,) whether the element is a gear mesh, or one of a bearing (deflection in m, force in N).
     between
         (m, 2) indices of the two inertias the element lies between; -1 is ground.
     radii
-        (m, 2) base radii of these two gears [m]; 1, 1 for a coupling. ``radii[:, 0]`` refers a force to the
-        first of them.
+        (m, 2) base radii of these two gears [m]; 1, 1 for a coupling, 0, 0 for a bearing.
+        ``radii[:, 0]`` refers a force to the first of them.
     rows
-        (m, n) W: deflections from angles, transmission errors apart [m or 1].
+        (m, n) W: deflections from angles, transmission errors and displacements apart [m or 1].
     clearance
         (K,) indices of the elements that have a corner.
     corners
@@ -105,6 +106,18 @@ class Layout:
         speeds [rad/s], ascending, and drag torques [N m] of the bodies whose drag torque is a table, by index.
     negligible
         which impacts are touches.
+    component_paths
+        (m,) the component that every element belongs to, "mesh.gear"; empty where it is not known.
+    direction_names
+        (p,) directions, "gear.x", "gear.y".
+    direction_mass
+        (p,) mass of the body of each [kg].
+    direction_rows
+        (m, p) W: deflections from displacements [1].
+    bearing_names
+        (2 B,) forces of the bearings on their bodies, "front.x", "front.y".
+    bearing_rows
+        (2 B, m) these forces from those of the elements.
     """
 
     inertia_names: tuple[str, ...]
@@ -131,6 +144,12 @@ class Layout:
     ramp: Ramp | None = None
     drag_tables: Mapping[int, tuple[Array, Array]] = field(default_factory=dict)
     negligible: NegligibleImpacts = NegligibleImpacts()
+    component_paths: tuple[str, ...] = ()
+    direction_names: tuple[str, ...] = ()
+    direction_mass: Array = field(default_factory=lambda: np.zeros(0))
+    direction_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    bearing_names: tuple[str, ...] = ()
+    bearing_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def drag_torque_at(self, body: int, speed: Array) -> Array:
         """Return the drag torque [N m] of a body at reference speeds [rad/s] of any shape.
@@ -152,6 +171,11 @@ class Layout:
         speeds = self.drag_tables[body][0]
         passed = np.array([low, *speeds[(speeds > low) & (speeds < high)], high])
         return float(np.max(self.drag_torque_at(body, passed)))
+
+    @property
+    def is_bearing(self) -> NDArray[np.bool_]:
+        """(m,) whether the element is one of a bearing: it turns nothing."""
+        return np.asarray(self.radii[:, 0] == 0.0)
 
     @property
     def clearance_names(self) -> tuple[str, ...]:
@@ -241,6 +265,29 @@ class Exact(Protocol):
 
 
 @dataclass(frozen=True)
+class Sideways:
+    """Sideways motion of bodies with a mass.
+
+    Attributes
+    ----------
+    displacement, velocity, acceleration
+        (Nt, p) [m, m/s, m/s^2].
+    bearing_force
+        (Nt, 2 B) force of every bearing on its body, along x and along y [N].
+    """
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    bearing_force: Array
+
+    @property
+    def casing_force(self) -> Array:
+        """(Nt, 2) force of all bearings on the casing, along x and along y [N]: minus the sum of those on bodies."""
+        return -np.stack([self.bearing_force[:, axis::2].sum(axis=1) for axis in (0, 1)], axis=1)
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """A sampled motion with its exact log of corner crossings.
 
@@ -278,6 +325,8 @@ class Trajectory:
         sliders, limiters, alternating stiffness (None: the driveline has none).
     exact
         what knows the motion between its samples (None: nothing does).
+    sideways
+        displacements and forces of bearings (None: no body has a mass).
     """
 
     layout: Layout
@@ -301,6 +350,7 @@ class Trajectory:
     first_cycle: int = 0
     auxiliaries: Auxiliaries | None = None
     exact: Exact | None = field(default=None, repr=False, compare=False)
+    sideways: Sideways | None = None
 
     @property
     def end(self) -> float:

@@ -17,7 +17,8 @@ from gearrattle.model.value_kinds import Quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies", "remedies"))
-PLAIN = {"phase", "frequency"}  # a phase stays in radians; a frequency becomes a speed
+PLAIN = {"phase", "frequency", "pressure_angle", "centre_line", "direction"}
+"""Angles of waves and of directions stay in radians; a frequency becomes a speed."""
 
 
 def close(a: Any, b: Any) -> bool:
@@ -70,12 +71,14 @@ def leaves(kinds: dict[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str,
 
 def test_every_dimensional_key_has_a_kind() -> None:
     from gearrattle.model import Coupling, Excitation, Harmonic, Inertia, Initial, Mesh, Simulation, Stage, Torque
+    from gearrattle.model.components import Bearing
 
     tables = {
         ("inertia",): Inertia,
         ("coupling",): Coupling,
         ("coupling", "stages"): Stage,
         ("mesh",): Mesh,
+        ("bearing",): Bearing,
         ("mesh", "transmission_error"): Harmonic,
         ("torque",): Torque,
         ("torque", "harmonics"): Harmonic,

@@ -27,6 +27,9 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("coupling", {"stiffness": None, "stages": STAGES, "coast_stages": STAGES[1:], "preload": -1.0}),
     ("coupling", {"hysteresis": 2.0, "stick_stiffness": 500.0}),
     ("coupling", {"hooke": {"angle": 0.3}}),
+    ("bearing", {"damping": 40.0, "faces": 8}),
+    ("bearing", {"direction": 0.3}),
+    ("bearing", {"clearance": 0.0}),
     ("mesh", {"damping": 40.0, "transmission_error": SINE, "contact_damping": "clipped"}),
     ("planetary", {"damping": {"sun": 3.0, "ring": 4.0}, "backlash": {"sun": 1e-4, "ring": 2e-4}}),
     ("planetary", {"transmission_error": {"sun": SINE}, "planet_mass": 0.4, "centre_distance": 0.05}),
@@ -37,7 +40,9 @@ NAMED = pytest.mark.parametrize(("kind", "changes"), CASES, ids=[f"{kind} {', '.
 def model_of(kind: str, changes: dict[str, Any]) -> gr.Model:
     """One component among five bodies."""
     component = {key: value for key, value in {**EXAMPLES[kind], **changes}.items() if value is not None}
-    inertias = [{"name": name, "J": 0.01 * (i + 1)} for i, name in enumerate(BODIES)]
+    inertias: list[dict[str, Any]] = [{"name": name, "J": 0.01 * (i + 1)} for i, name in enumerate(BODIES)]
+    if kind == "bearing":
+        inertias[0]["mass"] = 0.7
     return gr.Model.from_tables({"schema": 1, "inertia": inertias, kind: [component], "excitation": {"speed": 100.0}})
 
 
@@ -64,6 +69,8 @@ def test_every_number_scales_by_its_kind(kind: str, changes: dict[str, Any]) -> 
     for i, body in enumerate(model.inertias):
         added = sum(component.added_inertia().get(body.name, 0.0) for component in model.components.values())
         assert J[i] == pytest.approx((body.J + added) / scales.units()["inertia"])
+        if body.mass is not None:
+            assert scaled.inertias[i].mass == pytest.approx(body.mass / scales.units()["mass"])
 
 
 @NAMED
@@ -78,20 +85,21 @@ def test_between_groups_the_forces_are_the_same(
         pytest.skip("its bodies stay")
     if ratios[0] != ratios[1] and must_stay_level(model):
         pytest.skip("no mesh can stand for it")
-    rho = np.array([*ratios, 1.0, 1.0, 1.0])
-    to = {body: (body, float(r)) for body, r in zip(BODIES, rho, strict=True)}
+    size = rows_of(model).shape[1]  # displacements follow the angles
+    rho = np.array([*ratios, *np.ones(size - 2)])
+    to = {body: (body, float(r)) for body, r in zip(BODIES, rho, strict=False)}
     array, table = component.between_groups(to)
     tables = {key: value for key, value in model.to_tables().items() if key not in COMPONENTS}
     grouped = gr.Model.from_tables({**tables, array: [table]})
     for seed in range(20):
-        theta, omega = np.random.default_rng(seed).normal(size=(2, len(BODIES))) * np.array([[0.03], [5.0]])
+        theta, omega = np.random.default_rng(seed).normal(size=(2, size)) * np.array([[0.03], [5.0]])
         want = rho * torques(model, rho * theta, rho * omega)
         assert torques(grouped, theta, omega) == pytest.approx(want, rel=1e-9, abs=1e-9)
     assert len(assemble(grouped).system.auxiliaries) == len(assemble(model).system.auxiliaries)
 
 
 def torques(model: gr.Model, theta: np.ndarray, omega: np.ndarray) -> np.ndarray:
-    """(n,) torque of all laws on every body at angles and velocities (n,)."""
+    """Torque of all laws on every body, and force in every direction, at angles and displacements, and their rates."""
     rows, forces = rows_of(model), []
     for law, deflection, rate in zip(assemble(model).system.laws, rows @ theta, rows @ omega, strict=True):
         forces.append(law.elastic(float(deflection)) + law.damping[law.piece_at(float(deflection))] * rate)

@@ -24,13 +24,16 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
         "stiffness": {"sun": 1e7, "ring": 1e7},
     },
+    "bearing": {"name": "one", "on": "a", "stiffness": 1e7, "clearance": 1e-5},
 }
 
 
 def tables(kind: str, units: str = "SI", **changes: Any) -> dict[str, Any]:
     """Return a model with one component, some of its keys changed; None takes a key out."""
     component = {key: value for key, value in {**EXAMPLES[kind], **changes}.items() if value is not None}
-    inertias = [{"name": name, "J": 0.01} for name in BODIES]
+    heavy = {"mass": 0.5} if kind == "bearing" else {}
+    inertias: list[dict[str, Any]] = [{"name": name, "J": 0.01} for name in BODIES]
+    inertias[0] |= heavy
     return {"schema": 1, "units": units, "inertia": inertias, kind: [component], "excitation": {"speed": 100.0}}
 
 
@@ -51,7 +54,8 @@ def test_elements_are_named_as_announced_and_know_their_table(kind: str) -> None
     assert {element.name for element in model.elements} <= set(announced)
     assert {element.path for element in model.elements} == {f"{kind}.one"}
     named = {str(body.name) for body in COMPONENTS[kind].bodies(EXAMPLES[kind])}
-    assert {body for element in model.elements for body, _ in element.arms} == named
+    arms = {body for element in model.elements for body, _ in element.arms}
+    assert arms | {push.body for element in model.elements for push in element.pushes} == named
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
@@ -126,7 +130,7 @@ def test_faults_of_joints_are_told(changes: dict[str, Any], words: str) -> None:
 def test_names_are_unique_over_all_components() -> None:
     both = tables("planetary")
     both["mesh"] = [{**EXAMPLES["mesh"], "name": "one-sun-d"}]
-    with pytest.raises(gr.ModelError, match="must be unique over couplings and meshes and planetary sets"):
+    with pytest.raises(gr.ModelError, match="must be unique over couplings and meshes and planetary sets and bearings"):
         gr.Model.from_tables(both)
 
 

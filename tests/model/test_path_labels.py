@@ -16,6 +16,7 @@ WITHOUT_UNIT = (
     "order",
     "cycles",
     "discard",
+    "faces",
     "samples_per_cycle",
     "tolerance",
     "ratio",

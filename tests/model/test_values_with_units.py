@@ -168,6 +168,22 @@ PARTS: dict[str, dict[str, Any]] = {
         ],
     },
 }
+PARTS["sideways"] = {
+    "inertia": [{"name": "a", "J": 0.01, "mass": 0.5}, {"name": "b", "J": 0.02, "mass": 0.5}],
+    "mesh": [{**AB, "radii": [0.05, 0.03], "stiffness": 1e7, "pressure_angle": 0.35, "centre_line": 0.1}],
+    "bearing": [
+        {"name": "two", "on": "a", "stiffness": 1e7, "damping": 10.0, "clearance": 1e-5},
+        {"name": "three", "on": "b", "stiffness": 1e7, "direction": 0.2},
+    ],
+    "simulation": {
+        "initial": {
+            "angle": [0.1, 0.2],
+            "velocity": [1.0, 2.0],
+            "displacement": [1e-5, 0.0, 1e-5],
+            "displacement_velocity": [0.1, 0.0, 0.1],
+        }
+    },
+}
 PARTS["geared"]["mesh"][1]["alternation"] = {"order": 20, "share": 0.5, "fewer": 0.7, "phase": 0.1}
 """Small models that together hold every quantity of the file format; numbers in SI."""
 

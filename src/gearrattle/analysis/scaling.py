@@ -109,5 +109,6 @@ def nondimensionalize(
     system = driveline.system
     layout = driveline.layout
     scales = characteristic(system, layout.is_mesh, frequency or layout.omega, length, radius)
-    named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales)
+    turning = system.size - len(layout.direction_names)
+    named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales, turning=turning)
     return Nondimensional(model, dimensionless(model, scales), named, scales)

@@ -15,7 +15,9 @@ from gearrattle.assembly import (
     Driveline,
     assemble,
     balancing_means,
+    coordinate_names,
     free_names,
+    free_of,
     left_out,
     prescribed_indices,
     with_prescribed,
@@ -49,6 +51,10 @@ class Equilibrium(Result):
         by inertia, the mean of a torque on it that says "balance" [N m].
     notes
         what the user must know.
+    displacement
+        by direction, "gear.x", of bodies with a mass [m].
+    bearing_force
+        of bearings on their bodies, by "front.x", "front.y" [N].
 
     Examples
     --------
@@ -64,6 +70,8 @@ class Equilibrium(Result):
     acceleration: Array
     balance: dict[str, float]
     notes: tuple[str, ...]
+    displacement: dict[str, float] = field(default_factory=dict)
+    bearing_force: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -84,13 +92,14 @@ class Modes(Result):
     damping_ratios
         (n,); NaN for rigid motion.
     shapes
-        (n inertias, n modes), largest entry of each mode 1.
+        (n inertias, n modes), largest entry of each mode 1; of a body that moves sideways also the displacements,
+        in metres where the inertias turn by radians.
     inertia_names
-        (n,).
+        (n,) free inertias, then directions, such as "gear.x".
     element_names
         (m,) couplings, then meshes.
     modal_inertia
-        (n,) phi^T J phi of these shapes [kg m^2].
+        (n,) phi^T J phi of these shapes [kg m^2]; [kg] of a mode whose largest entry is a displacement.
     strain_energy
         (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
         rigid motion, which stores none.
@@ -99,7 +108,7 @@ class Modes(Result):
     participation
         (n inertias, n modes) phi_i^2 / (phi^T J phi), the modal constant of the acceleration of an
         inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
-        [1/(kg m^2)].
+        [1/(kg m^2)], of a direction to 1 / m [1/kg].
     sources
         (p,) what shakes the driveline: inertias with torque harmonics, inertias whose motion is prescribed by
         harmonics, meshes with transmission errors.
@@ -155,6 +164,11 @@ class Modes(Result):
         """
         shares = self.excitation[:, mode]
         return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
+
+    @property
+    def has_directions(self) -> bool:
+        """Whether bodies move sideways."""
+        return any(inertia.mass is not None for inertia in self.model.inertias)
 
     def repeated(self) -> tuple[tuple[int, ...], ...]:
         """Groups of modes, by column, that share one frequency to nine digits; rigid motions are none."""
@@ -233,7 +247,7 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
         )
         raise ModelError(problem) from None
     # notes on free trains, middled gaps and what equilibrium leaves out
-    notes = train_notes(system, free_names(model), rest, si=model.units == "SI")
+    notes = train_notes(system, coordinate_names(model), rest, si=model.units == "SI")
     notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
     notes += left_out(model)
     # results by name
@@ -242,7 +256,13 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
     held = np.zeros(len(model.motions))
     angle, acceleration = (with_prescribed(model, values, held) for values in (rest.angle, rest.acceleration))
     balance = {model.torques[i].on: float(mean) for i, mean in balancing_means(model).items()}
-    return Equilibrium(model, angle, deflection, region, acceleration, balance, tuple(notes)), rest
+    # displacements, and forces of bearings
+    layout = driveline.layout
+    displacement = dict(zip(layout.direction_names, rest.angle[free_of(model).size :].tolist(), strict=True))
+    elastic = [law.elastic(value) for law, value in zip(system.laws, rest.deflection.tolist(), strict=True)]
+    force = dict(zip(layout.bearing_names, (layout.bearing_rows @ elastic).tolist(), strict=True))
+    by_name = (angle, deflection, region, acceleration, balance, tuple(notes), displacement, force)
+    return Equilibrium(model, *by_name), rest
 
 
 def modes(
@@ -288,7 +308,7 @@ def modes(
         frequencies=data.frequencies,
         damping_ratios=data.damping_ratios,
         shapes=data.shapes,
-        inertia_names=free_names(model),
+        inertia_names=coordinate_names(model),
         element_names=driveline.layout.element_names,
         modal_inertia=data.modal_inertia,
         strain_energy=data.strain_energy,
@@ -321,7 +341,7 @@ def _excitation(driveline: Driveline, data: modal.ModalData, stiffness: Array) -
     for k, element in enumerate(model.elements):
         if any(h.amplitude for h in element.errors):
             shares[element.error_words] = np.nan_to_num(data.strain_energy[k])
-    return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
+    return tuple(shares), np.array(list(shares.values())).reshape(-1, data.frequencies.size)
 
 
 def _shares_of_motion(driveline: Driveline, data: modal.ModalData, stiffness: Array, inertia: int) -> Array:

@@ -118,15 +118,21 @@ def stiffness(
 
 
 def _formulations(driveline: Driveline) -> dict[str, tuple[Array, float]]:
-    """Unit of every angle and of frequency, by formulation; a body without a gear has the radius R_c."""
+    """Unit of every angle and of frequency, by formulation; a body without a gear has the radius R_c. Displacements
+    count in x_c.
+    """
     system = driveline.system
     layout = driveline.layout
     scales = characteristic(system, layout.is_mesh, layout.omega)
     geared = np.zeros(system.size)
-    for row in np.abs(system.rows[layout.is_mesh])[::-1]:  # the first mesh a body is in counts
+    turning = system.size - len(layout.direction_names)
+    arms = np.abs(system.rows[layout.is_mesh])
+    arms[:, turning:] = 1.0
+    for row in arms[::-1]:  # the first mesh a body is in counts
         geared = np.where(row > 0.0, row, geared)
     along = scales.length / np.where(geared > 0.0, geared, scales.radius)
     torsional = np.full(system.size, scales.angle)
+    torsional[turning:] = scales.length
     return {
         "dimensional": (np.ones(system.size), 1.0),
         "translational": (along, scales.frequency),

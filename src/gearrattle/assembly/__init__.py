@@ -13,6 +13,8 @@ from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
 from gearrattle.assembly.prescribed_motion import (
     carried_along,
+    coordinate_names,
+    coordinates_of,
     free_names,
     free_of,
     motion_amplitudes,
@@ -21,12 +23,15 @@ from gearrattle.assembly.prescribed_motion import (
     whole_trajectory,
     with_prescribed,
 )
+from gearrattle.assembly.sideways import directions_of
 from gearrattle.assembly.sines import ramp_of
+from gearrattle.assembly.start_tables import StartTable, coordinates_at_start, start_at, start_table
 from gearrattle.assembly.steady import (
     is_driven_over_time,
     refuse_but_events,
     refuse_motions,
     refuse_recorded_motions,
+    refuse_sideways,
     refuse_unsteady,
     steady,
     unsteady_inputs,
@@ -37,17 +42,22 @@ from gearrattle.assembly.system import Driveline, assemble
 __all__ = [
     "CommonPeriod",
     "Driveline",
+    "StartTable",
     "assemble",
     "balancing_means",
     "carried_along",
     "check_length",
     "common_period",
     "component_notes",
+    "coordinate_names",
+    "coordinates_at_start",
+    "coordinates_of",
     "decay_notes",
     "default_cycles",
     "deflection",
     "deflection_acceleration",
     "deflection_rate",
+    "directions_of",
     "drag_notes",
     "drive_torque",
     "free_names",
@@ -71,9 +81,12 @@ __all__ = [
     "refuse_but_events",
     "refuse_motions",
     "refuse_recorded_motions",
+    "refuse_sideways",
     "refuse_unsteady",
     "rows_of",
     "signals_of",
+    "start_at",
+    "start_table",
     "steady",
     "unsteady_inputs",
     "unsteady_problems",

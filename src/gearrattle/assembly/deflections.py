@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.prescribed_motion import free_of
+from gearrattle.assembly.prescribed_motion import coordinates_of
 from gearrattle.assembly.system import assemble
 from gearrattle.model import Model
 from gearrattle.trajectory import Trajectory
@@ -18,25 +18,26 @@ Array = NDArray[np.float64]
 
 def deflection(model: Model, trajectory: Trajectory, element: int) -> Array:
     """(t,) deflection of an element at every sample [rad or m]."""
-    return _less_error(model, trajectory.time, trajectory.angle, element, derivative=0)
+    return _less_error(model, trajectory, element, derivative=0)
 
 
 def deflection_rate(model: Model, trajectory: Trajectory, element: int) -> Array:
     """(t,) rate of an element's deflection at every sample [rad/s or m/s]."""
-    return _less_error(model, trajectory.time, trajectory.velocity, element, derivative=1)
+    return _less_error(model, trajectory, element, derivative=1)
 
 
 def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) -> Array:
     """(t,) second derivative of an element's deflection at every sample [rad/s^2 or m/s^2]."""
-    return _less_error(model, trajectory.time, trajectory.acceleration, element, derivative=2)
+    return _less_error(model, trajectory, element, derivative=2)
 
 
-def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
+def _less_error(model: Model, trajectory: Trajectory, element: int, *, derivative: int) -> Array:
     """Subtract the error of an element from the deflection of its bodies: harmonics, and prescribed motions."""
     system = assemble(model).system
     inputs = system.inputs
     signals = system.signals
-    seen = moved[:, free_of(model)] @ system.rows[element]
+    time = trajectory.time
+    seen = coordinates_of(model, trajectory, derivative) @ system.rows[element]
     omega = 2.0 * np.pi * inputs.cycles / inputs.period
     for rate, sine, cosine in zip(omega, inputs.error_sine[element], inputs.error_cosine[element], strict=True):
         if sine or cosine:

@@ -1,4 +1,4 @@
-"""The law and the row of every element, and the inertia of every body."""
+"""The law and the row of every element, and the inertia, drag and mass of every body."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.drag_notes import drag_notes
+from gearrattle.assembly.drag_torques import viscous_drags
 from gearrattle.assembly.friction_sliders import is_parted
+from gearrattle.assembly.sideways import mass_of, push_rows
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.model import Element, Model
 from gearrattle.model.drag_points import drag_points
@@ -50,10 +52,20 @@ def decay_notes(model: Model) -> tuple[str, ...]:
 
 
 def rows_of(model: Model) -> NDArray[np.float64]:
-    """(m, n) W over all inertias, those of prescribed motion too."""
+    """(m, n + p) W over all inertias, those of prescribed motion too, then over all directions."""
     index = {inertia.name: i for i, inertia in enumerate(model.inertias)}
     rows = np.zeros((len(model.elements), len(index)))
     for row, element in zip(rows, model.elements, strict=True):
         for body, factor in element.arms:
             row[index[body]] += factor
-    return rows
+    return np.hstack([rows, push_rows(model)])
+
+
+def system_inertia(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
+    """J of the free inertias, then the mass of every direction."""
+    return np.concatenate([inertia_of(model)[free], mass_of(model)])
+
+
+def system_drag(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Drag of the free inertias, then none of every direction."""
+    return np.concatenate([np.array(viscous_drags(model))[free], np.zeros(mass_of(model).size)])

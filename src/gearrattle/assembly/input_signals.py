@@ -20,9 +20,10 @@ from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.input_histories import records_of, torque_histories
 from gearrattle.assembly.means import mean_torque, own_mean
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed_motion import angle_of, free_of, prescribed_indices, specified_angle
+from gearrattle.assembly.prescribed_motion import angle_of, columns_of, prescribed_indices, specified_angle
 from gearrattle.assembly.records import Recorded, channel_of
 from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.sideways import beside_directions
 from gearrattle.assembly.sines import ramp_of, speeds_of, tone, tones_of
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.piecewise_channels import Channel, joined
@@ -82,7 +83,10 @@ def signals_of(model: Model) -> Signals | None:
         raise _too_long(f"{numbers:.3g} coefficients")
     torque, error = (np.column_stack(columns) for columns in ([p.torque for p in parts], [p.error for p in parts]))
     specified = tuple(part.specified for part in parts)
-    signals = replace(joined([p.channel for p in parts], torque[free_of(model)], error), specified=specified)
+    signals = replace(
+        joined([p.channel for p in parts], beside_directions(model, torque)[columns_of(model)], error),
+        specified=specified,
+    )
     try:
         return checked(signals)
     except NotKept as wrong:

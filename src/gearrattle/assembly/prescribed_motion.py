@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.records import Recorded, channel_of, mean
+from gearrattle.assembly.sideways import directions_of
 from gearrattle.assembly.sines import sines
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.piecewise_channels import Channel
@@ -29,17 +30,41 @@ from gearrattle.trajectory import Trajectory
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 _T = TypeVar("_T", np.float64, np.complex128)
+ALL = slice(None)
+"""All samples."""
 
 
 def free_of(model: Model) -> IntArray:
-    """Indices of the inertias that are degrees of freedom, ascending."""
+    """Indices of the inertias whose angles are degrees of freedom, ascending."""
     prescribed = {motion.on for motion in model.motions}
     return np.array([i for i, inertia in enumerate(model.inertias) if inertia.name not in prescribed], dtype=np.int64)
 
 
 def free_names(model: Model) -> tuple[str, ...]:
-    """Names of the inertias that are degrees of freedom, in file order."""
+    """Names of the inertias whose angles are degrees of freedom, in file order."""
     return tuple(model.inertias[i].name for i in free_of(model))
+
+
+def coordinate_names(model: Model) -> tuple[str, ...]:
+    """Names of the coordinates of the system: free inertias, then directions."""
+    return (*free_names(model), *(direction.name for direction in directions_of(model)))
+
+
+def columns_of(model: Model) -> IntArray:
+    """Indices of the coordinates of the system among all inertias, followed by all directions."""
+    count = len(model.inertias)
+    return np.append(free_of(model), np.arange(count, count + len(directions_of(model))))
+
+
+def coordinates_of(model: Model, trajectory: Trajectory, derivative: int = 0, rows: slice | IntArray = ALL) -> Array:
+    """(t, N) coordinates of the system along a motion, or their derivatives, of all samples or of some."""
+    kinds = ("angle", "velocity", "acceleration")
+    angle: Array = getattr(trajectory, kinds[derivative])[rows]
+    angle = angle[..., free_of(model)] if model.motions else angle
+    if trajectory.sideways is None:
+        return angle
+    displacement = getattr(trajectory.sideways, ("displacement", *kinds[1:])[derivative])[rows]
+    return np.concatenate([angle, displacement], axis=-1)
 
 
 class MotionError(NamedTuple):
@@ -127,14 +152,15 @@ def motion_amplitudes(model: Model) -> NDArray[np.complex128]:
 
 
 def carried_along(model: Model, prescribed: Array) -> Array:
-    """(n,) angles or velocities of the free inertias that turn along with the others (P,), no element deflecting.
+    """(N,) angles or velocities of the free inertias, and displacements, that go along with the others (P,), no element
+    deflecting.
 
     Where elements must deflect, as those to ground, the sum of squares of their relative deflections is least.
     """
     rows = rows_of(model)
     size = np.linalg.norm(rows, axis=1)[:, None]
     forced = rows[:, prescribed_indices(model)] @ prescribed
-    return np.asarray(np.linalg.lstsq(rows[:, free_of(model)] / size, -forced / size[:, 0], rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(rows[:, columns_of(model)] / size, -forced / size[:, 0], rcond=None)[0])
 
 
 def prescribed_indices(model: Model) -> IntArray:
@@ -144,9 +170,11 @@ def prescribed_indices(model: Model) -> IntArray:
 
 
 def with_prescribed(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) -> NDArray[_T]:
-    """(..., n) values of all inertias from those of the free ones and of those with a prescribed motion."""
+    """(..., n) values of all inertias from those of the coordinates of the system, or of the free inertias alone, and
+    of those with a prescribed motion.
+    """
     out = np.empty((*free.shape[:-1], len(model.inertias)), dtype=free.dtype)
-    out[..., free_of(model)] = free
+    out[..., free_of(model)] = free[..., : free_of(model).size]
     out[..., prescribed_indices(model)] = prescribed
     return out
 

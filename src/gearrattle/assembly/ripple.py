@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from gearrattle.assembly.means import mean_torques
-from gearrattle.assembly.prescribed_motion import free_of
+from gearrattle.assembly.prescribed_motion import columns_of
+from gearrattle.assembly.sideways import beside_directions
 from gearrattle.assembly.unloaded import unloaded
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium
@@ -28,7 +29,7 @@ def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
     if not joints:
         return {}
     system = unloaded(model)
-    loaded = replace(system.inputs, mean=mean_torques(model)[free_of(model)])
+    loaded = replace(system.inputs, mean=beside_directions(model, mean_torques(model))[columns_of(model)])
     try:
         rest = equilibrium(replace(system, inputs=loaded))
     except Runaway:

@@ -18,13 +18,14 @@ from gearrattle.engine.system.characteristic import Scales
 from gearrattle.engine.system.crossings_in_order import Auxiliaries
 from gearrattle.model import Model
 from gearrattle.model.components import COMPONENTS
-from gearrattle.trajectory import Layout, Trajectory
+from gearrattle.trajectory import Layout, Sideways, Trajectory
 
 KINDS: dict[str, Any] = {
     "inertia": {
         "J": "inertia",
         "drag": "torsional_damping",
         "drag_torque": "torque",
+        "mass": "mass",
         "drag_parts": {"torque": "torque", "slope": "torsional_damping", "relative_speed": "speed"},
     },
     **{kind: component.scaling for kind, component in COMPONENTS.items()},
@@ -41,7 +42,15 @@ KINDS: dict[str, Any] = {
         "harmonics": {"amplitude": "angle"},
         "about": "velocity",
     },
-    "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},
+    "simulation": {
+        "step": "time",
+        "initial": {
+            "angle": "angle",
+            "velocity": "velocity",
+            "displacement": "length",
+            "displacement_velocity": "line_speed",
+        },
+    },
     "criteria": {
         "negligible": {
             "impact_energy": "energy",
@@ -104,6 +113,15 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
     auxiliaries = trajectory.auxiliaries
+    # displacements, and forces of bearings
+    sideways = trajectory.sideways
+    if sideways is not None:
+        sideways = Sideways(
+            sideways.displacement * unit["length"],
+            sideways.velocity * unit["line_speed"],
+            sideways.acceleration * (unit["line_speed"] / unit["time"]),
+            sideways.bearing_force * unit["force"],
+        )
     # samples, events and force integrals in SI
     return replace(
         trajectory,
@@ -124,6 +142,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
         final_force_integral=trajectory.final_force_integral * force * unit["time"],
         cost=replace(cost, smallest_step=short, **steps),
         energy=energy,
+        sideways=sideways,
         auxiliaries=None if auxiliaries is None else _auxiliaries_in_si(auxiliaries, layout, scales),
         notes=(*trajectory.notes, "simulated without dimensions: quantities in its notes are dimensionless."),
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.prescribed_motion import free_names, free_of
+from gearrattle.assembly.prescribed_motion import coordinates_of, free_names, free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.exact_statistics import SampledMotion, Statistics, Walk, walk_of
@@ -47,14 +47,14 @@ class Between:
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
         """Return quantity and name of everything that is known between samples.
 
-        Accelerations and velocities of the bodies that are free, forces of all meshes and clearances.
+        Accelerations and velocities of the bodies that are free, forces of all meshes, clearances and bearings.
         """
         layout = trajectory.layout
-        names = free_names(self.model)
-        meshes = dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
+        names = [layout.inertia_names[i] for i in free_of(self.model)]
+        meshes = dict(zip(layout.element_names, (layout.is_mesh & ~layout.is_bearing).tolist(), strict=True))
         forces = [name for name, is_mesh in meshes.items() if is_mesh or name in layout.clearance_names]
         moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
-        return (*moving, *(("force", name) for name in forces))
+        return (*moving, *(("force", name) for name in (*forces, *layout.bearing_names)))
 
     def statistics(
         self,
@@ -109,11 +109,15 @@ class Between:
     def _rows(self, trajectory: Trajectory, signals: Sequence[Signal]) -> Rows:
         flow = _engine(self.model)[0]
         bodies = list(free_names(self.model))
-        elements = list(trajectory.layout.element_names)
+        layout = trajectory.layout
+        elements = [*layout.element_names, *layout.bearing_names]
 
         def rows(pieces: Pieces) -> Array:
+            force = flow.force_rows(pieces)
             of_body = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
-            of_element = {"deflection": flow.deflection, "rate": flow.rate, "force": flow.force_rows(pieces)}
+            of_element = {"deflection": flow.deflection, "rate": flow.rate, "force": force}
+            if layout.bearing_names:
+                of_element["force"] = np.concatenate([force, layout.bearing_rows @ force])
             return np.array(
                 [
                     of_element[kind][elements.index(name)] if kind in of_element else of_body[kind][bodies.index(name)]
@@ -158,11 +162,10 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     t = trajectory
     first = trajectory.layout.region_of_first_piece
     period = trajectory.layout.period
-    free = free_of(model)
     auxiliaries = trajectory.auxiliaries
     log = trajectory.events
     pieces = dict(zip(flow.system.places, (t.initial_region - first).tolist(), strict=False))
-    window = slice(t.discard * t.samples_per_cycle, None)
+    begin = t.discard * t.samples_per_cycle
     memories = np.zeros((len(t.time), 0))
     time = log.time
     watch = log.clearance
@@ -177,22 +180,16 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
         memories = auxiliaries.memory[:, list(flow.system.memories)] * flow.memory
     # samples of the judged part in the coordinates of the flow
     count = len(flow.system.laws) + len(flow.system.auxiliaries)
-    angle = t.angle[window]
-    velocity = t.velocity[window]
-    memory = memories[window]
-    samples = np.empty((len(angle), flow.width))
+    samples = np.empty((len(t.time) - begin, flow.width))
     deflections = len(flow.coordinates.basis)
     moving = flow.states - flow.memory.size
     from_angle = flow.coordinates.basis.T * flow.scaling.deflection
     for part in slices(*samples.shape):
-        angles = angle[part]
-        velocities = velocity[part]
-        if len(free) < angle.shape[1]:
-            angles = angles[:, free]
-            velocities = velocities[:, free]
-        samples[part, :deflections] = angles @ from_angle
-        np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
-        samples[part, moving : flow.states] = memory[part]
+        rows = slice(begin + part.start, begin + part.stop)
+        samples[part, :deflections] = coordinates_of(model, t, 0, rows) @ from_angle
+        velocity = coordinates_of(model, t, 1, rows)
+        np.multiply(velocity, flow.scaling.velocity, out=samples[part, deflections:moving])
+        samples[part, moving : flow.states] = memories[rows]
     _write_inputs(flow, t, samples[:, flow.states :])
     # crossings in periods
     return SampledMotion(

@@ -14,15 +14,16 @@ from math import cos, sin
 import numpy as np
 
 from gearrattle.assembly.alternation_clock import alternating, clock_of, pairs_name
-from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
-from gearrattle.assembly.elements import inertia_of, law_of, rows_of
+from gearrattle.assembly.drag_torques import drag_torques
+from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_drag, system_inertia
 from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
 from gearrattle.assembly.input_signals import signals_of
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed_motion import free_of, motion_errors
+from gearrattle.assembly.prescribed_motion import columns_of, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.sideways import bearing_names, bearing_rows, beside_directions, directions_of, mass_of
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock
@@ -76,7 +77,7 @@ def _system(model: Model) -> PiecewiseSystem:
     names = [inertia.name for inertia in model.inertias]
     common = period_of(model)
     swept = model.excitation.sweep is not None
-    size = len(names)
+    size = len(names) + len(directions_of(model))
     count = len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
     # sine and cosine parts of errors: transmission errors, then prescribed motions
@@ -93,14 +94,15 @@ def _system(model: Model) -> PiecewiseSystem:
     for on, harmonics in () if swept else (*sources, *load_ripples(model).items()):
         for harmonic in harmonics:
             _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
-    # system of the free inertias
-    mean = mean_torques(model)
+    # system of the free inertias and of all directions
+    columns = columns_of(model)
+    mean = beside_directions(model, mean_torques(model))
     return PiecewiseSystem(
-        inertia=inertia_of(model)[free],
-        drag=np.array(viscous_drags(model))[free],
-        rows=rows_of(model)[:, free],
+        inertia=system_inertia(model, free),
+        drag=system_drag(model, free),
+        rows=rows_of(model)[:, columns],
         laws=tuple(law_of(element) for element in elements),
-        inputs=Harmonics(common.period, common.cycles[: len(column)], mean[free], *torque[:, free], *error),
+        inputs=Harmonics(common.period, common.cycles[: len(column)], mean[columns], *torque[:, columns], *error),
         auxiliaries=tuple(named.auxiliary for named in auxiliaries(model)),
         signals=signals_of(model),
         clock=_clock(model),
@@ -116,6 +118,7 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
 def _layout(model: Model, system: PiecewiseSystem) -> Layout:
     elements = model.elements
     names = [inertia.name for inertia in model.inertias]
+    rows = rows_of(model)
     # indices of bodies, and orders of the excitation
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
@@ -131,7 +134,7 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         is_mesh=np.array([element.along_line for element in elements], dtype=np.bool_),
         between=np.array([[index[end] for end in e.between] for e in elements], dtype=np.int64).reshape(-1, 2),
         radii=np.array([e.radii for e in elements], dtype=float).reshape(-1, 2),
-        rows=rows_of(model),
+        rows=rows[:, : len(names)],
         clearance=np.array(clearances, dtype=np.int64),
         corners=tuple(system.laws[k].corners for k in clearances),
         region_of_first_piece=np.array([system.laws[k].first_label for k in clearances], dtype=np.int64),
@@ -151,4 +154,10 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
             if isinstance(drag, AtSpeed)
         },
         negligible=negligible_of(model),
+        component_paths=tuple(element.path for element in elements),
+        direction_names=tuple(direction.name for direction in directions_of(model)),
+        direction_mass=mass_of(model),
+        direction_rows=rows[:, len(names) :],
+        bearing_names=bearing_names(model),
+        bearing_rows=bearing_rows(model),
     )

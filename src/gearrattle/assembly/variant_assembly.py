@@ -314,7 +314,7 @@ def _balance(columns: Columns, out: Coefficients) -> None:
             continue
         if balance.others:
             columns.good[:] = False
-        loads = dict(zip(free, out.mean.T, strict=True))
+        loads = dict(zip(free, out.mean[:, : len(free)].T, strict=True))
         with np.errstate(all="ignore"):  # of numbers that are not finite, and marked
             out.mean[:, free.index(balance.body)] = balance.total(loads)
 
@@ -325,7 +325,7 @@ def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> 
     The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
     prescribed angle begins elsewhere than at zero.
     """
-    velocity = np.zeros((count, len(free_of(model))))
+    velocity = np.zeros((count, assemble(model).system.size))
     level = np.ones(count, dtype=np.bool_)
     if not model.motions:
         return velocity, level

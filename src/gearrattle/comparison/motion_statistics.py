@@ -115,4 +115,6 @@ def _strain(trajectory: Trajectory) -> Array:
     """(n,) the largest sum of the magnitudes of the elements' torques on each inertia, over J [rad/s^2]."""
     layout = trajectory.layout
     largest = np.max(np.abs(trajectory.element_torque), axis=0, initial=0.0)
-    return np.asarray((largest / layout.radii[:, 0]) @ np.abs(layout.rows) / layout.inertia)
+    turns = ~layout.is_bearing
+    force = largest[turns] / layout.radii[turns, 0]
+    return np.asarray(force @ np.abs(layout.rows[turns]) / layout.inertia)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.assembly import start_at
 from gearrattle.comparison.motion_statistics import Portrait, portrait
 from gearrattle.comparison.pointwise import deflection_scale
 from gearrattle.model import Model
@@ -51,13 +52,13 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
     largest = np.max(np.divide(moved, size, out=np.zeros_like(moved), where=size > 0.0), initial=0.0)
     if largest > 0.0:
         angle += direction * distance / largest
-    return {"angle": angle.tolist(), "velocity": motion.velocity[0].tolist()}
+    return start_at(motion, 0) | {"angle": angle.tolist()}
 
 
 def _free_end(layout: Layout, element: int) -> int:
-    """Return the last inertia of an element whose motion is not prescribed."""
+    """Return the last inertia of an element whose motion is not prescribed; of a bearing the one that it holds."""
     free = [i for i in np.flatnonzero(layout.rows[element]).tolist() if i not in layout.prescribed]
-    return max([i for i in layout.between[element].tolist() if i in free] or free)
+    return max([i for i in layout.between[element].tolist() if i in free] or free or [int(layout.between[element, 0])])
 
 
 def _deflections(layout: Layout, angle: Array) -> Array:

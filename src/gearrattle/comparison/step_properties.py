@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from gearrattle.assembly import assemble, free_of
+from gearrattle.assembly import assemble, coordinates_of
 from gearrattle.comparison.contender_runs import Contender
 from gearrattle.engine.solvers import SOLVERS, Task
 from gearrattle.engine.solvers.one_step import FixedStep
@@ -44,8 +44,7 @@ def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str |
     if not isinstance(solver, FixedStep):
         return None
     used = settled(model, {"step": asked})
-    free = free_of(model)
-    start = t.angle[0, free], t.velocity[0, free]
+    start = coordinates_of(model, t, 0, slice(1))[0], coordinates_of(model, t, 1, slice(1))[0]
     return solver.step_of(Task(assemble(model).system, *start, 1, 1, None, used.simulation.step))
 
 

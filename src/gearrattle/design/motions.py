@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, is_driven_over_time, prescribed_angles, with_prescribed
+from gearrattle.assembly import assemble, is_driven_over_time, start_at, start_table
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.signals import is_gap
@@ -87,8 +87,7 @@ def moved_on(asked: Asked, counter: Counter | None = None) -> Motion:
 
 
 def _end_of(run: Run) -> State:
-    end = run.trajectory
-    return {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
+    return start_at(run.trajectory, -1)
 
 
 def starts_of(model: Model) -> tuple[str, ...]:
@@ -114,12 +113,7 @@ def pushed(model: Model) -> State:
     # the least change of the velocities that makes them
     weight = 1.0 / np.sqrt(system.inertia)
     velocity = task.velocity + weight * (np.linalg.pinv(rows * weight) @ rates)
-    now = np.zeros(1)
-    angle = with_prescribed(model, task.angle, prescribed_angles(model, now, 0)[0])
-    return {
-        "angle": angle.tolist(),
-        "velocity": with_prescribed(model, velocity, prescribed_angles(model, now, 1)[0]).tolist(),
-    }
+    return start_table(model, task.angle, velocity)
 
 
 def _gap(corners: NDArray[np.float64]) -> float:

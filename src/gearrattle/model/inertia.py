@@ -18,7 +18,7 @@ else:
 
 
 class Inertia(Shown):
-    """One rigid rotating body: one degree of freedom."""
+    """One rigid rotating body; with a mass, and a bearing that holds it, it moves sideways too."""
 
     noun: ClassVar[str] = "inertia"
     symbol: ClassVar[Symbol] = Symbol("m0 -18 h18 v36 h-18 z m18 18", 18.0)
@@ -33,3 +33,5 @@ class Inertia(Shown):
     """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
     drag_parts: Annotated[tuple[DragPart, ...], LateClass("gearrattle.model.drag_parts", "DragParts")] = ()
     """What else drags on it: bearings, churning, synchronisers, seals, each by its law over speed and oil."""
+    mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
+    """Mass [kg] of a body that bearings hold; None: its axis stays where it is."""

@@ -13,7 +13,7 @@ from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_va
 from gearrattle.derived_values import kept
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
-from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
+from gearrattle.model.components import COMPONENTS, Bearing, Coupling, Mesh, Planetary
 from gearrattle.model.components.component import Component, Element
 from gearrattle.model.drag_part_rules import drag_rules
 from gearrattle.model.drag_points import component_elements, drag_elements
@@ -25,6 +25,7 @@ from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
 from gearrattle.model.pydantic_problems import Positions, model_error
+from gearrattle.model.sideways_rules import sideways_rules, start_rules
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
@@ -68,6 +69,8 @@ class Model(Table):
     """Gear pairs, in file order."""
     planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
     """Planetary gear sets, in file order."""
+    bearings: Annotated[tuple[Bearing, ...], Field(alias="bearing")] = ()
+    """Bearings of bodies with a mass, in file order."""
     oil: Annotated[Oil | None, LateClass("gearrattle.model.oil", "Oil")] = None
     """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
@@ -295,7 +298,9 @@ class Model(Table):
                     yield _dangling((kind, index, "on"), on, names)
         yield from drag_rules(inertias, names, table.get("oil"))
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
+        yield from sideways_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS)})
         yield from _start_length(table.get("simulation"), len(inertias))
+        yield from start_rules(table.get("simulation"), inertias, _rows(table, "bearing"))
 
 
 def _held(node: Any, key: int | str, path: str) -> Any:

@@ -55,6 +55,13 @@ RANGES = {
         1e12,
         "14e9 N/m a metre of face width, in steel; N/µm are 1e6 N/m, and N/mm 1e3",
     ),
+    "bearing stiffness": Range(
+        "bearing stiffnesses", "N/m", 1e4, 1e12, "a rolling bearing has 1e7 to 1e9; N/µm are 1e6 N/m, and N/mm 1e3"
+    ),
+    "bearing clearance": Range(
+        "clearances of bearings", "m", 1e-7, 5e-3, "a ball bearing has 5 to 50 µm; a number without a unit is in metres"
+    ),
+    "mass": Range("masses", "kg", 1e-6, 1e5, "a large ship's propeller has 1e5; grams are 1e-3 kg"),
     "torsional stiffness": Range(
         "torsional stiffnesses", "N m/rad", 1e-6, 1e11, "a ship's shaft has 1e8; N m/deg are 57.3 N m/rad"
     ),
@@ -89,8 +96,13 @@ def _values(model: Model) -> Iterator[tuple[str, str, float]]:
     for body in model.inertias:
         yield f"inertia.{body.name}.J", "inertia", body.J
         yield f"inertia.{body.name}.drag_torque", "torque", body.drag_torque
+        yield f"inertia.{body.name}.mass", "mass", body.mass or 0.0
     for element in model.elements:
-        yield from _of_element(element)
+        if element.radii[0] > 0.0:
+            yield from _of_element(element)
+    for bearing in model.bearings:
+        yield f"bearing.{bearing.name}.stiffness", "bearing stiffness", bearing.stiffness
+        yield f"bearing.{bearing.name}.clearance", "bearing clearance", bearing.clearance
     for i, torque in enumerate(model.torques):
         if torque.mean != BALANCE:
             yield f"torque.{i}.mean", "torque", torque.mean

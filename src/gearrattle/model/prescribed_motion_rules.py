@@ -30,7 +30,7 @@ def prescribed_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
     for kind, component in COMPONENTS.items():
         for index, row in enumerate(rows[kind]):
             bodies = list(component.bodies(row))
-            if bodies and all(body.name == GROUND or body.name in moved for body in bodies):
+            if len(bodies) > 1 and all(body.name == GROUND or body.name in moved for body in bodies):
                 rule = "both ends move as prescribed, so the element moves nothing"
                 yield Breach((kind, index, "between"), row.get("between"), rule, "remove it, or a motion")
     names = [row.get("name") for row in rows["inertia"]]

@@ -64,7 +64,7 @@ def place(location: Location, names: Mapping[Location, str], positions: Position
 def _names(tables: Mapping[str, Any]) -> dict[Location, str]:
     """Return the names of the parts that have one of their own, by location; the others go by index."""
     display_names: dict[Location, str] = {}
-    for kind in ("inertia", "coupling", "mesh"):
+    for kind in ("inertia", "coupling", "mesh", "bearing"):
         rows = tables.get(kind)
         if not isinstance(rows, list):
             continue

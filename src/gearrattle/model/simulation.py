@@ -42,6 +42,10 @@ class Initial(Table):
     """Angles [rad]."""
     velocity: tuple[Annotated[float, Quantity(units.ANGULAR_VELOCITY)], ...]
     """Angular velocities [rad/s]."""
+    displacement: tuple[Annotated[float, Quantity(units.LENGTH)], ...] | None = None
+    """Displacements of the bodies with a mass, one an entry of ``Layout.direction_names`` [m]; None: zero."""
+    displacement_velocity: tuple[Annotated[float, Quantity(units.LINE_SPEED)], ...] | None = None
+    """Their rates [m/s]; None: zero."""
 
 
 class _Start:

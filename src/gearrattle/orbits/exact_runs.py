@@ -19,7 +19,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_of
+from gearrattle.assembly import assemble, coordinates_of
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.model import Model
@@ -251,10 +251,9 @@ def _block(model: Model, period_map: PeriodMap, state: State) -> Run:
 def _states(run: Run, period_map: PeriodMap) -> list[State]:
     """The states of a run at the start of every period."""
     motion = run.trajectory
-    free = free_of(run.model)
     rows = np.arange(0, len(motion.time), motion.samples_per_cycle)
-    deflection = motion.angle[rows][:, free] @ period_map.flow.coordinates.basis.T
-    y = np.hstack([deflection, motion.velocity[rows][:, free]])
+    deflection = coordinates_of(run.model, motion, 0, rows) @ period_map.flow.coordinates.basis.T
+    y = np.hstack([deflection, coordinates_of(run.model, motion, 1, rows)])
     auxiliaries = motion.auxiliaries
     if auxiliaries is None:
         return [State(one) for one in y]

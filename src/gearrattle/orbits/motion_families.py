@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from gearrattle.assembly import assemble, free_names
+from gearrattle.assembly import assemble, coordinate_names
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.motion import Pass, State, idle_memories
 from gearrattle.engine.periodic.period_map import PeriodMap
@@ -66,7 +66,7 @@ def state_names(model: Model) -> tuple[str, ...]:
     driveline = assemble(model)
     layout = driveline.layout
     names = [f"deflection.{layout.element_names[k]}" for k in relative_coordinates(driveline.system).elements]
-    names += [f"velocity.{name}" for name in free_names(model)]
+    names += [f"velocity.{name}" for name in coordinate_names(model)]
     return (*names, *(f"slider.{layout.auxiliary_names[c]}" for c in driveline.system.memories))
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_of, period_of
+from gearrattle.assembly import assemble, period_of
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
@@ -333,7 +333,7 @@ def _run(run: _RunPlan, progress: Progress) -> tuple[RunParts, Envelope]:
     def state_before(value: float, period_map: PeriodMap) -> State:
         seconds = np.asarray((value / run.to_value - first) / run.rate)
         start = run.start_of(np.floor(run.periods(seconds) + _ROUNDING))
-        return state_at(period_map, trajectory, free_of(run.model), float(start))
+        return state_at(period_map, run.model, trajectory, float(start))
 
     parts = RunParts(
         upward=last > first,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_of, period_of, prescribed_angles, refuse_unsteady, with_prescribed
+from gearrattle.assembly import assemble, coordinates_of, period_of, refuse_unsteady, start_table
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -99,22 +99,19 @@ def _about_start(error: ModelError, start: object) -> ModelError:
 def _end_of(model: Model, period_map: PeriodMap, run: Run) -> State:
     """The state in which a run ends."""
     trajectory = run.trajectory
-    free = free_of(model)
     check_inertias(model, run.model, repr(run))
     if not has_same_sliders(model, run.model):
         trajectory = replace(trajectory, auxiliaries=None)
-    return state_at(period_map, trajectory, free, trajectory.end)
+    return state_at(period_map, model, trajectory, trajectory.end)
 
 
-def state_at(period_map: PeriodMap, trajectory: Trajectory, free: NDArray[np.int64], time: float) -> State:
+def state_at(period_map: PeriodMap, model: Model, trajectory: Trajectory, time: float) -> State:
     """Return the state of a simulated motion at an instant [s], between samples by cubic polynomials."""
     from scipy.interpolate import CubicHermiteSpline
 
     i = int(np.clip(np.searchsorted(trajectory.time, time, side="right") - 1, 0, len(trajectory.time) - 2))
     rows = slice(i, i + 2)
-    angle, velocity, acceleration = (
-        values[rows][:, free] for values in (trajectory.angle, trajectory.velocity, trajectory.acceleration)
-    )
+    angle, velocity, acceleration = (coordinates_of(model, trajectory, order, rows) for order in range(3))
     angle_then, velocity_then = (
         CubicHermiteSpline(trajectory.time[rows], values, slopes)(time)
         for values, slopes in ((angle, velocity), (velocity, acceleration))
@@ -136,12 +133,7 @@ def initial_of(model: Model, period_map: PeriodMap, state: State) -> dict[str, l
     The memories of sliders have no room in it: ``simulate`` begins with all of them unloaded.
     """
     task = period_map.task(state, 1)
-    time = np.zeros(1)
-    angle, velocity = (
-        with_prescribed(model, values[None], prescribed_angles(model, time, order))[0]
-        for order, values in enumerate((task.angle, task.velocity))
-    )
-    return {"angle": angle.tolist(), "velocity": velocity.tolist()}
+    return start_table(model, task.angle, task.velocity)
 
 
 def plan_from(model: Model, orbit: tuple[PeriodMap, State], settings: dict[str, Any]) -> Plan:

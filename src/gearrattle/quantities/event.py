@@ -143,7 +143,9 @@ def _hardest(trajectory: Trajectory, impacts: Impacts) -> HardestImpact | None:
 
 
 def _peak_torques(trajectory: Trajectory) -> dict[str, PeakTorque]:
-    """Return the largest torque of every element: of the exact motion where that is known, else of its samples."""
+    """Return the largest torque of every element that turns bodies: of the exact motion where that is known, else of
+    its samples.
+    """
     layout = trajectory.layout
     judged = steady(trajectory)
     time = judged.closed(trajectory.time)
@@ -151,6 +153,8 @@ def _peak_torques(trajectory: Trajectory) -> dict[str, PeakTorque]:
     exact = _exact_peaks(trajectory)
     peaks = {}
     for k, name in enumerate(layout.element_names):
+        if layout.is_bearing[k]:
+            continue
         largest = int(np.argmax(np.abs(torque[:, k])))
         peaks[name] = PeakTorque(exact.get(name, float(torque[largest, k])), float(time[largest]))
     return peaks
@@ -162,7 +166,8 @@ def _exact_peaks(trajectory: Trajectory) -> dict[str, float]:
         return {}
     layout = trajectory.layout
     known = trajectory.exact.signals(trajectory)
-    signals = [("force", name) for name in layout.element_names if ("force", name) in known]
+    turning = [name for name, held in zip(layout.element_names, layout.is_bearing, strict=True) if not held]
+    signals = [("force", name) for name in turning if ("force", name) in known]
     statistics = trajectory.exact.statistics(trajectory, signals, with_moments=False) if signals else None
     if statistics is None:
         return {}

@@ -1,4 +1,4 @@
-"""Statistics of mesh forces: standard deviation, crest factor, kurtosis, and the force exceeded 5 % of the time.
+"""Statistics of forces of meshes and bearings: standard deviation, crest factor, kurtosis, 5 % exceedance.
 
 Over the window, with means by the trapezoidal rule,
 
@@ -6,7 +6,8 @@ Over the window, with means by the trapezoidal rule,
     kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: the |F| that 5 % of the time lie above
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
-raises it. The force is that on the line of action.
+raises it. The force is that on the line of action, of a bearing that on its body
+along x or y.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class ForceStatistics(Quantity[Inputs]):
     """Standard deviation, crest factor, kurtosis, 5 % exceedance."""
 
     name: str = "force_statistics"
-    title: str = "Mesh forces"
+    title: str = "Forces of meshes and bearings"
     formula: str = "s = <(F-<F>)^2>^(1/2), max|F| / <F^2>^(1/2), <(F-<F>)^4> / s^4, 95 % quantile of |F|"
     unit: str = "N"
     source: str = (
@@ -45,11 +46,11 @@ class ForceStatistics(Quantity[Inputs]):
     )
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return the statistics of every force of a mesh; without a model, of every force in N."""
+        """Return the statistics of every force of a mesh or bearing; without a model, of every force in N."""
         rows: list[Row] = []
         # forces of meshes in newtons
         for name in inputs.of("force"):
-            if not _is_mesh(inputs, name):
+            if not _is_force(inputs, name):
                 continue
             unit = inputs.units.get(("force", name), "N")
             if inputs.layout is None and unit != "N":
@@ -102,7 +103,10 @@ def _exceeded(inputs: Inputs, name: str) -> tuple[float, float, str]:
     return levels[0], max((abs(level - levels[0]) for level in levels[1:]), default=math.nan), ""
 
 
-def _is_mesh(inputs: Inputs, name: str) -> bool:
-    if inputs.layout is None or name not in inputs.layout.element_names:
-        return inputs.layout is None
+def _is_force(inputs: Inputs, name: str) -> bool:
+    """Whether it is no torque of a coupling."""
+    if inputs.layout is None or name in inputs.layout.bearing_names:
+        return True
+    if name not in inputs.layout.element_names:
+        return False
     return bool(inputs.layout.is_mesh[inputs.layout.element_names.index(name)])

@@ -291,7 +291,7 @@ def closed(samples: Array) -> Array:
 def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     """Return quantity and subject of the signals that metrics ask of an exact motion, where known between samples.
 
-    All velocities, forces of meshes, accelerations of loose gears and their drivers.
+    All velocities, forces of meshes and bearings, accelerations of loose gears and their drivers.
     """
     if motion.exact is None:
         return []
@@ -300,6 +300,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     gears = loose_gears(layout)
     asked = {("velocity", name) for name in names}
     asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
+    asked |= {("force", name) for name in layout.bearing_names}
     asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
     return [signal for signal in motion.exact.signals(motion) if signal in asked]
 

@@ -20,13 +20,13 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.quantities.metric_inputs import Inputs, Signal, asked_of
 from gearrattle.quantities.quantity import Sums
 from gearrattle.recording import Channel, Recording, are_even
-from gearrattle.signals import steady
+from gearrattle.signals import Window, steady
 from gearrattle.signals.chunk_moments import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
 from gearrattle.signals.driveline_constants import LooseGear
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.trajectory import Array, Layout, Sideways, Trajectory
 from gearrattle.wording import counted
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
@@ -37,7 +37,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
     """Return the steady part of a simulated motion as a recording: all that sensors without noise could see of it.
 
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
-    meshes, torques of all elements. The log of crossings is not in it.
+    meshes, torques of all elements that turn bodies, displacements, forces of bearings on their bodies. The log of
+    crossings is not in it.
 
     ModelError if no cycle remains after the discarded ones.
     """
@@ -54,10 +55,14 @@ def recording_of(trajectory: Trajectory) -> Recording:
             values = window.closed(getattr(trajectory, quantity))[:, k]
             channels.append(Channel(f"{quantity}.{name}", quantity, name, unit, values))
     for element, name in enumerate(layout.element_names):
+        if layout.is_bearing[element]:
+            continue
         torque = window.closed(trajectory.element_torque)[:, element]
         channels.append(Channel(f"torque.{name}", "torque", name, "N m", torque))
         if layout.is_mesh[element] and name not in layout.clearance_names:
             channels.append(Channel(f"force.{name}", "force", name, "N", torque / layout.radii[element, 0]))
+    if trajectory.sideways is not None:
+        channels += _sideways_channels(layout, trajectory.sideways, window)
     return Recording(window.closed(trajectory.time), tuple(channels), trajectory.cost.algorithm, trajectory.notes)
 
 
@@ -214,10 +219,29 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
     names = [(quantity, name) for quantity in ("angle", "velocity", "acceleration") for name in layout.inertia_names]
     names += [(quantity, name) for name in layout.clearance_names for quantity in ("deflection", "force")]
     for element, name in enumerate(layout.element_names):
+        if layout.is_bearing[element]:
+            continue
         names.append(("torque", name))
         if layout.is_mesh[element] and name not in layout.clearance_names:
             names.append(("force", name))
-    return names
+    names += [("displacement", name) for name in layout.direction_names]
+    return [*names, *(("force", name) for name in layout.bearing_names)]
+
+
+def _sideways_channels(layout: Layout, sideways: Sideways, window: Window) -> list[Channel]:
+    """Displacements of bodies, and forces of bearings on them."""
+    displacement = window.closed(sideways.displacement)
+    force = window.closed(sideways.bearing_force)
+    return [
+        *(
+            Channel(f"displacement.{name}", "displacement", name, "m", values)
+            for name, values in zip(layout.direction_names, displacement.T, strict=True)
+        ),
+        *(
+            Channel(f"bearing_force.{name}", "force", name, "N", values)
+            for name, values in zip(layout.bearing_names, force.T, strict=True)
+        ),
+    ]
 
 
 def inputs_of_recording(

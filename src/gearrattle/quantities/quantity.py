@@ -273,9 +273,11 @@ def impulse_unit(layout: Layout, element: int) -> str:
 
 
 def judged_elements(layout: Layout) -> list[tuple[int, int | None]]:
-    """Return every mesh and every element with a corner, in element order, with its index into ``layout.clearance``.
+    """Return every mesh and every element with a corner, in element order, with its index into ``layout.clearance``;
+    a bearing without clearance is none.
 
     The index is None for a mesh that has no corner: it cannot rattle, but it is judged all the same.
     """
     index = {int(element): k for k, element in enumerate(layout.clearance)}
-    return [(k, index.get(k)) for k in range(len(layout.element_names)) if k in index or bool(layout.is_mesh[k])]
+    meshes = layout.is_mesh & ~layout.is_bearing
+    return [(k, index.get(k)) for k in range(len(layout.element_names)) if k in index or bool(meshes[k])]

@@ -53,7 +53,7 @@ class RattleLevel(Quantity[Inputs]):
         intensities = {}
         for k, name in enumerate(layout.clearance_names):
             element = int(layout.clearance[k])
-            if layout.is_mesh[element] and is_gap(layout, k):
+            if layout.is_mesh[element] and not layout.is_bearing[element] and is_gap(layout, k):
                 intensities[name] = reduced_inertia(layout, element) * inputs.contacts(k).speeds / inputs.duration
         if not intensities:
             return []

@@ -50,9 +50,9 @@ class Part:
     Attributes
     ----------
     name
-        of the mesh or coupling.
+        of the mesh, coupling or pair of faces of a bearing.
     kind
-        "mesh" or "coupling".
+        "mesh", "coupling" or "bearing".
     gap
         whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
         spring.
@@ -187,6 +187,8 @@ def _unbroken(layout: Layout, element: int, margins: Mapping[str, float]) -> Par
 
 
 def _kind(layout: Layout, element: int) -> str:
+    if layout.is_bearing[element]:
+        return "bearing"
     return "mesh" if layout.is_mesh[element] else "coupling"
 
 

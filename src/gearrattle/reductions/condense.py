@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.matrices import LinearSystem, linearised
-from gearrattle.assembly import assemble, free_names, left_out
+from gearrattle.assembly import assemble, coordinate_names, left_out
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import Json, json_value
 from gearrattle.model import Model, check_model
@@ -175,7 +175,7 @@ def condense(
         )
         raise ModelError(Problem("method", shown(method), rule, "craig-bampton, a larger margin, or more in keep"))
     # matrices in the subspace
-    bodies = free_names(model)
+    bodies = coordinate_names(model)
     slopes = np.array([law.stiffness[-1] for law in system.laws], dtype=float)
     small = _linear(request, slopes).within(subspace.basis)
     return Condensed(

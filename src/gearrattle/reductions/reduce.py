@@ -21,6 +21,7 @@ from gearrattle.assembly import (
     must_keep_bodies,
     must_stay_level,
     refuse_motions,
+    refuse_sideways,
 )
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
@@ -93,6 +94,7 @@ def reduce(
     if check not in (None, "simulate"):
         problems.append(Problem("check", shown(check), 'must be "simulate", or left out'))
     refuse_motions(model, "lumping")
+    refuse_sideways(model, "lumping")
     if model.excitation.sweep is not None:
         rule = "a model is reduced at one speed: a band follows no sweep"
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.assembly import free_names
+from gearrattle.assembly import coordinate_names
 from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
@@ -24,7 +24,7 @@ def energy_table(findings: Findings) -> Table | None:
     unit = "J" if findings.model.units == "SI" else ""
     rows = [
         (f"work of the torques on {name}", engineering(work, unit), "")
-        for name, work in zip(free_names(findings.model), energy.torque_work.tolist(), strict=True)
+        for name, work in zip(coordinate_names(findings.model), energy.torque_work.tolist(), strict=True)
         if work
     ]
     rows += [
@@ -55,7 +55,7 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
     layout = findings.motion.trajectory.layout
     if energy is None:
         return None
-    inertia_names = free_names(findings.model)
+    inertia_names = coordinate_names(findings.model)
     by_inertia = {name: getattr(energy, name) for name in ("torque_work", "drag_loss")}
     by_element = {"error_work": energy.error_work, "element_loss": energy.element_loss}
     by_element["friction_loss"] = _friction(energy)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from gearrattle.analysis.statics import Equilibrium
-from gearrattle.assembly import free_names
 from gearrattle.report.linear_tables import elements_table
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
@@ -45,12 +44,13 @@ class EquilibriumPage(Presentation[Equilibrium]):
         bodies = tuple(
             (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
             for name, angle, acceleration in zip(
-                free_names(rest.model), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
+                _inertias(rest), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
             )
         )
         tables = (
             elements_table(rest.model, rest, "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
+            *_sideways_tables(rest, si=si),
         )
         if not rest.balance:
             return tables
@@ -63,7 +63,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
 
     def content(self) -> dict[str, Any]:
         rest = self.result
-        names = free_names(self.result.model)
+        names = _inertias(rest)
         return {
             "model": {"name": rest.model.name, "units": rest.model.units},
             "angle": dict(zip(names, rest.angle.tolist(), strict=True)),
@@ -71,6 +71,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
             "region": rest.region,
             "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
             "balance": rest.balance,
+            **({"displacement": rest.displacement, "bearing_force": rest.bearing_force} if rest.displacement else {}),
         }
 
     def numbers(self) -> Arrays:
@@ -79,6 +80,11 @@ class EquilibriumPage(Presentation[Equilibrium]):
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
         balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}
+        sideways = {
+            "displacement": ("direction", list(rest.displacement.values()), {"units": "m" if si else "1"}),
+            "bearing_force": ("bearing", list(rest.bearing_force.values()), {"units": "N" if si else "1"}),
+        }
+        directions = {"direction": texts(rest.displacement), "bearing": texts(rest.bearing_force)}
         return Arrays(
             {
                 "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
@@ -87,12 +93,31 @@ class EquilibriumPage(Presentation[Equilibrium]):
                 "deflection_unit": ("element", texts(units)),
                 "region": ("clearance", list(rest.region.values())),
                 **(balance if rest.balance else {}),
+                **(sideways if rest.displacement else {}),
             },
             {
-                "inertia": texts(free_names(rest.model)),
+                "inertia": texts(_inertias(rest)),
                 "element": texts(rest.deflection),
                 "clearance": texts(rest.region),
                 **({"balanced": texts(rest.balance)} if rest.balance else {}),
+                **(directions if rest.displacement else {}),
             },
             {"model": rest.model.name},
         )
+
+
+def _inertias(rest: Equilibrium) -> tuple[str, ...]:
+    """Names of all inertias."""
+    return tuple(inertia.name for inertia in rest.model.inertias)
+
+
+def _sideways_tables(rest: Equilibrium, *, si: bool) -> tuple[Table, ...]:
+    """Displacements of bodies with a mass, and forces of bearings; none where no body has one."""
+    if not rest.displacement:
+        return ()
+    moved = tuple((name, engineering(value, "m" if si else "", 4)) for name, value in rest.displacement.items())
+    forces = tuple((name, engineering(value, "N" if si else "", 4)) for name, value in rest.bearing_force.items())
+    return (
+        Table(("direction", "displacement"), moved, title="Displacements"),
+        Table(("bearing", "force on its body"), forces, title="Bearing forces"),
+    )

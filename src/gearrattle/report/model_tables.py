@@ -36,16 +36,19 @@ def _inertias(model: Model) -> Table:
             quantity(body.J, unit("kg m²")),
             quantity(body.drag, unit("N m s/rad")) if body.drag else "by parts" if body.drag_parts else "–",
             quantity(body.drag_torque, unit("N m")) if body.drag_torque else "by parts" if body.drag_parts else "–",
+            *([quantity(body.mass, unit("kg")) if body.mass else "–"] if model.bearings else []),
         )
         for body in model.inertias
     )
-    return Table(("body", "inertia", "viscous drag", "drag torque"), rows, title="Bodies")
+    mass = ("mass",) if model.bearings else ()
+    return Table(("body", "inertia", "viscous drag", "drag torque", *mass), rows, title="Bodies")
 
 
 def _elements(model: Model) -> Table:
     head = ("element", "between", "drive side: stiffness, from the centre outward", "coast side", "damping")
     rows = tuple(_element(element, _unit(model)) for element in model.elements)
-    return Table(head, rows, frozenset(range(5)), "Couplings and meshes")
+    title = "Couplings, meshes and bearings" if model.bearings else "Couplings and meshes"
+    return Table(head, rows, frozenset(range(5)), title)
 
 
 def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
@@ -53,7 +56,7 @@ def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
     slope, deflection, damping = ("N/m", "m", "N s/m") if element.along_line else ("N m/rad", "rad", "N m s/rad")
     alike = element.coast == element.drive
     coast = "as drive" if alike else _stages(element.coast, unit(slope), unit(deflection))
-    if element.along_line:
+    if element.along_line and element.radii[0] > 0.0:
         coast += "; base radii " + ", ".join(engineering(radius, unit("m")) for radius in element.radii)
     others = [body for body, _ in element.arms if body not in element.between]
     between = " – ".join(element.between) + "".join(f", on {body}" for body in others)

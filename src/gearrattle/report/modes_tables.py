@@ -101,7 +101,11 @@ def energies_in_words(modes: Modes) -> Table:
 def energy_tables(modes: Modes, *, si: bool) -> tuple[Table, ...]:
     """Shares of strain and kinetic energy, and participations."""
     unit = " [1/(kg m²)]" if si else ""
-    inertia = f"Modal inertia with the largest angle 1{' [kg m²]' if si else ''}: " + ", ".join(
+    if modes.has_directions:
+        unit += f", in a direction of a force{' [1/kg]' if si else ''}"
+    largest = "angle or displacement 1" if modes.has_directions else "angle 1"
+    of_angles = " [kg m² or kg]" if modes.has_directions else " [kg m²]"
+    inertia = f"Modal inertia with the largest {largest}{of_angles if si else ''}: " + ", ".join(
         f"mode {mode + 1} {numeral(value, 3)}" for mode, value in enumerate(modes.modal_inertia.tolist())
     )
     strain = (

@@ -1,9 +1,12 @@
 """Constants of a driveline: loose gears, reduced inertias of pairs at impacts, mean speeds.
 
-A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
+A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness that turns it; of a mesh
+with a line of action for either flank that of the drive flank is named. Along the
 deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the reduced inertia m_eff,
 
     1 / m_eff = sum_i w_i^2 / J_i        [kg for a mesh, kg m^2 for a coupling]
+
+and of a body that moves sideways also its mass counts, with the share of its displacement.
 
 Ground and bodies of prescribed motion contribute 0. Bodies connected by other elements are left out: in the short time
 of an impact those elements transmit next to nothing.
@@ -40,10 +43,12 @@ class LooseGear(NamedTuple):
 
 
 def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
-    """Return every loose gear, in the order of the meshes."""
+    """Return every loose gear, in the order of the meshes; two flanks of one mesh count once."""
     gears = []
     pairs = layout.is_mesh & (np.count_nonzero(layout.rows, axis=1) == 2) & np.all(layout.between >= 0, axis=1)
     for mesh in np.flatnonzero(pairs).tolist():
+        if any(is_same_mesh(layout, k, mesh) for k in range(mesh)):
+            continue
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
             if (
@@ -57,9 +62,15 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
 
 
 def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
-    """Return whether the mesh is the only element with a stiffness on the inertia's body."""
+    """Return whether the mesh is the only element with a stiffness that turns the inertia; both its flanks are it."""
     touching = np.flatnonzero(layout.rows[:, inertia])
-    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)
+    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if not is_same_mesh(layout, k, mesh))
+
+
+def is_same_mesh(layout: Layout, one: int, other: int) -> bool:
+    """Whether two elements are flanks of one mesh, or the same element."""
+    of = layout.component_paths
+    return one == other or (bool(of) and of[one] == of[other] and np.array_equal(layout.rows[one], layout.rows[other]))
 
 
 def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | None = None) -> T:
@@ -106,6 +117,8 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
     J = layout.inertia if inertia is None else inertia
     compliance = np.zeros((*J.shape[:-1], len(elements)))
     for i, element in enumerate(elements):
+        if layout.direction_mass.size:
+            compliance[..., i] = layout.direction_rows[element] ** 2 @ (1.0 / layout.direction_mass)
         for body in np.flatnonzero(layout.rows[element]).tolist():
             if body not in layout.prescribed:
                 compliance[..., i] += layout.rows[element, body] ** 2 / J[..., body]

@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.statics import named_equilibrium
-from gearrattle.assembly import Driveline, assemble, carried_along, free_names, free_of, prescribed_angles, steady
+from gearrattle.assembly import (
+    Driveline,
+    assemble,
+    carried_along,
+    coordinates_at_start,
+    free_names,
+    prescribed_angles,
+    steady,
+)
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.free_trains import trains
 from gearrattle.engine.system.rigid_motion import is_accelerated, rigid_response
@@ -22,14 +30,13 @@ _MOST_NAMED = 3
 
 
 def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return angles and velocities (n,) of the free inertias at t = 0, with notes; ModelError without a static
+    """Return coordinates and rates (N,) of the system at t = 0, with notes; ModelError without a static
     equilibrium.
     """
     system = driveline.system
     model = driveline.model
     if isinstance(initial, Initial):
-        free = free_of(model)
-        return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
+        return (*coordinates_at_start(model, initial), ())
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
     angle, velocity, notes = _static(driveline) if initial == "static" else _steady(driveline)

@@ -14,7 +14,7 @@ from gearrattle.engine.solvers.solver import Marching, Motion, Position, Task
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.slices import slices
-from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
+from gearrattle.trajectory import Cost, EventLog, Layout, Sideways, Trajectory
 
 Progress = Callable[[float], None]
 _UNTIL_JUDGED = 2.0  # s
@@ -151,13 +151,23 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
         force[part] = motion.force[part][:, layout.clearance]
         region[part] = motion.piece[part] + first
         torque[part] = motion.force[part] * layout.radii[:, 0]
+    # angles of bodies, then displacements
+    turning = motion.angle.shape[1] - len(layout.direction_names)
+    sideways = None
+    if layout.direction_names:
+        sideways = Sideways(
+            displacement=motion.angle[:, turning:],
+            velocity=motion.velocity[:, turning:],
+            acceleration=motion.acceleration[:, turning:],
+            bearing_force=motion.force @ layout.bearing_rows.T,
+        )
     # trajectory under the names of the driveline
     return Trajectory(
         layout=layout,
         time=time,
-        angle=motion.angle,
-        velocity=motion.velocity,
-        acceleration=motion.acceleration,
+        angle=motion.angle[:, :turning],
+        velocity=motion.velocity[:, :turning],
+        acceleration=motion.acceleration[:, :turning],
         deflection=motion.deflection,
         force=force,
         region=region,
@@ -180,4 +190,5 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
         energy=motion.energy,
         first_cycle=grid.first_cycle,
         auxiliaries=motion.auxiliaries,
+        sideways=sideways,
     )

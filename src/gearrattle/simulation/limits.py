@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import cache
 
-from gearrattle.assembly import Driveline, free_names
+from gearrattle.assembly import Driveline, coordinate_names
 from gearrattle.derived_values import kept
 from gearrattle.engine.solvers.scheme_choice import is_large
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -37,7 +37,7 @@ def check_rates(driveline: Driveline) -> None:
             if rate > FASTEST:
                 most = largest * (FASTEST / rate) ** power
                 problems.append(_too_fast(f"{element.path}.{name}", largest, most, rate, period))
-    for name, inertia, drag in zip(free_names(model), system.inertia.tolist(), system.drag.tolist(), strict=True):
+    for name, inertia, drag in zip(coordinate_names(model), system.inertia.tolist(), system.drag.tolist(), strict=True):
         if (rate := period * drag / inertia) > FASTEST:
             problems.append(_too_fast(f"inertia.{name}.drag", drag, drag * FASTEST / rate, rate, period))
     problems += _too_high(model, period)

@@ -7,7 +7,7 @@ from typing import Any
 
 from gearrattle.assembly import default_cycles
 from gearrattle.derived_values import kept
-from gearrattle.model import DEFAULTS, Model
+from gearrattle.model import DEFAULTS, Initial, Model
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:
@@ -66,8 +66,8 @@ def _is_event(model: Model) -> bool:
 
 def _plain(value: Any) -> Any:
     """Initial states back to the tables of the file format; everything else as it is."""
-    if hasattr(value, "angle") and hasattr(value, "velocity"):
-        return {"angle": list(value.angle), "velocity": list(value.velocity)}
+    if isinstance(value, Initial):
+        return value.to_plain()
     if isinstance(value, dict):
         return {key: [float(x) if not isinstance(x, str) else x for x in entry] for key, entry in value.items()}
     return value

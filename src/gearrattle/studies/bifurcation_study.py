@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import refuse_unsteady
+from gearrattle.assembly import refuse_unsteady, start_at
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import shown
@@ -324,8 +324,7 @@ def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Comput
             for name, value in outputs.of(run).items():
                 computed.values[name][at] = value
             computed.outcome[at] = DONE
-            end = run.trajectory
-            reached.state = {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
+            reached.state = start_at(run.trajectory, -1)
         except Cancelled:
             raise
         except Exception as error:  # as in a grid: a failure is a result

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_of
+from gearrattle.assembly import assemble, coordinates_at_start, free_of
 from gearrattle.assembly.variant_assembly import coefficients, static_velocities
 from gearrattle.engine.kernels.variant_arrays import Tallies, picked, room_for
 from gearrattle.engine.kernels.variants_march import AS_GIVEN, STATIC, STEADY
@@ -154,9 +154,7 @@ class _Alike:
         good &= is_number
         angle, velocity = np.zeros((2, count, system.size))
         if isinstance(settings.initial, Initial):
-            free = free_of(model)
-            angle[:] = np.array(settings.initial.angle)[free]
-            velocity[:] = np.array(settings.initial.velocity)[free]
+            angle[:], velocity[:] = coordinates_at_start(model, settings.initial)
         elif start != AS_GIVEN:
             fitting = {path: column[good] for path, column in columns.items()}
             velocity[good], level = static_velocities(model, fitting, int(good.sum()))
@@ -238,7 +236,8 @@ def _keep(
     at = chosen[judged]
     duration = (alike.window[:, 1] - alike.window[:, 0])[judged]
     inertia = np.repeat(alike.layout.inertia[None], judged.sum(), axis=0)
-    inertia[:, free_of(alike.model)] = alike.numbers.inertia[judged]
+    free = free_of(alike.model)
+    inertia[:, free] = alike.numbers.inertia[judged, : free.size]
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
     sums = {**tally._asdict(), "mass": mass}
     gaps = gap_names(alike.layout)

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names, free_of, own_mean, period_of
+from gearrattle.assembly import assemble, coordinates_of, free_names, own_mean, period_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
@@ -174,7 +174,7 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
         scales[f"deflection.{element.name}"] = size
         scales[f"rate.{element.name}"] = size * rate
         angles[arms > 0.0] = np.minimum(angles[arms > 0.0], size / arms[arms > 0.0])
-    for name, angle in zip(free_names(model), np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
+    for name, angle in zip(free_names(model), np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=False):
         scales[f"angle.{name}"] = angle
         scales[f"velocity.{name}"] = angle * rate
     for motion in model.motions:
@@ -196,10 +196,10 @@ def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops:
     cosine = inputs.error_cosine[k]
     if kind == "deflection":
         error = float(sine @ np.sin(turn * phase) + cosine @ np.cos(turn * phase))
-        return np.asarray(t.angle[stops][:, free_of(run.model)] @ system.rows[k] - error)
+        return np.asarray(coordinates_of(run.model, t, 0, stops) @ system.rows[k] - error)
     swift = turn / inputs.period
     error = float((sine * swift) @ np.cos(turn * phase) - (cosine * swift) @ np.sin(turn * phase))
-    return np.asarray(t.velocity[stops][:, free_of(run.model)] @ system.rows[k] - error)
+    return np.asarray(coordinates_of(run.model, t, 1, stops) @ system.rows[k] - error)
 
 
 def own_units(model: Model) -> tuple[str, str, str]:

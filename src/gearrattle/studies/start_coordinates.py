@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names, prescribed_angles, with_prescribed
+from gearrattle.assembly import StartTable, assemble, free_names, start_table
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
@@ -37,18 +37,18 @@ _LEVELS = (("angle", "deflection"), ("velocity", "rate"))
 
 @dataclass(frozen=True)
 class Half:
-    """Angles, or velocities, from values of their coordinates: base + gain (c - c_0).
+    """Coordinates of the system, or their rates, from values of some quantities: base + gain (c - c_0).
 
     Attributes
     ----------
     names
-        (q,) coordinates.
+        (q,) quantities.
     base
-        (n,) the model's own.
+        (N,) the model's own.
     gain
-        (n, q) least change for a unit of every coordinate.
+        (N, q) least change for a unit of every quantity.
     zero
-        (q,) coordinates of the base.
+        (q,) quantities of the base.
     """
 
     names: tuple[str, ...]
@@ -56,23 +56,23 @@ class Half:
     gain: Array
     zero: Array
 
-    def at(self, values: Mapping[str, float]) -> list[float]:
-        """Return (n,) angles or velocities."""
+    def at(self, values: Mapping[str, float]) -> Array:
+        """Return (N,) coordinates of the system, or their rates."""
         wanted = np.array([values[name] for name in self.names])
-        state: list[float] = (self.base + self.gain @ (wanted - self.zero)).tolist()
-        return state
+        return np.asarray(self.base + self.gain @ (wanted - self.zero))
 
 
 @dataclass(frozen=True)
 class Starts:
     """Initial states by values of coordinates."""
 
+    model: Model
     angle: Half
     velocity: Half
 
-    def state(self, values: Mapping[str, float]) -> dict[str, list[float]]:
+    def state(self, values: Mapping[str, float]) -> StartTable:
         """Return the state, as ``simulation.initial`` takes it, from values of every coordinate by name [SI]."""
-        return {"angle": self.angle.at(values), "velocity": self.velocity.at(values)}
+        return start_table(self.model, self.angle.at(values), self.velocity.at(values))
 
 
 def starts_of(model: Model, names: Sequence[str]) -> Starts:
@@ -96,7 +96,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
         _half(model, [name for name in names if name.partition(".")[0] in kinds], bases[level], level)
         for level, kinds in enumerate(_LEVELS)
     ]
-    return Starts(*halves)
+    return Starts(model, *halves)
 
 
 def _unknown(name: str, known: Sequence[str], moving: Set[str]) -> Problem:
@@ -133,8 +133,7 @@ def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     if names:
         gain[:] = np.linalg.solve(matrix, weighted.T).T
     zero = rows @ base - error
-    base = with_prescribed(model, base, prescribed_angles(model, np.zeros(1), level)[0])
-    return Half(tuple(names), base, with_prescribed(model, gain.T, np.zeros(len(model.motions))).T, zero)
+    return Half(tuple(names), base, gain, zero)
 
 
 def _error(system: PiecewiseSystem, k: int, level: int) -> float:

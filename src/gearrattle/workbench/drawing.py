@@ -128,7 +128,8 @@ def _links(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Li
             except ValidationError:
                 yield from _pairs(kind, index, row, numbers)
                 continue
-            for element in elements:
+            shown = elements[:1] if elements[0].radii[0] == 0.0 else elements  # of a bearing, all faces as one
+            for element in shown:
                 first, second = (numbers.get(end, MISSING) for end in element.between)
                 arms = tuple(numbers[body] for body, _ in element.arms if numbers.get(body, MISSING) >= 0)
                 if first >= 0 or second >= 0:
@@ -136,10 +137,12 @@ def _links(tables: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Li
 
 
 def _pairs(kind: str, index: int, row: Mapping[str, Any], numbers: Mapping[Any, int]) -> Iterator[Link]:
-    """Yield the first body of a component with each of the others."""
+    """Yield the first body of a component with each of the others; what holds one body lies between it and ground."""
     bodies = [numbers.get(name, MISSING) for name in ends_of(kind, row).values()]
     first = next((body for body in bodies if body >= 0), -1)
     others = [body for position, body in enumerate(bodies) if position != bodies.index(first)] if first >= 0 else []
+    if first >= 0 and "on" in COMPONENTS[kind].template:
+        yield Link(kind, index, (first, -1), (first,))
     for other in others:
         if other != first:
             yield Link(kind, index, (first, other), tuple(body for body in (first, other) if body >= 0))

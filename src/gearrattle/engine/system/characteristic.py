@@ -56,6 +56,7 @@ class Scales:
             "length": self.length,
             "line_speed": self.length * self.frequency,
             "inertia": self.inertia,
+            "mass": self.inertia / self.radius**2,
             "torque": stiffness * self.angle,
             "force": stiffness * self.angle / self.radius,
             "energy": stiffness * self.angle**2,
@@ -100,7 +101,13 @@ def _first_radius(row: Array) -> float:
 
 
 def coefficients(
-    system: PiecewiseSystem, is_mesh: NDArray[np.bool_], orders: Array, omega: float, scales: Scales
+    system: PiecewiseSystem,
+    is_mesh: NDArray[np.bool_],
+    orders: Array,
+    omega: float,
+    scales: Scales,
+    *,
+    turning: int | None = None,
 ) -> dict[str, float]:
     """Return the coefficients of eqs. (9)-(22) by their names; zero drags, loads and errors are left out.
 
@@ -110,6 +117,7 @@ def coefficients(
     orders: (H,) orders of the inputs.
     omega: reference speed [rad/s].
     scales: what counts as one.
+    turning: how many of the coordinates are angles, the first ones; None: all. Of displacements l_k = 1.
     """
     w = scales.frequency
     named_values = dict[str, float]()
@@ -117,7 +125,9 @@ def coefficients(
     for i, drag in enumerate(system.drag.tolist()):
         if drag:
             named_values[_name("xi", i, i)] = drag / (inertia[i] * w)
-    lever = np.where(is_mesh, scales.radius, 1.0)[:, None] * np.abs(system.rows) / inertia
+    arm = np.abs(system.rows)
+    arm[is_mesh, :turning] *= scales.radius
+    lever = arm / inertia
     for symbol, values, unit in (
         ("eta", [law.damping[-1] for law in system.laws], w),
         ("Omega2", [law.stiffness[-1] for law in system.laws], w**2),

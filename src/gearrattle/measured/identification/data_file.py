@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from gearrattle.assembly import coordinate_names
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_tables import DataTables, ModeTable, ResponseTable, StateTable
 from gearrattle.measured.identification.measured_modes import (
@@ -97,10 +98,10 @@ def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
             if name not in names:
                 rule = f"no inertia has this name; there are {listed(names)}"
                 yield Breach((*at, "shape", name), name, rule, did_you_mean(name, names))
-        if row.number is not None and row.number > len(names):
-            yield Breach(
-                (*at, "number"), row.number, f"the model has {counted(len(names), 'mode')}, one for each inertia"
-            )
+        count = len(coordinate_names(model))
+        if row.number is not None and row.number > count:
+            of_what = "one for each inertia" + (" and each direction" if count > len(names) else "")
+            yield Breach((*at, "number"), row.number, f"the model has {counted(count, 'mode')}, {of_what}")
         omega = _omega(row)
         if row.number is not None and omega is not None:
             numbered.setdefault(_state(row, State()), []).append((row.number, omega, index))

@@ -3,6 +3,7 @@
 ``COMPONENTS`` says which array of tables of the model file holds which; elements come in its order.
 """
 
+from gearrattle.model.components.bearing import Bearing
 from gearrattle.model.components.component import Component
 from gearrattle.model.components.coupling import Coupling
 from gearrattle.model.components.mesh import Mesh
@@ -12,6 +13,7 @@ COMPONENTS: dict[str, type[Component]] = {
     "coupling": Coupling,
     "mesh": Mesh,
     "planetary": Planetary,
+    "bearing": Bearing,
 }
 
-__all__ = ["COMPONENTS", "Component", "Coupling", "Mesh", "Planetary"]
+__all__ = ["COMPONENTS", "Bearing", "Component", "Coupling", "Mesh", "Planetary"]

@@ -51,6 +51,22 @@ class Piece(NamedTuple):
     stick_stiffness: float = 0.0
 
 
+class Push(NamedTuple):
+    """How an element sees the displacement of a body: ``x u_x + y u_y`` is added to its deflection.
+
+    Attributes
+    ----------
+    body
+        that is displaced; one without a mass never is.
+    x, y
+        of the direction in which it pulls on the body.
+    """
+
+    body: str
+    x: float
+    y: float
+
+
 @dataclass(frozen=True)
 class Element:
     """One deflection and its law, in words and SI numbers.
@@ -69,7 +85,8 @@ class Element:
     between
         the two bodies it lies between; "ground" for the frame.
     radii
-        (R_a, R_b) of these [m]; (1, 1) for a torsional element. R_a refers the force to the first.
+        (R_a, R_b) of these [m]; (1, 1) for a torsional element, (0, 0) for a bearing, which turns nothing. R_a refers
+        the force to the first.
     drive, coast
         the law for delta > 0 and for delta < 0 (positive magnitudes), from the centre outward.
     preload
@@ -84,6 +101,8 @@ class Element:
         "kelvin-voigt" or "clipped".
     alternation
         how the stiffness alternates with the tooth pairs in contact; None if it does not.
+    pushes
+        how it sees displacements of bodies with a mass.
     """
 
     name: str
@@ -100,6 +119,7 @@ class Element:
     load_ripple: tuple[Harmonic, ...] = ()
     contact_damping: str = "kelvin-voigt"
     alternation: Alternation | None = None
+    pushes: tuple[Push, ...] = ()
 
     @property
     def error_words(self) -> str:

@@ -48,6 +48,8 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     names = layout.inertia_names
     drawn = [f'<text class="title" x="12" y="24">{escape(title)}</text>']
     for element in np.argsort(shares, kind="stable").tolist():  # words of those that work stand on top
+        if layout.is_bearing[element]:
+            continue
         name = layout.element_names[element]
         share = float(shares[element])
         words = [f'<tspan class="name">{escape(name)}</tspan>', f'<tspan class="share">{_percent(share)}</tspan>']
@@ -94,7 +96,7 @@ def _shape(scene: driveline.Scene, angles: Array) -> str:
     }
     joined = []
     for element, pair in enumerate(scene.layout.between.tolist()):
-        if element in scene.placement.seats:
+        if element in scene.placement.seats or scene.layout.is_bearing[element]:
             continue
         (x_a, y_a, tip_a), (x_b, y_b, tip_b) = (
             tips[end] if end >= 0 else (*scene.at(end, element), scene.at(end, element)[1]) for end in pair

@@ -90,14 +90,16 @@ def place(layout: Connections) -> Placement:
 
 
 def _grow(layout: Connections, start: int, placement: Placement) -> None:
-    """Walk one train breadth first: of each body first the gears below it, then what its couplings lead to."""
+    """Walk one train breadth first: of each body first the gears below it, then what its couplings lead to; bearings
+    have no place in it.
+    """
     queue = deque([start])
     while queue:
         body = queue.popleft()
         placement.shafts.setdefault(body, placement.bodies[body][0])
         for meshes in (True, False):
             for element, pair in enumerate(layout.between.tolist()):
-                if body not in pair or bool(layout.is_mesh[element]) != meshes:
+                if body not in pair or bool(layout.is_mesh[element]) != meshes or (meshes and pair[1] < 0):
                     continue
                 other = pair[1] if pair[0] == body else pair[0]
                 if _join(body, element, other, placement, meshes=meshes) and other >= 0:

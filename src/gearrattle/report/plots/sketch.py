@@ -11,9 +11,11 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from gearrattle.assembly import own_mean
+from gearrattle.quantities.verdict_parts import worst_first
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.plots.palette import MUTED, STATES
+from gearrattle.signals import is_same_mesh
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -32,10 +34,15 @@ def sketch(findings: Findings) -> str:
     parts = {part.name: part for part in findings.verdict.parts}
     cycles = None if findings.verdict.event is None else findings.verdict.window.cycles
     drawn = []
-    for element, name in enumerate(layout.element_names):
-        part = parts.get(name)
-        colour = STATES[_state(part)] if part else MUTED
-        drawn.append(driveline.element(scene, element, colour, _label(name, part, cycles)))
+    for element in range(len(layout.element_names)):
+        flanks = [k for k in range(len(layout.element_names)) if is_same_mesh(layout, k, element)]
+        if layout.is_bearing[element] or flanks[0] < element:
+            continue
+        names = [layout.element_names[k] for k in flanks]
+        judged = worst_first([parts[name] for name in names if name in parts])
+        colour = STATES[_state(judged[0])] if judged else MUTED
+        label = [line for name in names for line in _label(name, parts.get(name), cycles)]
+        drawn.append(driveline.element(scene, element, colour, label))
     drawn += driveline.frames(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
     words = escape(f"{findings.model.name}: {findings.verdict.sentence}")

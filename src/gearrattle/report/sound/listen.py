@@ -202,7 +202,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
     known = assemble(model).layout.clearance_names
-    meshes = {element.name for element in model.elements if element.along_line}
+    meshes = {element.name for element in model.elements if element.along_line and element.arms}
     chosen = [name for name in known if name in meshes] if elements is None else list(elements)
     for clearance in chosen:
         if clearance not in known:

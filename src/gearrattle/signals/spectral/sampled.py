@@ -29,6 +29,7 @@ Source = Run | Recording
 
 _OF_INERTIAS = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 _OF_CLEARANCES = {"deflection": ("rad", "m"), "force": ("N m", "N")}
+_SIDEWAYS = {"displacement": "m", "bearing_force": "N", "casing_force": "N"}
 _TURNING = ("shaft angle", "angle", "speed", "velocity")
 FEWEST = 16
 """Samples that every spectrum needs."""
@@ -180,7 +181,8 @@ def _finite(location: str, values: Array) -> None:
 
 
 def column_of(layout: Layout, channel: str) -> tuple[str, int]:
-    """Return which quantity of a run a channel names, and of which inertia, clearance or element, by number.
+    """Return which quantity of a run a channel names, and of which inertia, clearance, element, direction or bearing
+    force, by number.
 
     ModelError where the run of this driveline has no such signal.
     """
@@ -189,6 +191,9 @@ def column_of(layout: Layout, channel: str) -> tuple[str, int]:
     clearances = layout.clearance_names
     elements = layout.element_names
     axes = dict.fromkeys(_OF_INERTIAS, inertias) | dict.fromkeys(_OF_CLEARANCES, clearances) | {"torque": elements}
+    if layout.direction_names:
+        axes |= {"displacement": layout.direction_names, "bearing_force": layout.bearing_names}
+        axes["casing_force"] = ("x", "y")
     if subject not in axes.get(kind, ()):
         names = [f"{quantity}.{name}" for quantity, names in axes.items() for name in names]
         rule = f"no signal of a run; {listed(axes)} of {listed((*inertias, *elements))} are, as in {names[0]}"
@@ -201,9 +206,10 @@ def _of_run(run: Run, channel: str) -> Sampled:
     t = run.trajectory
     plain = run.model.units == "dimensionless"
     kind, column = column_of(t.layout, channel)
-    values = (t.element_torque if kind == "torque" else getattr(t, kind))[:, column]
+    motion = t.sideways if kind in _SIDEWAYS else t
+    values: Array = getattr(motion, "element_torque" if kind == "torque" else kind)[:, column]
     mesh = kind in _OF_CLEARANCES and bool(t.layout.is_mesh[t.layout.clearance[column]])
-    unit = {**_OF_INERTIAS, "torque": "N m"}.get(kind) or _OF_CLEARANCES[kind][mesh]
+    unit = {**_OF_INERTIAS, **_SIDEWAYS, "torque": "N m"}.get(kind) or _OF_CLEARANCES[kind][mesh]
     interval = float(t.time[-1] - t.time[0]) / (t.time.size - 1)
     first = t.discard * t.samples_per_cycle if t.discard < t.cycles else 0
     notes = _folds(run, 1.0 / interval)

@@ -1,0 +1,67 @@
+"""Rules of sideways motion: a mass needs a bearing, a bearing a mass, and a mesh of such a gear its pressure angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from gearrattle.model.components import COMPONENTS
+from gearrattle.model.table import Breach
+
+Rows = Sequence[Mapping[str, Any]]
+_KEYS = ("displacement", "displacement_velocity")
+
+
+def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
+    """Yield breaches of rules between masses, bearings and meshes, each a list of rows by its key."""
+    heavy = {row.get("name") for row in rows["inertia"] if row.get("mass") is not None}
+    names = {row.get("name") for row in rows["inertia"]}
+    held = [row.get("on") for row in rows["bearing"]]
+    for index, row in enumerate(rows["inertia"]):
+        if row.get("mass") is not None and row.get("name") not in held:
+            rule = "a body with a mass moves sideways, and no bearing holds this one"
+            remedy = f'add a [[bearing]] with on = "{row.get("name")}", or leave mass out'
+            yield Breach(("inertia", index, "mass"), row["mass"], rule, remedy)
+    for index, row in enumerate(rows["bearing"]):
+        on = row.get("on")
+        if isinstance(on, str) and on in names and on not in heavy:
+            rule = "a bearing holds a body with a mass; without one its axis stays where it is"
+            yield Breach(("bearing", index, "on"), on, rule, 'give the inertia a mass, such as mass = "0.8 kg"')
+    for index, row in enumerate(rows["mesh"]):
+        yield from _of_mesh(index, row, heavy)
+    for index, row in enumerate(rows["planetary"]):
+        for body in COMPONENTS["planetary"].bodies(row):
+            if body.name in heavy:
+                rule = "bodies of a planetary set cannot move sideways yet: its meshes know rotation alone"
+                yield Breach(("planetary", index, *body.location), body.name, rule, "leave the mass of this body out")
+
+
+def _of_mesh(index: int, row: Mapping[str, Any], heavy: set[Any]) -> Iterator[Breach]:
+    """Yield breaches of one mesh: of gears that move sideways without an angle, or an angle without such gears."""
+    between = row.get("between")
+    moving = [end for end in between if end in heavy] if isinstance(between, (list, tuple)) else []
+    if moving and row.get("pressure_angle") is None:
+        rule = f"{moving[0]} moves sideways: its mesh needs the direction of its line of action"
+        yield Breach(("mesh", index, "pressure_angle"), ..., rule, 'such as pressure_angle = "20 deg"')
+    for key in ("pressure_angle", "centre_line"):
+        if row.get(key) is not None and not moving:
+            rule = f"{key} says how a mesh pushes sideways, and none of its gears has a mass"
+            yield Breach(("mesh", index, key), row[key], rule, f"give a gear a mass and a bearing, or leave {key} out")
+
+
+def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[Breach]:
+    """Yield breaches of a start state that has not one displacement for each direction of a body with a mass."""
+    initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
+    count = sum(_directions(row.get("name"), bearings) for row in inertias if row.get("mass") is not None)
+    for key in _KEYS:
+        entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
+        if isinstance(entries, (list, tuple)) and len(entries) != count:
+            rule = f"must have one entry for each of the {count} directions: x and y of bodies with a mass"
+            yield Breach(("simulation", "initial", key), entries, rule)
+
+
+def _directions(name: object, bearings: Rows) -> int:
+    """In how many directions a body moves: one if its bearings hold the same one alone."""
+    only = {str(row.get("direction")) for row in bearings if row.get("on") == name and row.get("direction") is not None}
+    is_plane = any(row.get("on") == name and row.get("direction") is None for row in bearings)
+    return 1 if len(only) == 1 and not is_plane else 2

@@ -1,0 +1,140 @@
+"""Sideways motion in results: displacements are never angles, forces of bearings are what the laws say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.assembly.variant_assembly import coefficients
+from gearrattle.engine.system.plain_arrays import coefficients_of
+from gearrattle.signals import loose_gears, reduced_inertia
+from tests.laws.test_sideways import ANGLE, driven
+
+
+@pytest.fixture(scope="module")
+def run() -> gr.Run:
+    model = driven(clearance=1e-5, faces=4)
+    return gr.simulate(model, cycles=4, discard=2, samples_per_cycle=64)
+
+
+def test_displacements_are_variables_of_their_own_in_metres(run: gr.Run) -> None:
+    data = run.data
+    assert data["angle"].dims == ("time", "inertia")
+    assert list(data["inertia"].values) == ["motor", "pinion", "wheel", "load"]
+    assert data["displacement"].dims == ("time", "body_direction")
+    assert list(data["body_direction"].values) == ["pinion.x", "pinion.y", "wheel.x", "wheel.y"]
+    units = {name: data[name].attrs["units"] for name in data if "displacement" in name or "force" in name}
+    assert units == {
+        "force": "N m, or N for a mesh",
+        "displacement": "m",
+        "displacement_velocity": "m/s",
+        "displacement_acceleration": "m/s^2",
+        "bearing_force": "N",
+        "casing_force": "N",
+    }
+    assert not any("rad" in str(v.attrs.get("units")) for v in data.values() if "body_direction" in v.dims)
+
+
+def test_files_bring_them_back(run: gr.Run, tmp_path: Path) -> None:
+    run.save(tmp_path / "run.nc")
+    back = gr.open_run(tmp_path / "run.nc").trajectory.sideways
+    own = run.trajectory.sideways
+    assert back is not None
+    assert own is not None
+    for name in vars(own):
+        np.testing.assert_array_equal(getattr(back, name), getattr(own, name))
+    run.save(tmp_path / "run.csv")
+    head = (tmp_path / "run.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")
+    assert {"displacement.wheel.y", "bearing_force.at_wheel.x", "casing_force.y"} <= set(head)
+    assert "angle.wheel.y" not in head
+    elements = run.to_dataframe("elements")
+    assert elements["bearing_force.at_pinion.x"].to_numpy() == pytest.approx(own.bearing_force[:, 0])
+
+
+def test_the_force_of_a_bearing_is_that_of_its_law(run: gr.Run) -> None:
+    sideways = run.trajectory.sideways
+    assert sideways is not None
+    u, v = sideways.displacement, sideways.velocity
+    deep = np.sign(u) * np.maximum(np.abs(u) - 1e-5, 0.0)
+    expected = -(1e8 * deep + 2000.0 * np.where(np.abs(u) > 1e-5, v, 0.0))
+    assert sideways.bearing_force == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_exact_statistics_know_the_forces_of_bearings(run: gr.Run) -> None:
+    """Extremes lie at or beyond those of many samples, and the means add up to none at the two bearings."""
+    t = run.trajectory
+    assert t.exact is not None
+    signals = [("force", name) for name in t.layout.bearing_names]
+    exact = t.exact.statistics(t, signals)
+    fine = gr.simulate(run.model, samples_per_cycle=2048).trajectory
+    assert exact is not None
+    assert fine.sideways is not None
+    force = fine.sideways.bearing_force[2 * 2048 :]
+    size = np.abs(force).max(axis=0)
+    assert np.all(exact.high >= force.max(axis=0) - 1e-9 * size)
+    assert np.all(exact.low <= force.min(axis=0) + 1e-9 * size)
+    assert exact.high == pytest.approx(force.max(axis=0), abs=0.02 * size.max())
+    by_name = gr.metrics(run)
+    shown = by_name[by_name["quantity"] == "force standard deviation"]["subject"].tolist()
+    assert set(t.layout.bearing_names) < set(shown)
+
+
+def test_spectra_take_bearings_and_the_casing(run: gr.Run) -> None:
+    for channel, unit in (("bearing_force.at_wheel.x", "N"), ("casing_force.y", "N"), ("displacement.wheel.x", "m")):
+        assert gr.spectra(run, channel).attrs["units"] == unit
+
+
+def test_an_impact_moves_the_mass_too() -> None:
+    """1/m_e = R1^2/J1 + R2^2/J2 + 1/m1 + 1/m2; without masses the last two are missing."""
+    held, fixed = (assemble(driven(masses=masses)).layout for masses in (True, False))
+    r1, r2 = 0.02819 * np.cos(ANGLE), 0.05638 * np.cos(ANGLE)
+    turning = r1**2 / 0.00027 + r2**2 / 0.0027
+    assert reduced_inertia(held, held.element_names.index("gear-drive")) == pytest.approx(
+        1.0 / (turning + 1.0 / 0.6 + 1.0 / 1.5)
+    )
+    assert reduced_inertia(held, 2) == pytest.approx(0.16745, abs=5e-6)
+    assert reduced_inertia(fixed, 2) == pytest.approx(0.27484, abs=5e-6)
+
+
+def test_a_loose_gear_is_loose_with_two_flanks() -> None:
+    model = gr.example("bearing_clearance")
+    gears = loose_gears(assemble(model).layout)
+    names = assemble(model).layout.element_names
+    assert [(names[gear.mesh], gear.reduction) for gear in gears] == [("gear-drive", pytest.approx(0.5))]
+
+
+def test_columns_of_variants_are_those_of_every_variant() -> None:
+    model = driven()
+    for path, values in {
+        "mesh.gear.backlash": [6e-5, 5e-5],
+        "inertia.motor.J": [0.0043, 0.004],
+        "inertia.pinion.mass": [0.6, 0.7],
+        "bearing.at_wheel.stiffness": [1e8, 2e8],
+    }.items():
+        columns, good = coefficients(model, {path: np.array(values)}, 2)
+        for v in np.flatnonzero(good).tolist():
+            alone = coefficients_of(assemble(model.with_({path: values[v]})).system)
+            np.testing.assert_array_equal(columns.inertia[v], alone.inertia)
+            np.testing.assert_array_equal(columns.laws.stiffness[v], alone.laws.stiffness)
+            np.testing.assert_array_equal(columns.laws.upper[v], alone.laws.upper)
+        assert good.all() == path.startswith(("mesh", "inertia.motor"))
+
+
+@pytest.mark.parametrize("path", ["inertia.pinion.mass", "mesh.gear.stiffness"])
+def test_a_study_gives_what_single_runs_give(path: str, tmp_path: Path) -> None:
+    model = driven().with_({"simulation.cycles": 6, "simulation.discard": 3, "simulation.samples_per_cycle": 64})
+    values = [1.0 * float(model[path]), 1.3 * float(model[path])]
+    study = gr.study(model, {path: values}, workers=1, output=tmp_path / "study")
+    for index, value in enumerate(values):
+        alone = gr.criteria(gr.simulate(model.with_({path: value})))
+        share = float(study["impacts per cycle"].sel(part="gear-drive").values[index])
+        assert share == pytest.approx(alone["gear-drive"].impacts_per_cycle)
+
+
+def test_lumping_says_why_not() -> None:
+    with pytest.raises(gr.ModelError, match="lumping knows rotation alone, and this body moves sideways"):
+        gr.reduce(driven(), "100 Hz")

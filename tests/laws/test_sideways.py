@@ -1,0 +1,200 @@
+"""Sideways motion: natural frequencies by hand, invariance, the limit of stiff bearings, balances, one direction."""
+
+from __future__ import annotations
+
+from math import cos, pi, radians, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+
+ANGLE = radians(20.0)
+PAIR = {"mass": 6.57, "bearing": 1e8, "mesh": 517925405.24, "J": 0.0365284, "radius": 0.1 * cos(ANGLE)}
+
+
+def pair(**of_bearings: Any) -> gr.Model:
+    """Two equal gears; the pair of the multi-rotor test of ROSS (github.com/petrobras/ross, tests/test_multi_rotor.py):
+    mass, bearings, 20 teeth of module 10 mm and the mesh, with J that of its ring.
+    """
+    held = {"stiffness": PAIR["bearing"], **of_bearings}
+    mesh = {"name": "gear", "between": ["a", "b"], "radii": [PAIR["radius"]] * 2, "stiffness": PAIR["mesh"]}
+    return gr.Model.from_tables(
+        {
+            "schema": 1,
+            "inertia": [{"name": name, "J": PAIR["J"], "mass": PAIR["mass"]} for name in "ab"],
+            "mesh": [{**mesh, "pressure_angle": ANGLE}],
+            "bearing": [{"name": f"at_{name}", "on": name, **held} for name in "ab"],
+            "excitation": {"speed": 100.0},
+        }
+    )
+
+
+def train(turn: float = 0.0, **changes: Any) -> dict[str, Any]:
+    """A motor, a pinion and a gear on bearings, and a load; data of Chaari et al. 2012, the mesh stiffness chosen."""
+    mesh = {
+        "name": "gear",
+        "between": ["pinion", "wheel"],
+        "radii": [0.02819 * cos(ANGLE), 0.05638 * cos(ANGLE)],
+        "stiffness": 2e8,
+        "pressure_angle": ANGLE,
+        "centre_line": turn,
+    }
+    tables = {
+        "schema": 1,
+        "inertia": [
+            {"name": "motor", "J": 0.0043},
+            {"name": "pinion", "J": 0.00027, "mass": 0.6},
+            {"name": "wheel", "J": 0.0027, "mass": 1.5},
+            {"name": "load", "J": 0.0045},
+        ],
+        "coupling": [
+            {"name": "input", "between": ["motor", "pinion"], "stiffness": 1e5},
+            {"name": "output", "between": ["wheel", "load"], "stiffness": 1e5},
+        ],
+        "mesh": [mesh],
+        "bearing": [{"name": f"at_{name}", "on": name, "stiffness": 1e8} for name in ("pinion", "wheel")],
+        "excitation": {"speed": 100.0},
+    }
+    return {**tables, **changes}
+
+
+def driven(turn: float = 0.0, *, stiffness: float = 1e8, masses: bool = True, **of_bearings: Any) -> gr.Model:
+    """The same with damping, backlash and a torque that parts the teeth."""
+    tables = train(turn)
+    tables["inertia"][0]["drag"] = 0.05
+    tables["inertia"][3] |= {"drag": 0.05, "drag_torque": 2.0}
+    tables["mesh"][0] |= {"damping": 1500.0, "backlash": 6e-5}
+    for coupling in tables["coupling"]:
+        coupling["damping"] = 5.0
+    for bearing in tables["bearing"]:
+        bearing |= {"stiffness": stiffness, "damping": 2000.0, **of_bearings}
+    tables["torque"] = [{"on": "motor", "mean": "balance", "harmonics": [{"order": 2, "amplitude": 60.0}]}]
+    if not masses:
+        for body in tables["inertia"]:
+            body.pop("mass", None)
+        del tables["bearing"], tables["mesh"][0]["pressure_angle"], tables["mesh"][0]["centre_line"]
+    return gr.Model.from_tables(tables)
+
+
+def hertz(model: gr.Model) -> np.ndarray:
+    return gr.modes(model).frequencies / (2.0 * pi)
+
+
+def by_hand() -> list[float]:
+    """Natural frequencies of the pair [Hz]: (kb + 2 km - m w^2)(2 km - J/r^2 w^2) = 4 km^2, and kb/m three times."""
+    m, kb, km = PAIR["mass"], PAIR["bearing"], PAIR["mesh"]
+    turning = PAIR["J"] / PAIR["radius"] ** 2
+    squares = np.roots([m * turning, -(2 * km * m + turning * (kb + 2 * km)), (kb + 2 * km) * 2 * km - 4 * km**2])
+    return sorted(np.sqrt([*squares, kb / m, kb / m, kb / m]) / (2.0 * pi))
+
+
+def test_a_pair_of_equal_gears_has_the_frequencies_of_the_closed_form() -> None:
+    frequencies = hertz(pair())
+    assert frequencies[0] == 0.0
+    assert frequencies[1:] == pytest.approx(by_hand(), rel=1e-10)
+    assert frequencies == pytest.approx([0.0, 482.851, 620.923, 620.923, 620.923, 3238.646], abs=1e-3)
+
+
+def test_a_pair_on_one_direction_moves_along_it_alone() -> None:
+    along = hertz(pair(direction=pi / 2 - ANGLE))
+    expected = by_hand()
+    assert along[1:] == pytest.approx([expected[0], expected[1], expected[4]], rel=1e-10)
+    across = hertz(pair(direction=-ANGLE))
+    stiff = np.sqrt(2.0 * PAIR["mesh"] * PAIR["radius"] ** 2 / PAIR["J"]) / (2.0 * pi)
+    assert across[1:] == pytest.approx([expected[1], expected[1], stiff], rel=1e-10)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, -2.1])
+def test_a_train_of_four_bodies_has_the_published_data_s_frequencies(turn: float) -> None:
+    expected = [0.0, 536.85, 1260.35, 1299.49, 1608.76, 2054.68, 2611.39, 6029.24]
+    assert hertz(gr.Model.from_tables(train(turn))) == pytest.approx(expected, abs=0.005)
+
+
+def test_stiff_bearings_leave_the_driveline_of_fixed_centres() -> None:
+    """Frequencies come nearer with the inverse of the stiffness."""
+    fixed = hertz(driven(masses=False))
+    off = []
+    for stiffness in (1e12, 1e13):
+        frequencies = hertz(driven(stiffness=stiffness))[: fixed.size]
+        off.append(float(np.max(np.abs(frequencies[1:] / fixed[1:] - 1.0))))
+    assert off[1] < 1e-4
+    assert off[0] / off[1] == pytest.approx(10.0, rel=0.02)
+    alone = np.sqrt(2.0 * PAIR["mesh"] * PAIR["radius"] ** 2 / PAIR["J"]) / (2.0 * pi)
+    assert alone == pytest.approx(2518.48, abs=0.005)
+
+
+def test_a_motion_on_stiff_bearings_is_that_of_fixed_centres() -> None:
+    settings = {"cycles": 6, "discard": 2, "samples_per_cycle": 64}
+    fixed = gr.simulate(driven(masses=False), **settings).trajectory
+    held = gr.simulate(driven(stiffness=1e13), **settings).trajectory
+    size = np.abs(fixed.velocity).max(axis=0)
+    assert np.max(np.abs(held.velocity - fixed.velocity) / size) < 1e-3
+    assert len(held.events) == len(fixed.events) > 0
+
+
+@pytest.mark.parametrize(("turn", "of_bearings"), [(1.234, {}), (pi / 4, {"clearance": 1e-5, "faces": 8})])
+def test_turning_all_of_it_changes_nothing(turn: float, of_bearings: dict[str, Any]) -> None:
+    """By any angle without clearance, by that from face to face with it."""
+    settings = {"cycles": 3, "discard": 1, "samples_per_cycle": 64}
+    here, there = (gr.simulate(driven(angle, **of_bearings), **settings) for angle in (0.0, turn))
+    one, two = here.trajectory, there.trajectory
+    assert np.max(np.abs(one.events.time - two.events.time)) < 1e-9 * one.end
+    turned = np.array([[cos(turn), -sin(turn)], [sin(turn), cos(turn)]])
+    for name in ("displacement", "bearing_force"):
+        mine, theirs = (getattr(t.sideways, name) for t in (one, two))
+        expected = np.hstack([mine[:, i : i + 2] @ turned.T for i in (0, 2)])
+        assert theirs == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
+    first, second = gr.criteria(here), gr.criteria(there)
+    meshes = [[part.regime for part in v.parts if part.kind == "mesh"] for v in (first, second)]
+    assert first.headline == second.headline
+    assert meshes[0] == meshes[1]
+
+
+@pytest.mark.parametrize("of_bearings", [{}, {"clearance": 1e-5, "faces": 12}, {"clearance": 2e-5, "faces": 4}])
+def test_energy_and_momentum_balance(of_bearings: dict[str, Any]) -> None:
+    """The casing takes what the bodies' momentum does not: sum m u'' = - casing force."""
+    run = gr.simulate(driven(**of_bearings), cycles=4, discard=1, samples_per_cycle=64)
+    t = run.trajectory
+    assert run.cost.energy_residual is not None
+    assert run.cost.energy_residual < 1e-9
+    assert t.sideways is not None
+    momentum = t.sideways.acceleration * t.layout.direction_mass
+    gained = np.stack([momentum[:, axis::2].sum(axis=1) for axis in (0, 1)], axis=1)
+    force = t.sideways.casing_force
+    assert gained == pytest.approx(-force, abs=1e-9 * np.abs(force).max())
+
+
+def test_closing_the_centres_eats_backlash() -> None:
+    """delta_d - delta_c = 2 sin a (u_ax - u_bx), with which both flanks may touch."""
+    run = gr.simulate(driven(clearance=1e-5, faces=4), cycles=3, discard=1, samples_per_cycle=64)
+    t = run.trajectory
+    assert t.sideways is not None
+    names = t.layout.clearance_names
+    drive, coast = (t.deflection[:, names.index(f"gear-{flank}")] for flank in ("drive", "coast"))
+    closer = t.sideways.displacement[:, 0] - t.sideways.displacement[:, 2]
+    assert drive - coast == pytest.approx(2.0 * sin(ANGLE) * closer, abs=1e-17)
+
+
+def test_an_even_load_rests_on_the_bearings() -> None:
+    """At rest the force on the casing is that of a couple: none in all, T / r_b at each bearing."""
+    tables = train()
+    tables["torque"] = [{"on": "motor", "mean": 10.0}, {"on": "load", "mean": -20.0}]
+    rest = gr.equilibrium(gr.Model.from_tables(tables))
+    force = 10.0 / (0.02819 * cos(ANGLE))
+    expected = [force * sin(ANGLE), force * cos(ANGLE), -force * sin(ANGLE), -force * cos(ANGLE)]
+    assert list(rest.bearing_force.values()) == pytest.approx(expected, rel=1e-9)
+    assert [-1e8 * u for u in rest.displacement.values()] == pytest.approx(expected, rel=1e-9)
+
+
+def test_dimensionless_it_is_the_same() -> None:
+    model = driven(clearance=1e-5, faces=8).with_({"simulation.cycles": 3, "simulation.samples_per_cycle": 32})
+    scaled = gr.nondimensionalize(model)
+    there = scaled.restore(gr.simulate(scaled.model)).trajectory.sideways
+    here = gr.simulate(model).trajectory.sideways
+    assert here is not None
+    assert there is not None
+    for name in ("displacement", "velocity", "acceleration", "bearing_force"):
+        mine, theirs = getattr(here, name), getattr(there, name)
+        assert theirs == pytest.approx(mine, abs=1e-7 * np.abs(mine).max())

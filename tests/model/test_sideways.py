@@ -1,0 +1,153 @@
+"""Bodies with a mass, their bearings and meshes: what elements they make, and the faults that are told."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly import assemble
+from gearrattle.model.components.bearing import OFF
+
+HELD = {"on": "a", "stiffness": 1e8}
+
+
+def tables(**changes: Any) -> dict[str, Any]:
+    """Two gears, the first of them on a bearing; None takes a table out."""
+    mesh = {"name": "gear", "between": ["a", "b"], "radii": [0.05, 0.03], "stiffness": 1e8, "pressure_angle": 0.35}
+    plain: dict[str, Any] = {
+        "schema": 1,
+        "inertia": [{"name": "a", "J": 0.01, "mass": 0.8}, {"name": "b", "J": 0.02}],
+        "mesh": [mesh],
+        "bearing": [{"name": "front", **HELD}],
+        "excitation": {"speed": 100.0},
+    }
+    return {key: value for key, value in {**plain, **changes}.items() if value is not None}
+
+
+def of_mesh(**changes: Any) -> list[dict[str, Any]]:
+    (mesh,) = tables()["mesh"]
+    return [{key: value for key, value in {**mesh, **changes}.items() if value is not None}]
+
+
+def names(model: gr.Model) -> list[str]:
+    return [element.name for element in model.elements]
+
+
+@pytest.mark.parametrize(
+    ("changes", "place", "rule", "remedy"),
+    [
+        ({"bearing": None}, "inertia.a.mass", "no bearing holds this one", "add a [[bearing]]"),
+        (
+            {"inertia": [{"name": "a", "J": 0.01}, {"name": "b", "J": 0.02}], "mesh": None},
+            "bearing.front.on",
+            "a bearing holds a body with a mass",
+            "give the inertia a mass",
+        ),
+        ({"mesh": of_mesh(pressure_angle=None)}, "mesh.gear.pressure_angle", "a moves sideways", "20 deg"),
+        (
+            {"inertia": [{"name": "a", "J": 0.01}, {"name": "b", "J": 0.02}], "bearing": None},
+            "mesh.gear.pressure_angle",
+            "none of its gears has a mass",
+            "leave pressure_angle out",
+        ),
+        ({"mesh": of_mesh(pressure_angle="90 deg")}, "mesh.gear.pressure_angle", "must be below 90 deg", "20 deg"),
+        ({"bearing": [{"name": "f", **HELD, "faces": 7, "clearance": 1e-5}]}, "bearing.f.faces", "must be even", "8"),
+        ({"bearing": [{"name": "f", **HELD, "faces": 8}]}, "bearing.f.faces", "ring with clearance", "20 um"),
+        (
+            {"bearing": [{"name": "f", **HELD, "faces": 8, "clearance": 1e-5, "direction": 0.1}]},
+            "bearing.f.faces",
+            "faces and direction exclude each other",
+            "remove one",
+        ),
+        ({"bearing": [{"name": "f", **HELD, "on": "ground"}]}, "bearing.f.on", "a bearing holds an inertia", ""),
+        ({"bearing": [{"name": "f", **HELD, "stiffness": 0}]}, "bearing.f.stiffness", "greater than zero", ""),
+        (
+            {"simulation": {"initial": {"angle": [0, 0], "velocity": [0, 0], "displacement": [0]}}},
+            "simulation.initial.displacement",
+            "one entry for each of the 2 directions",
+            "",
+        ),
+    ],
+)
+def test_faults_are_told_with_their_remedy(changes: dict[str, Any], place: str, rule: str, remedy: str) -> None:
+    with pytest.raises(gr.ModelError) as caught:
+        gr.Model.from_tables(tables(**changes))
+    said = [(p.place, p.rule, p.remedy) for p in caught.value.problems]
+    assert any(place == where and rule in what and remedy in how for where, what, how in said), said
+
+
+def test_a_planetary_set_of_bodies_with_a_mass_is_refused() -> None:
+    bodies = [*tables()["inertia"], *({"name": name, "J": 0.01} for name in "cde")]
+    planetary = {
+        "name": "set",
+        "sun": "a",
+        "ring": "c",
+        "carrier": "d",
+        "planets": ["e"],
+        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
+        "stiffness": {"sun": 1e7, "ring": 1e7},
+    }
+    with pytest.raises(gr.ModelError, match=r"planetary.0.sun: .* cannot move sideways yet"):
+        gr.Model.from_tables(tables(inertia=bodies, planetary=[planetary]))
+
+
+def test_elements_have_the_names_that_the_manual_gives() -> None:
+    assert names(gr.Model.from_tables(tables())) == ["gear", "front-x", "front-y"]
+    flanks = tables(mesh=of_mesh(backlash=1e-4), bearing=[{"name": "front", **HELD, "direction": 0.3}])
+    assert names(gr.Model.from_tables(flanks)) == ["gear-drive", "gear-coast", "front"]
+    ring = tables(bearing=[{"name": "front", **HELD, "clearance": "10 um"}])
+    assert names(gr.Model.from_tables(ring)) == ["gear", *(f"front-{i}" for i in range(8))]
+
+
+def test_directions_follow_the_bearings() -> None:
+    """One direction if all bearings on a body hold the same one, else x and y."""
+    one = {"name": "one", **HELD, "direction": 0.3}
+    same, other = ({"name": "two", **HELD, "direction": angle} for angle in (0.3, 1.3))
+    for bearings, expected in (([one], ["a.u"]), ([one, same], ["a.u"]), ([one, other], ["a.x", "a.y"])):
+        layout = assemble(gr.Model.from_tables(tables(bearing=bearings))).layout
+        assert list(layout.direction_names) == expected
+    rows = assemble(gr.Model.from_tables(tables(bearing=[one, other]))).layout.direction_rows
+    assert rows[1:] == pytest.approx(np.array([[cos(0.3), sin(0.3)], [cos(1.3), sin(1.3)]]), abs=1e-15)
+
+
+def test_two_names_of_elements_may_not_be_the_same() -> None:
+    clash = tables(bearing=[{"name": "front", **HELD}, {"name": "front-x", **HELD}])
+    with pytest.raises(gr.ModelError, match="must be unique over"):
+        gr.Model.from_tables(clash)
+
+
+@pytest.mark.parametrize("faces", [4, 6, 8, 10, 12, 16, 32])
+def test_a_ring_of_faces_is_as_far_from_a_circle_as_is_said(faces: int) -> None:
+    """Up to |u| = 4 C its force differs from k (|u| - C) by what the note says; opposite a face it begins with k."""
+    gap, stiffness = 1e-5, 1e8
+    bearing = {"name": "front", "on": "a", "stiffness": stiffness, "clearance": gap, "faces": faces}
+    model = gr.Model.from_tables(tables(bearing=[bearing]))
+    driveline = assemble(model)
+    laws = driveline.system.laws[1:]
+    rows = driveline.layout.direction_rows[1:]
+    worst = 0.0
+    for reach in np.linspace(1.0, 4.0, 91):
+        for angle in np.linspace(0.0, pi / faces, 9):
+            outward = np.array([cos(angle), sin(angle)])
+            force = rows.T @ [law.elastic(float(d)) for law, d in zip(laws, rows @ outward * reach * gap, strict=True)]
+            off = force - stiffness * gap * (reach - 1.0) * outward
+            worst = max(worst, float(np.linalg.norm(off)) / (stiffness * gap))
+    said = next(share for fewest, share in OFF if faces >= fewest)
+    assert 0.5 * said < worst <= said
+    assert any(f"at most {said:g} k C" in note for note in model.components["bearing.front"].notes())
+    assert laws[0].elastic(1.01 * gap) == pytest.approx(0.01 * gap * stiffness, rel=1e-9)
+    assert laws[0].elastic(gap) == 0.0
+
+
+def test_deep_inside_a_ring_pushes_as_a_circle_on_the_mean() -> None:
+    """The sum of N/4 faces (n . u) n is u: the slope at the far end is k, whatever the number of faces."""
+    for faces in (4, 6, 8, 16, 32):
+        bearing = {"name": "front", **HELD, "clearance": 1e-5, "faces": faces}
+        driveline = assemble(gr.Model.from_tables(tables(bearing=[bearing])))
+        rows = driveline.layout.direction_rows[1:]
+        slopes = np.array([law.stiffness[-1] for law in driveline.system.laws[1:]])
+        assert (rows.T * slopes) @ rows == pytest.approx(HELD["stiffness"] * np.eye(2), abs=1.0)
