@@ -12,7 +12,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, run_ups, stability
-from gearrattle.orbits.jumps import Jump
+from gearrattle.orbits.run_up_jumps import RunUpJump
 from gearrattle.orbits.run_ups import with_peaks
 from gearrattle.report.result_kinds import presentation_of
 from tests.orbits.test_friction import oscillator as with_friction
@@ -413,7 +413,7 @@ def similar_motions(last: float = 0.49) -> Branch:
     return gr.continuation(one_body((1.22, 0.051, 0.8), coupling, (0.44, 1.48)), SPEED, (0.44, last))
 
 
-def late_at(rate: float, last: float = 0.49) -> Jump:
+def late_at(rate: float, last: float = 0.49) -> RunUpJump:
     """The jump behind the fold between similar motions, in a range up to a speed."""
     jumps = similar_motions(last).run_up(rate).jumps
     (jump,) = [one for one in jumps if one.upward and abs(one.end - SIMILAR) < 1e-9]
@@ -474,7 +474,7 @@ def test_a_jump_is_where_the_run_leaves_and_not_where_it_settles() -> None:
     assert [note for note in runs.notes if f"{jump.value:.6g} is stable from 2.15049 on only" in note]
 
 
-def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[Jump]:
+def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[RunUpJump]:
     """Rows of one direction, of which no two have the same jump: none within a period's change of speed."""
     rows = [jump for jump in runs.jumps if jump.upward == upward]
     seen = [jump.value for jump in rows if not jump.words]

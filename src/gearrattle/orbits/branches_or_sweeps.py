@@ -26,7 +26,7 @@ from gearrattle.orbits.attractors import settled_orbit
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import never_falling, stretch_of
-from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.stability_ranges import losses_of
 from gearrattle.orbits.sweeps import Sweeper
 from gearrattle.orbits.swept_motions import Jump, Sweeps
 from gearrattle.orbits.value_family import is_compiled
