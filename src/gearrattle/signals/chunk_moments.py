@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.exact_statistics import Statistics
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.windows import steady
@@ -57,7 +57,7 @@ class Moments:
             fourth=fourth,
             low=values.min(axis=0),
             high=values.max(axis=0),
-            miss=np.maximum(*extremes_missed(values)),
+            miss=np.maximum(*extreme_errors(values)),
             first=values[0],
             last=values[-1],
         )

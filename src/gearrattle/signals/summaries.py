@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.trajectory import Array
 
 
@@ -72,5 +72,5 @@ def summary_of(samples: Array) -> Summary:
     square = (samples - mean) ** 2
     second, fourth = (float(np.trapezoid(values)) / scale for values in (square, square**2))
     return Summary(
-        mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extremes_missed(samples)))
+        mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extreme_errors(samples)))
     )
