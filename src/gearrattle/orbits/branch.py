@@ -159,10 +159,10 @@ class Branch(Result):
 
         branch (number; branch 0 starts at the first end of the range), cycles (periods after which its motions
         repeat), value [SI], stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point,
-        clearance) [rad or m], crossings (number of crossings of corners), error of the state over its size. With ``sweeps`` also over "motion", the
-        exact runs: swept_value, swept_upward, swept_cycles (0: does not repeat), swept_periods, swept_verdict,
-        swept_rms, swept_swing, swept_impacts (motion, clearance); and over "jump": jump_value, jump_error (half the
-        width of its bracket) [SI], jump_upward, jump_clearance, jump_kind.
+        clearance) [rad or m], crossings (number of crossings of corners), error of the state over its size. With
+        ``sweeps`` also over "motion", the exact runs: swept_value, swept_upward, swept_cycles (0: does not repeat),
+        swept_periods, swept_verdict, swept_rms, swept_swing, swept_impacts (motion, clearance); and over "jump":
+        jump_value, jump_error (half the width of its bracket) [SI], jump_upward, jump_clearance, jump_kind.
         """
         import xarray as xr
 
