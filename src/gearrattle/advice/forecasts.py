@@ -128,7 +128,7 @@ QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Calla
     "computing time": (_wall_time, _within_factor, _TWICE),
     "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
 }
-"""Quantities that can be forecast: function that returns the values in a run by subject, rule, and the rule in words."""
+"""Quantities that can be forecast: function that returns the values in a run by subject; rule; the rule in words."""
 
 
 def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:

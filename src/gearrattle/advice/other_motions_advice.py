@@ -1,13 +1,13 @@
 """Advice on other motions at the same load: motions from many starts, and where they settle (``orbits.attractors``).
 
-A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
-driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
-from the pilot, so that the answer does not depend on the machine. ``ADVISED`` calls take about a second, ``PASSING``
-ones some hundredths: those a run may spend unasked. A call of a large driveline costs more, by about the square of its
-size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as many starts as its calls suffice for, at
-least ``PILOTS`` times as many periods as the pilot, and says how many it left out. Where motions are irregular they
-come to ever new regions, and to build one takes as long as ``REGION`` calls: the regions that are built are bounded by
-the same number of calls.
+A simulation shows one motion. Under the same load there may be others; the initial state decides which motion the
+driveline takes. The search for other motions has a limit in function calls of the exact solution, predicted from the
+pilot, so that the answer does not depend on the machine: ``ADVISED`` calls, about a second, in an advice; ``PASSING``
+calls, some hundredths of a second, in a run whose user did not ask for advice. Beyond ``SMALL`` inertias the cost of a
+call grows with about the square of the number of inertias, and the limit falls in the same ratio. An advice simulates
+as many starts as its calls allow, but at least ``PILOTS`` times the periods of the pilot, and says how many starts it
+left out. Irregular motions visit ever new regions; building a region takes as long as ``REGION`` calls. So the number
+of new regions is limited by the same number of calls.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
 """Design decisions by exact runs.
 
-``threshold`` returns the value at which a driveline becomes quiet, ``remedies`` the cheapest changes that make it quiet.
+``threshold`` returns the value at which a driveline becomes quiet, ``remedies`` the cheapest changes to make it quiet.
 """

@@ -1,6 +1,6 @@
 """Candidates of a search for remedies: changes of one value, or of several by one factor, within bounds, at a cost.
 
-The default candidates are, each from 0.7 to 1.3 times the model's own value: the drag torque of all bodies together, the
+Default candidates are, each from 0.7 to 1.3 times the model's own value: the drag torque of all bodies together, the
 backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the moment of
 inertia of every body that is no loose gear. The duration of a torque's ramp may grow up to four times, if the next ramp
 leaves time for that.

@@ -122,7 +122,7 @@ class Search:
         return self._changes()
 
     def _scan(self, pool: Executor, own: Tried | None) -> None:
-        """Simulate values from end to end: from rest, then from the motions of neighbours outward, then after a push."""
+        """Simulate values from end to end: from rest, from the motions of neighbours outward, and after a push."""
         values = self.variable.spread(self._work.count).tolist()
         first = values.index(self.variable.own) if self.variable.own in values else 0
         self.tried = [Tried(value, self.target) for value in values]

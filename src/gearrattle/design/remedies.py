@@ -1,9 +1,9 @@
 """``remedies``: the single changes, and the pairs of changes, that make a driveline quiet, by cost.
 
 Every candidate is searched as in ``threshold``, with exact runs: its range is scanned and, if the target holds
-somewhere, the smallest sufficient change is located. A value counts only if the target holds at the model's speed and at
-the neighbouring speeds, from rest, from the motion at the value before, and after a push. The best changes that do not
-reach the target alone are tried in pairs: both values change together towards their best ends.
+somewhere, the smallest sufficient change is located. A value counts only if the target holds at the model's speed and
+at the neighbouring speeds, from rest, from the motion at the value before, and after a push. The best changes that do
+not reach the target alone are tried in pairs: both values change together towards their best ends.
 """
 
 from __future__ import annotations

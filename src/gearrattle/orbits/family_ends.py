@@ -200,7 +200,7 @@ def inside_of(curve: Continuation, point: Point) -> Point | None:
 def begun(curve: Continuation, state: State, parameter: float, *, upward: bool = True) -> Point:
     """Return the motion near a state, as ``Continuation.begin``; in a symmetric driveline the symmetric one if near.
 
-    A symmetric motion is in the middle of its family, and its branch goes on beyond the end of the family. Near that end
+    A symmetric motion is in the middle of its family, and its branch goes on beyond the family. Near the family's end
     I - M is nearly singular in more than its free direction, while I - DH of the half-period map H is regular.
     """
     half = half_period_map(curve.family.map_at(parameter).system, curve.cycles)

@@ -1,4 +1,4 @@
-"""The least-squares problem of a recorded motion: one simulation a point, derivatives by central differences.
+"""The least-squares problem of a recorded motion: one simulation at every point, derivatives by central differences.
 
 How smooth the residuals are is measured, not assumed (J. J. More, S. M. Wild 2011, SIAM J. Sci. Comput. 33, 1292): the
 second difference of the residuals over a step of 1e-7 is rounding where the motion settles, and of the size of the

@@ -30,7 +30,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """How values are result and judged, whatever was measured; meanings as of ``fit``.
+    """Settings of the search and of its evaluation, for data of any kind; meanings as of ``fit``.
 
     A ModelError has all settings that no search can have.
     """
