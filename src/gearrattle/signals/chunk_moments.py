@@ -27,8 +27,8 @@ Exactly = tuple[Sequence[int], Statistics]
 
 @dataclass(frozen=True)
 class Moments:
-    """Of q signals: weight in sample intervals; mean, sums of central powers, extremes and by how much they may be
-    passed between samples (``missed``), both end samples, (q,)."""
+    """Moments of q signals: weight in sample intervals; then, (q,) each, mean, sums of central powers, extremes, error
+    of the extremes between samples (``levels.extreme_errors``), first and last sample."""
 
     weight: float
     mean: Array

@@ -26,9 +26,9 @@ class Summary:
     second, fourth
         <(x - <x>)^2>, <(x - <x>)^4>.
     miss
-        by how much low and high may be passed between two samples; 0 where they are exact.
+        estimated error of low and high between samples; 0 if these are exact.
     column
-        which of the gathered signals it is; -1 for one that was summarised whole.
+        index among the signals summed up in chunks; -1 for a signal summarised as a whole.
     """
 
     mean: float

@@ -1,10 +1,12 @@
 """Stream of a motion of any length: chunk by chunk, in the memory of one chunk.
 
-Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
-run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
-order). Chunks are judged as they pass (``quantities.add``), so the verdict on a million cycles needs none of them.
-With a *store* every finished chunk becomes a file beside the state of the march (``chunk_store``): whatever ends the
-program, a later one goes on after the last whole chunk.
+The division into chunks changes no bit: samples, crossings and force integrals are those of one long run. (Only
+crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another order.) The
+sums of the criteria are continued from chunk to chunk (``quantities.add``), so the verdict on a million cycles needs no
+earlier chunk.
+
+With a *store* every finished chunk becomes a file beside the state of the solver (``chunk_store``). However the program
+ends, a later program goes on after the last complete chunk.
 """
 
 from __future__ import annotations

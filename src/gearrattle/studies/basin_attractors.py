@@ -1,6 +1,6 @@
 """Attractors of a basin study: the settled motions, and the one that every initial state leads to.
 
-Periodic motions are distinguished by their orbits (``signals.strobe``): cases whose orbits are nearer than ``same`` form
+Periodic motions are distinguished by their orbits (``signals.strobe``): cases whose orbits are nearer than ``same`` are
 one group. Shooting from the end of one case gives the exact periodic motion of the group. Period, verdict and
 multipliers are those of this motion, because the cases only come near to it. Groups with the same periodic motion are
 one attractor. If shooting leads to no stable motion nearby, period and verdict are those of the cases, and the

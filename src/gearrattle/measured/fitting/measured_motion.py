@@ -1,6 +1,6 @@
 """Base of measured motions: values with standard errors, and residuals against a simulated motion.
 
-The lines of a mean cycle (``recorded``) and orders over speed (``run_up_residuals``) are measured motions. Each measured
+Lines of a mean cycle (``recorded``) and orders over speed (``run_up_residuals``) are measured motions. Each measured
 amplitude gives a residual in phase with it and, if phases are compared, a second one in quadrature.
 """
 
