@@ -53,7 +53,7 @@ class Floor:
     impulse
         (K,) shift of the impulses [N m s or N s].
     tr_rms, tr_peak
-        (n,) difference of the transmissibilities [1]; infinite if the error of the reference inertia exceeds its motion.
+        (n,) difference of the transmissibilities [1]; infinite if the reference inertia's error exceeds its motion.
     """
 
     reference: Portrait

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 _SAME_STATE = 1e-4  # in the units of a motion: states that differ by less are the same state
-_MOST_PASSES = 2000  # periods in which a motion must settle; slower motions are tried only if all are slower
+_MOST_PASSES = 2000  # passes of the period map in which a motion must settle; slower motions only if all are slower
 _SHARES = (0.125, 0.25, 0.5)  # shares of the width of a part, from the end that the run passes last
 _SAME = 1e-6  # share of the swings at an event: motions that differ by less are copies
 _NEAR = 0.5  # share of the distance between two motions: a run farther than this from one of them has left it

@@ -41,9 +41,9 @@ Complex = NDArray[np.complex128]
 # searches begin at so many equal steps from this share of the largest slope to all of it,
 LOWEST = 0.02
 FINEST = 24
-MOST_STARTS = 32  # or fewer, that all combinations may be tried
+MOST_STARTS = 32  # largest number of starts
 FEWEST_SAMPLES = 512
-SAME = 1e-5  # fixed points this near are one
+SAME = 1e-5  # distance up to which two fixed points are the same
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # damped iterations before Newton's method
 _MOST_SOUGHT = 32  # clearances beyond which no motions are computed: every one of hundreds of orders needs a matrix

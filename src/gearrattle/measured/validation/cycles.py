@@ -22,10 +22,10 @@ from gearrattle.wording import counted
 FEWEST = 8
 """Cycles: with fewer, scatter cannot be estimated. The paper's levels are of a span of eight."""
 FEWEST_SAMPLES = 4
-_KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
-_SETTLED = 1.5  # periods of a high pass after which its start is forgotten
+_KERNEL = 30.0  # half width of the windowed sinc, in samples at the new rate
+_SETTLED = 1.5  # duration of a high pass's transient, in periods of its cutoff
 _HIGH_PASS = 4
-_ROUNDING = 1e-12  # of a signal: a smaller rest without its trend is rounding
+_ROUNDING = 1e-12  # share of a signal: after removal of the trend a smaller rest is rounding
 
 
 @dataclass(frozen=True)
