@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.orbits import Branch, Orbit, run_ups, stability
+from gearrattle.orbits import Branch, Orbit, run_ups, stability_ranges
 from gearrattle.orbits.run_up_jumps import RunUpJump
 from gearrattle.orbits.run_ups import with_peaks
 from gearrattle.report.result_kinds import presentation_of
@@ -292,16 +292,16 @@ def test_jumps_are_of_motions_that_the_run_was_on(
 def test_a_grazing_at_a_fold_does_not_turn_its_direction(rounding: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """At a corner of the branch a node beside the fold lies at its value, but for rounding."""
     branch = over_speed()
-    expected = [(loss.value, loss.upward) for loss in stability.losses_of(branch)]
+    expected = [(loss.value, loss.upward) for loss in stability_ranges.losses_of(branch)]
     assert expected == [(pytest.approx(DOWN), False), (pytest.approx(UP), True)]
-    courses = list[stability.Course]()
-    for course in stability.courses_of(branch):
+    courses = list[stability_ranges.Course]()
+    for course in stability_ranges.courses_of(branch):
         value = course.value.copy()
         for i in (i for i, kind in enumerate(course.kinds) if kind == "fold"):
             value[[i - 1, i + 1]] = value[i] + rounding
         courses.append(replace(course, value=value))
-    monkeypatch.setattr(stability, "courses_of", lambda _: courses)
-    assert [(loss.value, loss.upward) for loss in stability.losses_of(branch)] == expected
+    monkeypatch.setattr(stability_ranges, "courses_of", lambda _: courses)
+    assert [(loss.value, loss.upward) for loss in stability_ranges.losses_of(branch)] == expected
 
 
 def test_a_fold_of_copies_is_passed_once() -> None:
