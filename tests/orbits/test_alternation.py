@@ -17,7 +17,7 @@ from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.motion import Pass, joined
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import losses_of, ranges_of
+from gearrattle.orbits.stability_ranges import losses_of, ranges_of
 from gearrattle.orbits.value_family import follower_over
 
 LOST = 1.566081343

@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import ranges_of
+from gearrattle.orbits.stability_ranges import ranges_of
 
 OSCILLATOR: dict[str, Any] = {
     "schema": 1,

@@ -17,7 +17,7 @@ from gearrattle.engine.periodic.point import Point
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.branch_switching import branches_missed
 from gearrattle.orbits.followed_branch import Curve
-from gearrattle.orbits.stability import losses_of, ranges_of
+from gearrattle.orbits.stability_ranges import losses_of, ranges_of
 
 CIRCLE = 1e-5  # multipliers nearer to the circle than this are on it
 ROUNDING = 1e-10  # of the value

@@ -7,7 +7,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.stability_ranges import losses_of
 from tests.orbits.test_branch import (
     AMPLITUDE,
     OSCILLATOR,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.orbits import Branch, Orbit, run_ups, stability
-from gearrattle.orbits.jumps import Jump
+from gearrattle.orbits import Branch, Orbit, run_ups, stability_ranges
+from gearrattle.orbits.run_up_jumps import RunUpJump
 from gearrattle.orbits.run_ups import with_peaks
 from gearrattle.report.result_kinds import presentation_of
 from tests.orbits.test_friction import oscillator as with_friction
@@ -292,16 +292,16 @@ def test_jumps_are_of_motions_that_the_run_was_on(
 def test_a_grazing_at_a_fold_does_not_turn_its_direction(rounding: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """At a corner of the branch a node beside the fold lies at its value, but for rounding."""
     branch = over_speed()
-    expected = [(loss.value, loss.upward) for loss in stability.losses_of(branch)]
+    expected = [(loss.value, loss.upward) for loss in stability_ranges.losses_of(branch)]
     assert expected == [(pytest.approx(DOWN), False), (pytest.approx(UP), True)]
-    courses = list[stability.Course]()
-    for course in stability.courses_of(branch):
+    courses = list[stability_ranges.Course]()
+    for course in stability_ranges.courses_of(branch):
         value = course.value.copy()
         for i in (i for i, kind in enumerate(course.kinds) if kind == "fold"):
             value[[i - 1, i + 1]] = value[i] + rounding
         courses.append(replace(course, value=value))
-    monkeypatch.setattr(stability, "courses_of", lambda _: courses)
-    assert [(loss.value, loss.upward) for loss in stability.losses_of(branch)] == expected
+    monkeypatch.setattr(stability_ranges, "courses_of", lambda _: courses)
+    assert [(loss.value, loss.upward) for loss in stability_ranges.losses_of(branch)] == expected
 
 
 def test_a_fold_of_copies_is_passed_once() -> None:
@@ -413,7 +413,7 @@ def similar_motions(last: float = 0.49) -> Branch:
     return gr.continuation(one_body((1.22, 0.051, 0.8), coupling, (0.44, 1.48)), SPEED, (0.44, last))
 
 
-def late_at(rate: float, last: float = 0.49) -> Jump:
+def late_at(rate: float, last: float = 0.49) -> RunUpJump:
     """The jump behind the fold between similar motions, in a range up to a speed."""
     jumps = similar_motions(last).run_up(rate).jumps
     (jump,) = [one for one in jumps if one.upward and abs(one.end - SIMILAR) < 1e-9]
@@ -474,7 +474,7 @@ def test_a_jump_is_where_the_run_leaves_and_not_where_it_settles() -> None:
     assert [note for note in runs.notes if f"{jump.value:.6g} is stable from 2.15049 on only" in note]
 
 
-def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[Jump]:
+def jumps_one_way(runs: gr.RunUpJumps, upward: bool) -> list[RunUpJump]:
     """Rows of one direction, of which no two have the same jump: none within a period's change of speed."""
     rows = [jump for jump in runs.jumps if jump.upward == upward]
     seen = [jump.value for jump in rows if not jump.words]

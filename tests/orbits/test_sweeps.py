@@ -10,7 +10,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.errors import Cancelled
 from gearrattle.orbits.exact_runs import ExactRun, exact_run, map_of_one_period
-from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.stability_ranges import losses_of
 from gearrattle.orbits.start_states import state_of
 from gearrattle.orbits.sweeps import Sweeper, Way
 from gearrattle.orbits.swept_motions import Sweeps

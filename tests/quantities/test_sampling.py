@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly.statistics_by_name import Between
-from gearrattle.signals.levels import extremes_missed, missed, rms_missed
+from gearrattle.signals.levels import extreme_errors, parabola_rise, rms_error
 from gearrattle.signals.summaries import summary_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -137,8 +137,8 @@ def test_samples_say_by_how_much_a_peak_may_be_missed() -> None:
     """Of a sine at 32 samples a period the estimate is an eighth of (2 pi / 32)^2: 0.48 %, as much as can be missed."""
     time = np.arange(33) / 32.0
     values = np.sin(2.0 * np.pi * (time + 0.5 / 32.0))
-    assert float(missed(values)) == pytest.approx((2.0 * np.pi / 32.0) ** 2 / 8.0, rel=0.01)
-    assert 1.0 - values.max() == pytest.approx(float(missed(values)), rel=0.01)
+    assert float(parabola_rise(values)) == pytest.approx((2.0 * np.pi / 32.0) ** 2 / 8.0, rel=0.01)
+    assert 1.0 - values.max() == pytest.approx(float(parabola_rise(values)), rel=0.01)
 
 
 def test_a_recording_and_another_algorithm_note_the_error_of_their_peaks() -> None:
@@ -235,11 +235,11 @@ def test_levels_of_samples_carry_an_error_that_finer_samples_confirm() -> None:
 def test_levels_and_their_errors_of_a_sine() -> None:
     """At 64 samples a period the rms is exact, a peak between samples lies 1 - cos(pi / 64) higher at most."""
     turn = 2.0 * np.pi * (np.arange(129) + 0.5) / 64.0
-    low, high = extremes_missed(np.sin(turn))
+    low, high = extreme_errors(np.sin(turn))
     assert 1.0 - np.sin(turn).max() < float(high) < 0.05
     assert float(low) == pytest.approx(float(high), rel=1e-9)
-    assert float(rms_missed(np.sin(turn))) < 1e-12
-    assert float(rms_missed(np.where(np.arange(129) == 64, 1.0, 0.0))) == pytest.approx(1.0 / np.sqrt(128.0), rel=1e-9)
+    assert float(rms_error(np.sin(turn))) < 1e-12
+    assert float(rms_error(np.where(np.arange(129) == 64, 1.0, 0.0))) == pytest.approx(1.0 / np.sqrt(128.0), rel=1e-9)
 
 
 @pytest.mark.parametrize(("example", "few", "rounding"), [("paper/case3", 1, 1e-9), ("paper/eight_dof", 4, 1e-7)])

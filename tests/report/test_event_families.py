@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import Range
+from gearrattle.orbits.stability_ranges import Range
 from gearrattle.report.event_families import families_of
 from gearrattle.report.result_kinds import presentation_of
 from gearrattle.report.stable_motion_sentences import counts_of, counts_words

@@ -18,7 +18,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.orbits import Branch, Orbit, PeriodicMotions
-from gearrattle.orbits.stability import courses_of, losses_of, ranges_of
+from gearrattle.orbits.stability_ranges import courses_of, losses_of, ranges_of
 from gearrattle.report.moving_table import moving_table
 from gearrattle.report.orbit_tables import impacts_of, lasting
 from gearrattle.report.plots.branches_figure import EVENTS

@@ -1,8 +1,8 @@
 """Advice before a simulation: the first half of Fig. 1 of Padmanabhan et al. 1995, with pilot runs as a check.
 
-Every line of an ``Advice`` says what to do and on what evidence; every forecast says by which route it came, and is
-scored against a run (``forecasts``). The evidence is linear algebra where that suffices, and a short exact run, the
-*pilot*, where it does not.
+Every line of an ``Advice`` says what to do, and on what evidence. Every forecast names the method that made it, and is
+scored against a run (``forecasts``). The evidence is linear algebra where that suffices, otherwise a short exact run,
+the *pilot*.
 """
 
 from gearrattle.advice.advice_record import Advice, Line

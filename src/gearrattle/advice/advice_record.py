@@ -24,7 +24,7 @@ class Line:
     words
         what to do, in a sentence or two.
     evidence
-        what it rests on, a sentence each.
+        sentences on the evidence.
     """
 
     topic: str
@@ -34,16 +34,16 @@ class Line:
 
 @dataclass(frozen=True)
 class Advice(Result):
-    """What to do before simulating a driveline.
+    """Advice before simulating a driveline.
 
     Attributes
     ----------
     model
-        its name.
+        name of the driveline.
     lines
-        in the order of the procedure.
+        lines of advice, in the order of the procedure.
     forecasts
-        of what a run with these settings will show.
+        forecasts of quantities of a run with these settings.
     notes
         notes, for example that another motion exists at this load.
 
@@ -64,12 +64,12 @@ class Advice(Result):
         return next(line for line in self.lines if line.topic == topic)
 
     def scores(self, run: Run) -> tuple[Score, ...]:
-        """Return every forecast that the run decides, with what happened.
+        """Return every forecast that the run decides, with the value in the run.
 
         Raises
         ------
         ModelError
-            no cycle left after the discarded ones.
+            the run has no cycle after the discarded cycles.
         """
         return scored(self.forecasts, run)
 

@@ -4,14 +4,14 @@
     2. scaling          effect of the non-dimensional form on the Jacobian              (sec. 5)
     3. stiffness        eigenvalues over the regions the motion visits                  (sec. 6)
     4. clearances       which open at this load: linear response, then a pilot run      (sec. 6, Fig. 3)
-    5. contact ratios   slopes that replace them in a linear model                      (sec. 6, Fig. 4)
-    6. algorithm        which to use, and the step it may take                          (sec. 8)
-    7. cost             of the planned run
-    8. predictability   how long the motion is predictable point by point
-    9. other motions    that exist at this load, where that costs little
+    5. contact ratios   slopes that replace clearances in a linear model                (sec. 6, Fig. 4)
+    6. algorithm        algorithm to use, and its largest stable step                   (sec. 8)
+    7. cost             function calls and computing time of the planned run
+    8. predictability   time for which the motion is predictable point by point
+    9. other motions    other motions at this load, if the search costs little
 
-In the paper the user checks each decision. Here a pilot run does: a lumped model is not recommended if it moves
-differently from the full one.
+In the paper the user checks each decision. Here a pilot run checks them: a lumped model is not recommended if its
+motion differs from that of the full model.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from gearrattle.model.value_kinds import CALLBACK, check_arguments
 from gearrattle.reductions.reduce import band_end
 from gearrattle.simulation.settings import settled
 
-_STAGES = 7
+_STAGES = 7  # stages of the work, for the progress
 
 
 def advise(
@@ -104,7 +104,8 @@ def advice_on(
 ) -> Advice:
     """Return advice on a planned run; see ``advise``.
 
-    A run for which the user asked no advice (``is_asked``) looks for other motions only where that is nearly free.
+    If the user asked for a run and not for advice (``is_asked`` is False), other motions are searched only where that
+    costs almost nothing.
     """
     # check the model and the settings of the planned run
     check_model(model)
@@ -153,7 +154,7 @@ def advice_on(
 
 
 def _refuse_unsteady(model: Model) -> None:
-    """Refuse records, prescribed motions and speed sweeps: a pilot run does not represent what comes later."""
+    """Refuse records, prescribed motions and speed sweeps, because a pilot run does not represent the later motion."""
     rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
     if problems := unsteady_problems(model, rule, "simulate it, or advise on it at one speed"):
         raise ModelError(problems)

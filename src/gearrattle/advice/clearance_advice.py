@@ -1,4 +1,4 @@
-"""Advice on clearances: those that open at this load, and the slopes that replace them in a linear model."""
+"""Advice on clearances: clearances that open at this load, and the slopes that replace them in a linear model."""
 
 from __future__ import annotations
 
@@ -19,11 +19,14 @@ from gearrattle.trajectory import Layout
 
 LINEAR = "linear response"
 LISTED = 6
-"""Parts that a line names one by one; of more it gives counts and ranges, and the table of clearances has each."""
+"""Largest number of parts that a line names one by one; for more parts it gives counts and ranges."""
 
 
 def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
-    """Forecasts whether the linear response crosses any corner of a clearance; on which side is not reliable."""
+    """Forecast for every clearance whether it crosses a corner, by the linear response.
+
+    The side of the corner is not forecast, because the linear response does not predict it reliably.
+    """
     return [
         Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
         for name, used in zip(layout.clearance_names, excursions.used.tolist(), strict=True)
@@ -97,7 +100,7 @@ def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
 
 
 def _slopes(values: Mapping[str, float]) -> str:
-    """Slopes in words; of many clearances their range."""
+    """Slopes in words; for more than ``LISTED`` clearances their range."""
     known = [value for value in values.values() if not math.isnan(value)]
     if len(values) > LISTED and known:
         return f"{min(known):.3g} to {max(known):.3g} over {len(values)} clearances"

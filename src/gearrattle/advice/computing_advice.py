@@ -14,9 +14,9 @@ from gearrattle.wording import counted, engineering, measured
 
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
-    """Recommend exact; give the largest stable steps of other algorithms, and warn if the planned one is unstable.
+    """Recommend exact; name the largest stable steps of other algorithms; warn if the planned step is unstable.
 
-    ``quiet``: the linear response crosses no corner.
+    ``quiet`` is True if the linear response crosses no corner.
     """
     # friction, clipped damping and alternation: exact alone supports them
     if pilot.run.trajectory.auxiliaries is not None:
@@ -76,7 +76,7 @@ def cost_line(pilot: Pilot) -> Line:
 
 
 def predictability_line(pilot: Pilot) -> Line:
-    """Line on predictability: cycles for which the motion is predictable, and what to compare after that."""
+    """Line on predictability: cycles for which the motion is predictable, and quantities to compare after these."""
     cycles = pilot.predictable_cycles
     rate = pilot.exponent
     period = pilot.run.trajectory.layout.period

@@ -1,8 +1,8 @@
 """Forecasts, and their comparison with the run.
 
-A forecast is a number or a word about one quantity, by one route, made before the run that it is compared with. The
-rule by which it counts as right is the same for all: regimes exactly, ratios within 0.1, counts and times within a
-factor of two.
+A forecast is a number or a word for one quantity, made by one method before the run with which it is compared. The
+quantity alone decides when a forecast counts as right: a regime must be the same, ratios may differ by 0.1, counts and
+times by a factor of two.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ class Forecast:
     quantity
         a key of ``QUANTITIES``.
     subject
-        of which clearance; empty for the whole run.
+        name of the clearance; empty for the whole run.
     by
-        the route, in words.
+        the method, in words.
     value
         number [unit] or word.
     unit
-        of it.
+        unit of the number.
     """
 
     quantity: str
@@ -48,18 +48,18 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Score:
-    """A forecast and what happened.
+    """A forecast and the value of the same quantity in the run.
 
     Attributes
     ----------
     forecast
         the forecast.
     happened
-        the same quantity of the run.
+        value in the run.
     right
-        whether that counts as right.
+        whether the forecast counts as right.
     rule
-        when it does, in words.
+        the rule for that, in words.
     """
 
     forecast: Forecast
@@ -128,23 +128,23 @@ QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Calla
     "computing time": (_wall_time, _within_factor, _TWICE),
     "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
 }
-"""Quantities that can be forecast: value in a run by subject, when a forecast counts as right, that rule in words."""
+"""Quantities that can be forecast: function that returns the values in a run by subject; rule; the rule in words."""
 
 
 def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
-    """Return the forecasts that this run settles, each with what happened.
+    """Return the forecasts that a run decides, each with the value in the run.
 
-    Costs of ``exact`` are not settled by a run of another algorithm.
+    A run of another algorithm does not decide the costs of ``exact``.
 
-    ModelError: no cycle left after the discarded ones.
+    ModelError: the run has no cycle after the discarded cycles.
     """
     happened: dict[str, Mapping[str, float | str]] = {}
     scores = []
     for forecast in forecasts:
-        tell, right, rule = QUANTITIES[forecast.quantity]
+        values_in, is_right, rule = QUANTITIES[forecast.quantity]
         if forecast.quantity not in happened:
-            happened[forecast.quantity] = tell(run)
+            happened[forecast.quantity] = values_in(run)
         if forecast.subject in happened[forecast.quantity]:
             value = happened[forecast.quantity][forecast.subject]
-            scores.append(Score(forecast, value, right(forecast.value, value), rule))
+            scores.append(Score(forecast, value, is_right(forecast.value, value), rule))
     return tuple(scores)

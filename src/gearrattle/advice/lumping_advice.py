@@ -16,7 +16,7 @@ from gearrattle.reductions.reduction import Reduction
 from gearrattle.wording import counted
 
 TOPIC = "lumping"
-_COMPARED = 0.1  # difference of mean slopes that counts
+_COMPARED = 0.1  # difference of mean slopes from which on two motions differ
 
 
 def lumping_line(
@@ -49,18 +49,21 @@ def lumping_line(
         f"({100.0 * off.limit:g} % allowed)",
     )
     # comparison of the lumped pilot run with the full one
-    apart = _differences(reduction, pilot, progress)
-    if len(apart) > LISTED:
-        apart = (*apart[:LISTED], f"and {len(apart) - LISTED} more differences")
-    if apart:
+    differences = _differences(reduction, pilot, progress)
+    if len(differences) > LISTED:
+        differences = (*differences[:LISTED], f"and {len(differences) - LISTED} more differences")
+    if differences:
         words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
-        return Line(TOPIC, words, (*why, *apart))
+        return Line(TOPIC, words, (*why, *differences))
     same = f"a pilot of the lumped model shows the same regimes, and mean slopes within {_COMPARED:g}"
     return Line(TOPIC, f"Lump {merged}: {bodies}.", (*why, same))
 
 
 def _band(model: Model, omega: float) -> tuple[tuple[str, ...], float]:
-    """End of the band that torques excite, in the unit of ``reduce``, and why; errors may lie beyond it."""
+    """Reasons for the band that torques excite, and its end in the unit of ``reduce``.
+
+    Transmission errors may excite beyond it.
+    """
     torques = [h.order for torque in model.torques for h in torque.harmonics if h.amplitude != 0.0]
     errors = [h.order for element in model.elements for h in element.errors if h.amplitude != 0.0]
     highest = max(torques or errors, default=1.0)
@@ -78,7 +81,7 @@ def _in_words(end: float, model: Model) -> str:
 
 
 def _differences(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
-    """Differences between the pilot of the lumped model and that of the full one; empty where there is none."""
+    """Differences between the pilot runs of the lumped and the full model, in words; empty if there are none."""
     t = pilot.run.trajectory
     other = run_pilot(reduction.model, pilot.planned, progress, cycles=t.cycles)
     differences = []

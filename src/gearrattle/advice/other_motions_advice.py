@@ -1,13 +1,13 @@
 """Advice on other motions at the same load: motions from many starts, and where they settle (``orbits.attractors``).
 
-A simulation shows one motion. Under the same load there may be others, and it depends on the past which one the
-driveline takes. The question is asked where it costs little: a bound in function calls of the exact solution, predicted
-from the pilot, so that the answer does not depend on the machine. ``ADVISED`` calls take about a second, ``PASSING``
-ones some hundredths: those a run may spend unasked. A call of a large driveline costs more, by about the square of its
-size beyond ``SMALL`` inertias; there the calls are fewer. Advice follows as many starts as its calls suffice for, at
-least ``PILOTS`` times as many periods as the pilot, and says how many it left out. Where motions are irregular they
-come to ever new regions, and to build one takes as long as ``REGION`` calls: the regions that are built are bounded by
-the same number of calls.
+A simulation shows one motion. Under the same load there may be others; the initial state decides which motion the
+driveline takes. The search for other motions has a limit in function calls of the exact solution, predicted from the
+pilot, so that the answer does not depend on the machine: ``ADVISED`` calls, about a second, in an advice; ``PASSING``
+calls, some hundredths of a second, in a run whose user did not ask for advice. Beyond ``SMALL`` inertias the cost of a
+call grows with about the square of the number of inertias, and the limit falls in the same ratio. An advice simulates
+as many starts as its calls allow, but at least ``PILOTS`` times the periods of the pilot, and says how many starts it
+left out. Irregular motions visit ever new regions; building a region takes as long as ``REGION`` calls. So the number
+of new regions is limited by the same number of calls.
 """
 
 from __future__ import annotations
@@ -28,17 +28,18 @@ if TYPE_CHECKING:
 
 TOPIC = "other motions"
 ADVISED = 2_000_000
+"""Function calls of the search in an advice, for a driveline of up to ``SMALL`` inertias."""
 PASSING = 100_000
-"""Function calls that advice may spend on the question, and those that a run may, of a driveline that is small."""
+"""Function calls of the search in a run, for a driveline of up to ``SMALL`` inertias."""
 SMALL = 8
-"""Inertias up to which a call costs about the same."""
+"""Number of inertias up to which a call costs about the same."""
 PILOTS = 2.0
-"""Times the periods of the pilot, which advice may follow in any case."""
+"""Periods that an advice may simulate in any case, over those of the pilot."""
 REGION = 2000
-"""Function calls that take as long as to build a region."""
-_SHARE = 0.1  # of the planned run's own function calls, which it may spend as well
+"""Function calls that take as long as building one region."""
+_SHARE = 0.1  # share of the planned run's function calls that the search may spend in any case
 PERIODS = (1 + STARTS) * BLOCKS * BLOCK
-"""That the whole question follows at most."""
+"""Largest number of periods of the whole search."""
 _REMEDY = "gr.basins looks for motions that settle, gr.periodic(model, every=True) for all that repeat"
 _REACH = "starts lie evenly within 4 times the largest clearance, else turning and wound up as the pilot"
 
@@ -46,18 +47,17 @@ _REACH = "starts lie evenly within 4 times the largest clearance, else turning a
 def others_of(
     model: Model, pilot: Pilot, *, is_asked: bool, progress: Callable[[float], None] | None = None
 ) -> tuple[tuple[Line, ...], tuple[str, ...]]:
-    """Return what other motions exist at this load, as a line and a note.
+    """Return a line and a note on other motions at this load.
 
     Parameters
     ----------
     is_asked
-        whether the user asked for advice; a run says nothing where the question would cost too much.
+        whether the user asked for advice; otherwise there is no line if the search would cost too much.
 
     Returns
     -------
     tuple[tuple[Line, ...], tuple[str, ...]]
-        No line where the question has no sense: a driveline without clearances, or whose state cannot repeat. A note
-        where another motion exists.
+        No line for a driveline without clearances, or whose state cannot repeat. A note if another motion exists.
     """
     # bound on the function calls of the search
     if not pilot.run.trajectory.layout.clearance_names:
@@ -78,7 +78,7 @@ def others_of(
         check_repeats(model)
     except ModelError:
         return (), ()
-    # settle motions from many starts
+    # simulate from many starts until the motions settle
     try:
         start = state_of(model, PeriodMap(assemble(model).system), pilot.run)
         regions = calls_for(pilot, ADVISED if is_asked else PASSING) / REGION
@@ -94,9 +94,9 @@ def others_of(
 
 
 def periods_for(pilot: Pilot, calls: float) -> float:
-    """Return the number of periods that the search for other motions may follow.
+    """Return the number of periods that the search for other motions may simulate.
 
-    ``calls`` are those that a driveline of up to ``SMALL`` inertias may spend.
+    ``calls`` is the limit of function calls for a driveline of up to ``SMALL`` inertias.
     """
     return calls_for(pilot, calls) * pilot.run.trajectory.cycles / pilot.run.cost.function_calls
 
@@ -110,12 +110,12 @@ def calls_for(pilot: Pilot, calls: float) -> float:
 
 
 def others_in(settled: Settled) -> list[int]:
-    """Return the motions that some start settles in, without that of the pilot."""
+    """Return the indices of motions on which a start settles, without the motion of the pilot."""
     return [i for i, count in enumerate(settled.counts) if i != settled.own and count]
 
 
 def words_of(settled: Settled) -> str:
-    """Return which motions exist besides the one that the pilot settles in."""
+    """Return a sentence on the motions besides that of the pilot."""
     others = others_in(settled)
     # no search from other starts
     if not settled.starts and not others:
@@ -146,7 +146,7 @@ def words_of(settled: Settled) -> str:
 
 
 def _counts(settled: Settled) -> str:
-    """Numbers of starts that settle in each motion, with intervals, and of those that do not settle."""
+    """Number of starts that settle on each motion, with the interval of its share, and of starts that do not settle."""
     parts = []
     for i, name in enumerate(settled.names):
         low, high = settled.interval(i)
@@ -158,7 +158,7 @@ def _counts(settled: Settled) -> str:
 
 
 def _left_out(settled: Settled, most: float) -> str:
-    """Number of starts that were not followed, and why."""
+    """Number of starts that were not simulated, and why."""
     total = settled.starts + settled.left_out
     return (
         f"{settled.left_out} of {counted(total, 'start')} left out: advice follows {most:.0f} periods here, and all "

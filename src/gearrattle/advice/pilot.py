@@ -1,7 +1,7 @@
 """Pilot run: a short exact run that gives regimes, the cost of a cycle and the growth of perturbations.
 
-The exact solution of some thirty cycles costs less than most of the linear algebra of an advice, so it is the first
-evidence on everything nonlinear. It does not show motions that settle slowly, nor other motions from other starts.
+An exact run of some thirty cycles costs less than most of the linear algebra of an advice, so it gives the first
+evidence on everything nonlinear. It does not show motions that settle slowly, nor motions from other starts.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class Pilot:
 
     @property
     def name(self) -> str:
-        """The route of its forecasts."""
+        """Name of the pilot, as its forecasts and lines give it."""
         return f"pilot of {counted(self.run.trajectory.cycles, 'cycle')}"
 
     def of(self, quantity: str) -> dict[str, float | str]:
-        """Return the pilot's own value of a quantity that can be forecast, by subject."""
+        """Return the values in the pilot run of a quantity that can be forecast, by subject."""
         return dict(QUANTITIES[quantity][0](self.run))
 
     @cached_property
@@ -43,19 +43,19 @@ class Pilot:
         return []
 
     def treat_regions(self, progress: Callable[[float], None] | None = None) -> None:
-        """Find the eigenvalues of the regions it visits; ``progress`` is called with the finished share."""
+        """Compute the eigenvalues of the regions that the pilot visits; ``progress`` receives the finished share."""
         if not self._treated:
             self._treated.append(regions_visited(self.run, progress))
 
     @property
     def visited(self) -> Visited:
-        """The regions it visits, with their eigenvalues."""
+        """Regions that the pilot visits, with their eigenvalues."""
         self.treat_regions()
         return self._treated[0]
 
     @property
     def stretched(self) -> float:
-        """Length of the planned run over that of the pilot."""
+        """Length of the planned run over the length of the pilot."""
         return self.planned / self.run.trajectory.cycles
 
     @property
@@ -71,7 +71,7 @@ class Pilot:
     def predictable_cycles(self) -> float:
         """Cycles until a perturbation has grown by ``GROWTH``; infinite if that is beyond the planned end.
 
-        Where the pilot is too short, growth goes on from what it has reached, at the rate of the largest exponent.
+        If the pilot is too short, the growth is extrapolated at the rate of the largest Lyapunov exponent.
         """
         t = self.run.trajectory
         reached, grown = self._growth
@@ -100,7 +100,7 @@ class Pilot:
 def run_pilot(
     model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
 ) -> Pilot:
-    """Run a model exactly for some cycles, never more than planned, with compiled code warm.
+    """Simulate a model exactly for some cycles, never more than planned, after one cycle that compiles the code.
 
     Raises
     ------

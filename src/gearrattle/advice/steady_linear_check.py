@@ -1,7 +1,7 @@
 """Steady linear response about rest, compared with the corners of every clearance.
 
-While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, in which
-no clearance opens. Where it leaves them, it tells only roughly which corners are crossed.
+While the response stays inside the pieces of the laws in which the driveline rests, it is an exact periodic motion of
+the driveline, in which no clearance opens. Otherwise it predicts only roughly which corners are crossed.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class Excursions:
     Attributes
     ----------
     low, high
-        (K,) between these deflections [rad or m].
+        (K,) lowest and highest deflection [rad or m].
     floor, ceiling
-        (K,) corners of the piece it rests in; infinite where there is none.
+        (K,) lower and upper corner of the piece of the law at rest [rad or m]; infinite without a corner.
     """
 
     low: Array
@@ -35,20 +35,20 @@ class Excursions:
 
     @property
     def inside(self) -> bool:
-        """Whether no corner is reached: then this is an exact motion of the driveline."""
+        """Whether no corner is reached; then the response is an exact motion of the driveline."""
         return bool(np.all((self.low > self.floor) & (self.high < self.ceiling)))
 
     @property
     def used(self) -> Array:
-        """(K,) the oscillation's reach over the distance to the nearer corner; 1 and more where it crosses."""
+        """(K,) amplitude of the oscillation over the distance from its middle to the nearer corner; >= 1: crossed."""
         middle = 0.5 * (self.low + self.high)
         room = np.maximum(np.minimum(self.ceiling - middle, middle - self.floor), np.finfo(float).tiny)
-        with np.errstate(over="ignore"):  # at rest on a corner there is no room: infinite
+        with np.errstate(over="ignore"):  # infinite at rest on a corner
             return np.asarray(0.5 * (self.high - self.low) / room)
 
 
 def excursions(system: PiecewiseSystem, rest: Equilibrium) -> Excursions:
-    """Return the steady linear response of every clearance, its elements in the pieces they rest in."""
+    """Return the steady linear response of every clearance, with the slopes of the laws at rest."""
     slope, damping = (
         np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])
         for name in ("stiffness", "damping")

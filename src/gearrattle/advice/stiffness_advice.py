@@ -10,7 +10,7 @@ from gearrattle.advice.pilot import Pilot
 from gearrattle.analysis.stiffness import stiffness
 from gearrattle.model import Model
 
-_SHOWN = 3
+_SHOWN = 3  # number of regions listed one by one
 
 
 def scaling_line(model: Model) -> Line:
@@ -30,7 +30,10 @@ def scaling_line(model: Model) -> Line:
 
 
 def stiffness_line(model: Model, pilot: Pilot) -> Line:
-    """R_lambda and class over the regions the pilot visits, those it stays in longest listed one by one."""
+    """Line on R_lambda and its class over the regions that the pilot visits.
+
+    The regions with the longest stay are listed one by one.
+    """
     visited = pilot.visited
     known = [region for region in visited.regions if region.eigenvalues.elastic.size]
     per_second = " 1/s" if model.units == "SI" else ""

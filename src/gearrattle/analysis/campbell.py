@@ -58,19 +58,19 @@ class Crossing:
     Attributes
     ----------
     speed
-        of the reference shaft [rad/s].
+        speed of the reference shaft [rad/s].
     order
-        of the excitation.
+        order of the excitation.
     mode
-        its column in ``Modes.shapes``, 0 the first.
+        column of the mode in ``Modes.shapes``, from 0.
     frequency
         the natural frequency [rad/s].
     state
         index of the contact state.
     source
-        of those of the order, the one that excites the mode most.
+        the source of this order that excites the mode most.
     share
-        the share of its energy that goes into the mode.
+        share of the source's energy that goes into the mode.
     """
 
     speed: float
@@ -93,13 +93,13 @@ class Campbell(Result):
     model_speed
         the model's own.
     states
-        contact ratio by element name, one mapping a state.
+        contact ratio by element name, one mapping for every state.
     frequencies
         (S states, n modes) [rad/s], ascending in each state; 0 for rigid motion.
     orders
-        ascending.
+        order lines, ascending.
     crossings
-        by speed.
+        crossings, by ascending speed.
     modes
         the modes of each state.
     units

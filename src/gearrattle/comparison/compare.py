@@ -1,9 +1,10 @@
 """Algorithms side by side on one model, compared with the exact solution: the paper's Tables 3 and 4, with true errors.
 
-Every contender runs the same model from the same start on the same output grid. Up to the *window*, where errors of
-1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is given sample by sample and crossing
-by crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
-1e-12 half-gaps away: no algorithm can be expected to do better than that.
+Every contender, an algorithm with its settings, runs the same model from the same start on the same output grid. The
+*window* ends where an error of 1e-6, or of the tolerance if finer, has grown to a thousandth. Inside it the error of a
+contender is measured sample by sample and crossing by crossing; beyond the predictability horizon only its statistics
+are compared. The same is done with the exact motion from a start 1e-12 half-gaps away: no algorithm can be expected to
+have a smaller error.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ from gearrattle.simulation.simulate import check_takes
 if TYPE_CHECKING:
     import pandas as pd
 
-_AWAY = 1e-12  # half-gaps
+_AWAY = 1e-12  # distance of the nearby start [half-gaps]
 _STILL_SMALL = 1e-3
 _COARSE = 1e-6
 
@@ -214,7 +215,7 @@ class _Share:
 def judged(
     result: Result, truth: Run, window: float, peers: Sequence[Portrait] | None = None, start: float | None = None
 ) -> Row:
-    """A contender's motion against the reference, and from ``start`` on its statistics among those of exact motions."""
+    """Compare a contender's motion with the reference, and its statistics from ``start`` on with exact motions."""
     # a contender without a run
     label = result.contender.label
     algorithm = result.contender.algorithm

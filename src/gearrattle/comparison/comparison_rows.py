@@ -26,15 +26,15 @@ class Row(Record):
     Attributes
     ----------
     cost
-        what it took; None if it did not come to an end (nor do the following).
+        cost of the run; None if it did not end (then the following fields are None or empty as well).
     statistics
-        beyond the horizon; None where no whole cycle lies there.
+        statistics beyond the horizon; None if no whole cycle lies there.
     coherence
-        of every inertia's acceleration; empty where the run is too short for it.
+        coherence of every inertia's acceleration; empty if the run is too short for it.
     history
-        times [s] and the worst error since the one before [``error.unit``], to the end.
+        times [s], and the worst error since the time before [``error.unit``], to the end.
     verdict
-        "sound", "not sound" or "no motion"; empty where nothing is judged.
+        "sound", "not sound" or "no motion"; empty without a verdict.
     """
 
     label: str
@@ -55,7 +55,7 @@ class Row(Record):
 
     @property
     def growth(self) -> float | None:
-        """The largest growth of a mode a step; above 1 the step is unstable. None where steps are chosen."""
+        """The largest growth of a mode in a step; above 1 the step is unstable. None for a variable step."""
         return max(self.growths.values(), default=None)
 
 
@@ -69,7 +69,7 @@ class Comparison(Result, Record):
         the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
         the exact motion from nearby.
     tolerance
-        that of the contenders who choose their steps, unless they have their own.
+        tolerance of contenders with variable step that have none of their own.
     window
         time up to which errors are given sample by sample [s].
     horizon

@@ -43,17 +43,17 @@ class Floor:
     Attributes
     ----------
     deflection
-        (K,) of every clearance's rms [rad or m].
+        (K,) difference of the rms of every clearance's deflection [rad or m].
     acceleration
-        (n,) of every inertia's rms [rad/s^2].
+        (n,) difference of the rms of every inertia's acceleration [rad/s^2].
     density
         (n, f) power spectral density of the error that counts.
     rate
-        (K,) of the impacts per cycle [1/cycle].
+        (K,) difference of the impacts per cycle [1/cycle].
     impulse
         (K,) shift of the impulses [N m s or N s].
     tr_rms, tr_peak
-        (n,) of the transmissibilities [1]; infinite where the reference inertia is lost in its error.
+        (n,) difference of the transmissibilities [1]; infinite if the reference inertia's error exceeds its motion.
     """
 
     reference: Portrait

@@ -26,11 +26,11 @@ class Portrait:
     Attributes
     ----------
     start, end
-        of these cycles [s].
+        begin and end of these cycles [s].
     deflection
         (K,) rms of every clearance's deflection [rad or m].
     acceleration
-        (n,) rms of every inertia's [rad/s^2].
+        (n,) rms of every inertia's acceleration [rad/s^2].
     density
         (n, f) one-sided power spectral density of every acceleration.
     resolution

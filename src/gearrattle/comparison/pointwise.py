@@ -3,12 +3,12 @@
     e_k(t) = |delta_k - delta_k,ref| / b_k,   b_k the largest |corner| of clearance k (a half-gap),
 
 or, where its only corner is at 0, the largest |delta_k,ref| of the window; and for velocities |v_i - v_i,ref| over the
-rms value of v_i,ref about its mean, so that a steady drift does not flatter. The paper's algorithms are compared by
-eye and by coherence (Padmanabhan et al. 1995, sec. 9); with an exact reference the error itself can be said, but only
-while a difference in the sixteenth digit has not grown to the size of the motion.
+rms value of v_i,ref about its mean: with the mean included, a large steady velocity would make every error look small.
+Padmanabhan et al. 1995, sec. 9, compare algorithms by eye and by coherence. An exact reference gives the error itself,
+but only while a difference in the sixteenth digit has not grown to the size of the motion.
 
-A driveline without clearances has no half-gap to measure by: its error is that of the velocities, over the largest rms
-value of any.
+A driveline without clearances has no half-gap as a scale: its error is the error of the velocities over the largest rms
+value of any velocity.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gearrattle.comparison.comparison_record import Record
 from gearrattle.comparison.pair_checks import same_grid, samples_until
 from gearrattle.trajectory import Array, Trajectory
 
-PASSED = (1e-6, 1e-3, 1e-1)
+THRESHOLDS = (1e-6, 1e-3, 1e-1)  # errors in deflection, in units of its scale b_k
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PointwiseError(Record):
     horizon
         end of the window [s], at most that of the motion.
     deflection_scale
-        (K,) what deflections are measured by [rad or m].
+        (K,) scale b_k of the deflections [rad or m].
     deflection
         (K,) largest error of the deflection [scales]; infinite where the reference never moves.
     velocity_scale
@@ -45,10 +45,10 @@ class PointwiseError(Record):
     thresholds
         errors in deflection [scales], ascending.
     passed
-        (thresholds,) time at which the worst error first exceeds each, over the whole motion [s]; infinite
-        where it never does.
+        (thresholds,) time at which the worst error first exceeds each threshold, over the whole motion [s]; infinite
+        where the error stays below.
     worst
-        the largest error inside the window: of any deflection, or of any velocity without clearances.
+        the largest error inside the window: of any deflection; of any velocity if there are no clearances.
     """
 
     horizon: float
@@ -70,21 +70,21 @@ def pointwise(
     reference: Trajectory,
     horizon: float | None = None,
     *,
-    thresholds: tuple[float, ...] = PASSED,
+    thresholds: tuple[float, ...] = THRESHOLDS,
 ) -> PointwiseError:
-    """Return the error of one motion against another inside [0, horizon].
+    """Return the error of a candidate's motion against a reference motion inside [0, horizon].
 
     Parameters
     ----------
     horizon
         end of the window [s], such as the reference's predictability horizon; None: the whole motion.
     thresholds
-        errors; the time at which each is first exceeded is given [scales], ascending.
+        errors [scales], ascending; the result holds the time at which each threshold is first exceeded.
 
     Raises
     ------
     ModelError
-        other driveline or other grid.
+        the two motions have different drivelines or different time grids.
     """
     # scales of deflections and velocities
     same_grid(candidate, reference)
@@ -93,7 +93,7 @@ def pointwise(
     history = error_history(candidate, reference, scale)
     velocity = reference.velocity[:samples]
     level = np.std(velocity, axis=0)
-    level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # a constant is rounded, not moving
+    level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # else: rounding
     # largest errors in the window, and the times at which thresholds are passed
     worst = worst_history(candidate, reference, samples)
     return PointwiseError(
@@ -113,7 +113,7 @@ def pointwise(
 
 
 def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) -> Array:
-    """Return (Nt,) the worst error at every sample of one grid, of deflections or, without clearances, velocities."""
+    """Return (Nt,) the worst error at every sample: of deflections; of velocities if there are no clearances."""
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
     else:
@@ -137,8 +137,8 @@ def error_history(candidate: Trajectory, reference: Trajectory, scale: Array) ->
     return _relative(candidate.deflection - reference.deflection, scale)
 
 
-def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 400) -> tuple[Array, Array]:
-    """Return some times, and the worst error since the time before.
+def envelope(time: Array, worst: Array, growth_end: float = math.inf, points: int = 400) -> tuple[Array, Array]:
+    """Return at most ``2 points`` times, and for each time the worst error since the time before.
 
     Parameters
     ----------
@@ -146,10 +146,10 @@ def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 4
         (Nt,) [s].
     worst
         (Nt,) errors.
-    dense
-        half of the times lie before it [s]: where errors grow.
+    growth_end
+        time up to which errors grow [s]; half of the returned times lie before it.
     """
-    early = int(np.searchsorted(time, dense))
+    early = int(np.searchsorted(time, growth_end))
     edges = [np.linspace(*span, min(points, span[1] - span[0]) + 1) for span in ((0, early), (early, time.size))]
     edge = np.unique(np.concatenate(edges).astype(np.int64))
     return time[edge[1:] - 1], np.maximum.reduceat(worst, edge[:-1])

@@ -54,19 +54,17 @@ class Item(Record):
     Attributes
     ----------
     candidate, reference
-        its value, and the mean of the exact motions' [unit]; NaN where it has
-        none of its own.
+        value of the motion, and mean value of the exact motions [unit]; NaN without a value.
     low, high
-        all exact motions lie between them.
+        least and largest value of the exact motions.
     floor
-        differences of the measure from the reference below it are explained by the motion's own error.
+        largest difference from the reference that the motion's own error explains.
     p_value
-        how often chance puts a correct motion at least so far out; NaN where unknown.
+        probability that a correct motion lies at least as far out; NaN if unknown.
     verdict
-        "equal" (nothing that counts), "same within sampling error", "different" or "undecided" (too little to
-        tell).
+        "equal" (no difference that counts), "same within sampling error", "different" or "undecided" (too few data).
     by_chance
-        how often a correct motion is called different; 0 where exact motions do not scatter.
+        probability that a correct motion is called different; 0 if exact motions do not scatter.
     """
 
     quantity: str
@@ -91,13 +89,13 @@ class StatisticalComparison(Record):
     Attributes
     ----------
     start, end
-        of the cycles compared [s].
+        begin and end of the cycles compared [s].
     items
-        in the order levels, spectra, rates, impulses, transmissibilities.
+        items in the order levels, spectra, rates, impulses, transmissibilities.
     decided
-        of how many items is known whether they differ.
+        number of items with a verdict other than "undecided".
     different_by_chance
-        how many would be of a correct motion, on average.
+        expected number of items called different for a correct motion.
     """
 
     start: float

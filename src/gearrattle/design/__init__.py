@@ -1,5 +1,4 @@
-"""Design decisions: how far a value must change until the driveline is quiet, and which change is the best.
+"""Design decisions by exact runs.
 
-Every answer rests on exact runs: ``threshold`` looks for the value at which a driveline becomes quiet, ``remedies`` for
-the cheapest change that makes it quiet.
+``threshold`` returns the value at which a driveline becomes quiet, ``remedies`` the cheapest changes to make it quiet.
 """

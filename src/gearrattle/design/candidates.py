@@ -1,9 +1,9 @@
-"""The changes that a search for remedies may make: each a value, or a factor on several, within bounds, at a cost.
+"""Candidates of a search for remedies: changes of one value, or of several by one factor, within bounds, at a cost.
 
-Without a list of the user's these are, each from 0.7 to 1.3 times what the model says: the drag torque of all bodies
-together, the backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the
-moment of inertia of every body that is no loose gear. A ramp of a torque may take up to four times as long, where the
-next one leaves room for that.
+Default candidates are, each from 0.7 to 1.3 times the model's own value: the drag torque of all bodies together, the
+backlash of all meshes together, every gap of a coupling, stiffness and hysteresis of every stage, and the moment of
+inertia of every body that is no loose gear. The duration of a torque's ramp may grow up to four times, if the next ramp
+leaves time for that.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gearrattle.model.value_kinds import AnyTable, Plain, checked
 from gearrattle.signals import loose_gears
 
 BOUNDS = (0.7, 1.3)
-"""Factors between which a value may be changed where nothing is said."""
+"""Factors between which a value may be changed by default."""
 SLOWER = (1.0, 4.0)
 """Factors between which the duration of a ramp may be changed."""
 _COST = Plain("non-negative")
@@ -30,13 +30,13 @@ _COST = Plain("non-negative")
 
 @dataclass(frozen=True)
 class Candidate:
-    """One change that may be made, and the cost of the whole way from the model's own value to an end."""
+    """An allowed change, and the cost of the whole way from the model's own value to an end."""
 
     variable: Variable
     cost: float
 
     def cost_of(self, value: float) -> float:
-        """Return the cost of a value: it grows with the way from the model's own."""
+        """Return the cost of a value, which is proportional to the change from the model's own value."""
         own = self.variable.own
         if own is None:
             return self.cost
@@ -45,10 +45,10 @@ class Candidate:
 
 
 def candidates_of(model: Model, requested: Mapping[str, object] | None) -> tuple[Candidate, ...]:
-    """Read the candidates of a search for remedies; a ModelError has all that is wrong with them.
+    """Read the candidates of a search for remedies, by path or pattern; a ModelError lists all problems.
 
-    By path or pattern each is a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with them) and
-    ``cost``; None stands for the default list.
+    A candidate is a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with these two) and ``cost``. None
+    stands for the default candidates.
     """
     if requested is None:
         return _default(model)
@@ -89,7 +89,7 @@ def _factors(bounds: tuple[float, float]) -> dict[str, Any]:
 
 
 def _default(model: Model) -> tuple[Candidate, ...]:
-    """Return the default candidates: everything on the list of the module that the model has."""
+    """Return the default candidates that exist in the model."""
     layout = assemble(model).layout
     loose = {layout.inertia_names[gear.loose] for gear in loose_gears(layout)}
     together = ["inertia.*.drag_torque", "mesh.*.backlash"]
@@ -99,12 +99,12 @@ def _default(model: Model) -> tuple[Candidate, ...]:
     paths += [f"inertia.{inertia.name}.J" for inertia in model.inertias if inertia.name not in loose]
     candidates = [Candidate(variable_of(model, path, _factors(BOUNDS)), 1.0) for path in paths]
     for path in _numbers(model, "torque.*.ramps.*.over"):
-        with suppress(ModelError):  # the next ramp begins before that
+        with suppress(ModelError):  # the next ramp begins too early
             candidates.append(Candidate(variable_of(model, path, _factors(SLOWER)), 1.0))
     return tuple(candidates)
 
 
 def _numbers(model: Model, pattern: str) -> list[str]:
-    """Return the paths of a pattern at which numbers above zero stand."""
+    """Return the paths of a pattern that lead to numbers above zero."""
     paths = model.paths(pattern)
     return [path for path in paths if isinstance(model[path], int | float) and model[path] > 0.0]

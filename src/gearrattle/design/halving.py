@@ -1,7 +1,7 @@
 """Search for the change at which a target begins to hold: a scan of the range, then halving.
 
-Runs of different values are independent and run in threads, as the engine releases the interpreter lock. Only the
-motions that begin where a neighbour's ended are computed one after the other, from the model's own value outward.
+Runs at different values are independent and run in threads, because the engine releases the interpreter lock. Only
+motions that begin with the final state of a neighbour are computed one after the other, from the model's own value on.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NONE: Mapping[str, Any] = {}
 
 @dataclass
 class Tried:
-    """One value, and the motions that were simulated there."""
+    """One value, and the motions simulated at this value."""
 
     value: float
     target: Target
@@ -36,23 +36,23 @@ class Tried:
 
     @property
     def holds(self) -> bool:
-        """Whether the target holds of every motion that was tried."""
+        """Whether the target holds for all motions simulated at the value."""
         return bool(self.motions) and not self.failure and not self.failing
 
     @property
     def failing(self) -> list[Motion]:
-        """The motions of which it does not hold."""
+        """Motions for which the target does not hold."""
         return [motion for motion in self.motions if not self.target.holds(motion.values)]
 
     @property
     def hardest(self) -> Motion:
-        """The motion that is farthest from the target; of several the first by its start, however they ran."""
+        """The motion farthest from the target; of equal ones the first in the order of ``STARTS``."""
         in_order = sorted(self.motions, key=lambda motion: STARTS.index(motion.start))
         return max(in_order, key=lambda motion: self.target.distance(motion.values))
 
     @property
     def distance(self) -> tuple[float, float]:
-        """How far the hardest motion is from the target; infinite without one."""
+        """Distance of the hardest motion from the target; infinite without a motion."""
         return self.target.distance(self.hardest.values) if self.motions else (inf, inf)
 
 
@@ -62,14 +62,18 @@ class Work:
 
     Attributes
     ----------
+    count
+        number of values of the scan.
     width
-        of a bracket, as a share of the value.
+        width of a bracket, as a share of the value.
     conditions
-        further changes of the model under each of which the target shall hold, too, such as other speeds.
+        further changes of the model, such as other speeds; the target must hold under each of them, too.
     is_lean
-        whether a value is left at the first motion of which the target does not hold.
+        whether no further motion is simulated at a value after the first for which the target does not hold.
+    keep
+        folder of computed motions; None: none.
     starts
-        from which every value is simulated; an event has its own start alone.
+        starts from which every value is simulated; an event has only its own start.
     """
 
     count: int
@@ -81,7 +85,7 @@ class Work:
 
 
 class Search:
-    """Search along one variable: the values tried, and the changes of the answer between them."""
+    """Search along one variable: the values simulated, and the changes of the answer between them."""
 
     def __init__(self, model: Model, variable: Variable, target: Target, work: Work, report: Report) -> None:
         self.model = model
@@ -99,10 +103,10 @@ class Search:
         return any(variant.motions and variant.value != self.variable.own for variant in self.tried)
 
     def run(self, pool: Executor, own: Tried | None = None) -> list[tuple[Tried, Tried]]:
-        """Scan the range, halve the nearest changes on either side of the model's own value; return every change.
+        """Scan the range, halve the nearest change on either side of the model's own value; return all changes.
 
-        ``Cancelled`` ends the search with what is known, if anything is. ``own`` is the model's own value, if that was
-        tried before.
+        ``Cancelled`` ends the search with the result so far, if there is any. ``own`` holds the motions at the model's
+        own value, if these were simulated before.
         """
         try:
             self._scan(pool, own)
@@ -118,11 +122,11 @@ class Search:
         return self._changes()
 
     def _scan(self, pool: Executor, own: Tried | None) -> None:
-        """Try values from end to end: all from rest, then from neighbour to neighbour outward, then pushed."""
+        """Simulate values from end to end: from rest, from the motions of neighbours outward, and after a push."""
         values = self.variable.spread(self._work.count).tolist()
         first = values.index(self.variable.own) if self.variable.own in values else 0
         self.tried = [Tried(value, self.target) for value in values]
-        # from rest, the model's own value first: what fails there fails everywhere
+        # from rest, the model's own value first: a failure there ends the search
         if own is None:
             self._move(self.tried[first], REST, None, must=True)
         else:
@@ -137,11 +141,11 @@ class Search:
 
         if BEFORE in self._work.starts:
             finish([pool.submit(follow, chain) for chain in (self.tried[first:], self.tried[first::-1])])
-        # a push, and other conditions, where all is well so far
+        # a push, and other conditions, at values at which the target holds so far
         finish([pool.submit(self._challenge, variant) for variant in self.tried if variant.holds])
 
     def _halve(self, pool: Executor, below: Tried, above: Tried) -> None:
-        """Halve a change of the answer until it is as narrow as asked for."""
+        """Halve the interval of a change of the answer until it is narrow enough."""
         for _ in range(_MOST_HALVINGS):
             if above.value - below.value <= self._work.width * max(abs(below.value), abs(above.value)):
                 break
@@ -149,7 +153,7 @@ class Search:
             failing = below if above.holds else above
             self.tried.insert(self.tried.index(above), middle)
             if BEFORE in self._work.starts:
-                # where the motion of the failing side goes on, no other start is needed
+                # if the target fails for the motion continued from the failing side, no other start is needed
                 self._move(middle, BEFORE, failing.hardest.end)
                 if middle.holds:
                     finish([pool.submit(self._move, middle, REST, None), pool.submit(self._challenge, middle)])
@@ -163,7 +167,7 @@ class Search:
                 below = middle
 
     def _nearest(self) -> list[tuple[Tried, Tried]]:
-        """The nearest change on either side of the model's own value."""
+        """The nearest changes of the answer on either side of the model's own value."""
         own = self.variable.own if self.variable.own is not None else self.variable.low
         changes = self._changes()
         above = [pair for pair in changes if pair[1].value > own]
@@ -171,12 +175,12 @@ class Search:
         return above[:1] + below[-1:]
 
     def _changes(self) -> list[tuple[Tried, Tried]]:
-        """Neighbours of different answers."""
+        """Pairs of neighbouring values with different answers."""
         known = [variant for variant in self.tried if variant.motions]
         return [(one, other) for one, other in pairwise(known) if one.holds != other.holds]
 
     def _challenge(self, variant: Tried) -> None:
-        """Simulate the motion after a push, and the motions under other conditions until the target fails."""
+        """Simulate the motion after a push, and motions under other conditions until the target fails."""
         starts = [start for start in (REST, PUSHED) if start in self._work.starts]
         if PUSHED in starts:
             self._move(variant, PUSHED, None)
@@ -194,7 +198,7 @@ class Search:
         *,
         must: bool = False,
     ) -> None:
-        """Simulate one motion; a failure is kept unless it must not be."""
+        """Simulate one motion; a failure is recorded, or raised if ``must`` is set."""
         self._report.add(0.0)
         try:
             model = self.model.with_({**self.variable.changes(variant.value), **condition})
@@ -207,7 +211,7 @@ class Search:
 
 
 def finish(futures: list[Future[Any]]) -> None:
-    """Wait for all futures; raise what one raised when all have ended."""
+    """Wait until all futures have ended; then raise the first exception of one."""
     errors = [future.exception() for future in futures]
     for error in errors:
         if error is not None:
@@ -215,9 +219,9 @@ def finish(futures: list[Future[Any]]) -> None:
 
 
 class Report:
-    """Share of the work that is done, reported by many threads: motions done of those expected.
+    """Finished share of the work, reported by many threads: finished motions over expected motions.
 
-    More motions are expected when as many as were are done, so the share never falls and never reaches one early.
+    At least one more motion is always expected, so the share never falls and never reaches one early.
     """
 
     def __init__(self, progress: Callable[[float], None] | None, expected: float) -> None:
@@ -229,7 +233,7 @@ class Report:
         self._stopped = False
 
     def add(self, part: float) -> None:
-        """Count a part of a motion; Cancelled where the work shall stop."""
+        """Count a part of a motion; Cancelled if the work is to stop."""
         with self._lock:
             self._done += part
             self._share = max(self._share, self._done / (self._done + max(self._expected - self._done, 1.0)))

@@ -1,4 +1,4 @@
-"""Executor that computes at once, in the thread of its caller: for searches that run in parallel already."""
+"""Executor that computes in the thread of its caller, for searches that already run in parallel."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 
 class Inline(Executor):
-    """Executor that runs what is submitted at once."""
+    """Executor whose ``submit`` calls the function before it returns."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return a future that is done already."""
+        """Call the function, and return a finished future."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))

@@ -1,6 +1,6 @@
-"""Folder that keeps the motions computed, one file each, so that a search that was stopped goes on.
+"""Folder that keeps computed motions, one file for each, so that a stopped search can be continued.
 
-A motion is named by everything that decides it: the model, the start, the outputs, the version of the package.
+The name of a file is a digest of everything that decides the motion: model, start, outputs, version of the package.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from gearrattle.writing import put
 
 
 class Keep:
-    """Folder of motions that are known."""
+    """Folder of computed motions."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._folder = Path(folder)
         self._folder.mkdir(parents=True, exist_ok=True)
 
     def motion(self, asked: Asked, counter: Counter | None = None) -> Motion:
-        """Return a motion from the folder, else simulate and keep it."""
+        """Return a motion from the folder; if it is not there, simulate it and write it to the folder."""
         file = self._folder / f"{_name(asked)}.npz"
         known = _read(file, asked)
         if known is not None:
@@ -54,7 +54,7 @@ def _name(asked: Asked) -> str:
 
 
 def _read(file: Path, asked: Asked) -> Motion | None:
-    """Return the motion in a file; None where there is none, or a damaged one."""
+    """Return the motion in a file; None if there is no file, or a damaged one."""
     try:
         with np.load(file, allow_pickle=False) as archive:
             values = {output.name: archive[f"value {output.name}"] for output in asked.outputs}
@@ -65,7 +65,7 @@ def _read(file: Path, asked: Asked) -> Motion | None:
 
 
 def _write(file: Path, motion: Motion) -> None:
-    """Write a motion whole or not at all."""
+    """Write a motion to a file, completely or not at all."""
     arrays = {f"value {name}": np.asarray(values) for name, values in motion.values.items()}
     arrays |= {f"end {name}": np.array(values) for name, values in motion.end.items()}
     stream = io.BytesIO()

@@ -1,12 +1,12 @@
-"""Motions of one variant of a driveline from three starts: at rest, at the end of the motion before, and pushed.
+"""Motions of one variant of a driveline from three starts: at rest, from a neighbouring variant, and after a push.
 
 Motions may coexist: a driveline that is quiet from rest may rattle after a tip-in. So a variant is simulated from three
-starts, all by the model's own settings:
+starts, with the model's own settings:
 
 - *rest*: the start of the model file,
-- *before*: the end of the motion of the neighbouring variant, on the side of the model's own value,
-- *pushed*: the model's own start with all clearances set going, each at a speed that takes it across its gap in a
-  sixteenth of a period, neighbours in opposite directions.
+- *before*: the final state of the neighbouring variant, on the side of the model's own value,
+- *pushed*: the model's own start, with a speed in every clearance that takes it across its gap in a sixteenth of a
+  period, in opposite directions for neighbours.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ BEFORE = "before"
 PUSHED = "pushed"
 STARTS = (REST, BEFORE, PUSHED)
 EVENT = (REST,)
-"""Starts of a driveline under ramps or a record of a torque: an event begins as it begins."""
-_CROSSING = 1.0 / 16.0  # of a period, in which a push takes a clearance across its gap
+"""Starts of a driveline under ramps or a record of a torque: an event has only its own start."""
+_CROSSING = 1.0 / 16.0  # share of a period in which a push takes a clearance across its gap
 State = Mapping[str, Sequence[float]]
 
 
@@ -49,8 +49,8 @@ class Motion:
 class Asked:
     """Request of a motion.
 
-    ``initial`` is the state in which it begins; None: that of the model, or, pushed, its pushed one. ``samples`` are
-    those of a cycle; None: as many as the model says.
+    ``initial`` is the initial state; None: that of the model, or the pushed one if ``start`` is PUSHED. ``samples`` is
+    the number of samples in a cycle; None: the number in the model.
     """
 
     model: Model
@@ -61,14 +61,14 @@ class Asked:
 
 
 class Counter(Protocol):
-    """Counts the parts of a motion that are done."""
+    """Counts finished parts of a motion."""
 
     def add(self, part: float) -> None:
-        """Count a part; what it raises ends the run."""
+        """Count a part; an exception ends the run."""
 
 
 def moved_on(asked: Asked, counter: Counter | None = None) -> Motion:
-    """Simulate a motion, and keep its outputs and its end."""
+    """Simulate a motion; return its outputs and its final state."""
     last = 0.0
 
     def report(share: float) -> None:
@@ -96,9 +96,9 @@ def starts_of(model: Model) -> tuple[str, ...]:
 
 
 def pushed(model: Model) -> State:
-    """Return the pushed start of a model: its own angles, and speeds that take every gap across in a short time.
+    """Return the pushed start of a model: its own angles, with velocities that cross every gap in a short time.
 
-    Of all velocities with these rates it is the one that changes the model's own by the least kinetic energy.
+    Of all velocities with these rates of the gaps, it takes those whose change has the least kinetic energy.
     """
     driveline = assemble(model)
     layout = driveline.layout
@@ -110,7 +110,7 @@ def pushed(model: Model) -> State:
     widths = np.array([_gap(layout.corners[k]) for k in gaps])
     signs = (-1.0) ** np.arange(len(gaps))
     rates = signs * widths / (_CROSSING * layout.period)
-    # the least change of the velocities that makes them
+    # the least change of the velocities that gives these rates
     weight = 1.0 / np.sqrt(system.inertia)
     velocity = task.velocity + weight * (np.linalg.pinv(rows * weight) @ rates)
     return start_table(model, task.angle, velocity)

@@ -1,9 +1,9 @@
 """``remedies``: the single changes, and the pairs of changes, that make a driveline quiet, by cost.
 
-Every candidate is searched as a threshold is, with exact runs: its range is scanned, and where the target holds, the
-change from the model's own value is made as small as it may be. A value counts only if the target holds at the model's
-speed and at its neighbours, from rest, from the motion of the value before, and after a push. The best of the changes
-that do not reach the target alone are tried in pairs: both values go together towards their best ends.
+Every candidate is searched as in ``threshold``, with exact runs: its range is scanned and, if the target holds
+somewhere, the smallest sufficient change is located. A value counts only if the target holds at the model's speed and
+at the neighbouring speeds, from rest, from the motion at the value before, and after a push. The best changes that do
+not reach the target alone are tried in pairs: both values change together towards their best ends.
 """
 
 from __future__ import annotations
@@ -44,40 +44,40 @@ from gearrattle.wording import engineering, listed
 if TYPE_CHECKING:
     import pandas as pd
 
-COUNT = 5
-WIDTH = 0.02
+COUNT = 5  # values of a scan
+WIDTH = 0.02  # width of a bracket, as a share of the value
 HALF = "half"
 TRANSMISSIBILITY = "TR rms"
 NEIGHBOURS = (0.97, 1.03)
-"""Speeds, as factors on the model's own, at which a remedy must hold as well."""
-_PAIRED = 4  # candidates that are tried in pairs
-_RUNS = 9.0  # motions of a candidate, about
-_WORSE = 1.1  # times its energy, from which on a part that hits harder is a side effect
+"""Neighbouring speeds at which a remedy must hold as well, as factors on the model's own speed."""
+_PAIRED = 4  # number of candidates that are tried in pairs
+_RUNS = 9.0  # expected number of motions of a candidate
+_WORSE = 1.1  # ratio of impact energy, or transmissibility, from which on a rise is a side effect
 _SPEEDS = ("excitation.speed", "excitation.frequency")
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """One change, or a pair.
+    """One change, or a pair of changes.
 
     Attributes
     ----------
     change
-        in words, with the value before and after.
+        the change in words, with the value before and after.
     changes
-        by path what ``Model.with_`` takes; empty where no other value is better.
+        argument of ``Model.with_``; empty if no other value is better.
     cost
-        of it.
+        cost of the change.
     holds
         whether the target holds, at all speeds and from all starts.
     verdict
-        the severity of the worst part.
+        severity of the worst part.
     hardest_impact
-        energy of the hardest impact of all motions that were tried with it [J].
+        energy of the hardest impact in all motions simulated with the change [J].
     part
-        that it is of.
+        part with the hardest impact.
     side_effects
-        what else changes, in words.
+        other changes of the motion, in words.
     """
 
     change: str
@@ -99,15 +99,15 @@ class Remedies(Result):
     model
         the driveline.
     target
-        what was asked for.
+        the target.
     own
-        the driveline as it is, as a remedy that changes nothing.
+        the unchanged driveline, as a remedy without changes.
     remedies
-        those that reach the target by rising cost, then the others by falling effect.
+        remedies that reach the target by rising cost, then the others by falling effect.
     speeds
-        at which the target must hold [rad/s, or the model's unit].
+        speeds at which the target must hold [rad/s, or the model's unit].
     notes
-        what the user must know.
+        sentences that the user must know.
     """
 
     model: Model = field(repr=False)
@@ -123,7 +123,7 @@ class Remedies(Result):
     def table(self) -> pd.DataFrame:
         """The remedies as a table: change, value, cost, verdict, hardest_impact [J], side_effects, certified.
 
-        ``value`` is the number that is set, in SI, or the factor; of a pair both.
+        ``value`` is the new number in SI, or the factor; for a pair both values.
         """
         import pandas as pd
 
@@ -157,21 +157,21 @@ def remedies(
     model
         the driveline; its settings hold for every run.
     candidates
-        by path or pattern what may be changed: two ends around the model's own value, or a mapping with ``from``,
-        ``to`` (or ``factor`` with them) and ``cost``, that of the whole way to an end (default 1). None: drag torques,
-        backlashes, gaps, stages and inertias, each from 0.7 to 1.3 times its value.
+        ranges of the allowed changes by path or pattern: two ends around the model's own value, or a mapping with
+        ``from``, ``to`` (or ``factor`` with these two) and ``cost``, the cost of the whole way to an end (default 1).
+        None: drag torques, backlashes, gaps, stages and inertias, each from 0.7 to 1.3 times its value.
     target
         "quiet"; "half": half the energy of the hardest impact; or a comparison as for ``threshold``.
     speeds
-        at which it must hold beside the model's own; None: 3 % below and above; none for an event.
+        further speeds at which the target must hold; None: 3 % below and above the model's own, none for an event.
     pairs
-        whether pairs are tried of the best changes that do not reach the target alone.
+        whether pairs of the best changes that do not reach the target alone are tried.
     keep
-        a folder that remembers every motion, so that a second call goes on where the first one stopped.
+        a folder for all computed motions, so that a second call goes on where the first one stopped.
     workers
-        threads; None: as many as cores.
+        number of threads; None: the number of cores.
     progress
-        called with the finished share. Where it raises ``Cancelled``, what is known by then is returned.
+        called with the finished share. If it raises ``Cancelled``, the result so far is returned.
 
     Raises
     ------
@@ -236,7 +236,7 @@ class _Study:
     def all_of(
         self, options: Sequence[Candidate], target: Target, own: Tried, workers: int | None, *, pairs: bool
     ) -> list[Remedy]:
-        """Search every candidate, then pairs of the best that do not reach the target alone."""
+        """Search every candidate, then pairs of the best candidates that do not reach the target alone."""
         if own.holds:
             self.notes.append(f"the driveline is {target.words} as it is: from rest, at its own speed.")
         answers: list[tuple[Search, Candidate]] = []
@@ -258,7 +258,7 @@ class _Study:
         return [*singles, *(pair for pair in both if pair.holds or _is_better(pair, singles))]
 
     def remedy_of_own(self, own: Tried) -> Remedy:
-        """The driveline as it is."""
+        """The unchanged driveline, as a remedy without changes."""
         word, energy, part = _worst(own.motions, own.target)
         return Remedy("as it is", {}, 0.0, own.holds, word, energy, part, ())
 
@@ -270,7 +270,7 @@ class _Study:
         search.run(Inline(), Tried(search.variable.own or 0.0, own.target, [*own.motions]))
 
     def _transmit(self, search: Search | None) -> None:
-        """Simulate with samples a search's best variant, or the model itself: transmissibilities of all bodies."""
+        """Transmissibilities of all bodies in the best variant of a search; None: in the model itself."""
         model = self.model
         best = None if search is None else _best(search)
         if search is not None and best is not None:
@@ -280,7 +280,7 @@ class _Study:
         self._levels[id(search)] = motion.values[TRANSMISSIBILITY]
 
     def _pairs(self, answers: Sequence[tuple[Search, Candidate]], target: Target) -> list[tuple[Search, Candidate]]:
-        """Pairs of the changes that come nearer to the target, each to its best end."""
+        """Pairs of changes that come nearer to the target; each changes a value up to its best value."""
         helpful = []
         for search, option in answers:
             if _reached(search) is None and search.is_begun:
@@ -297,7 +297,7 @@ class _Study:
         return pairs
 
     def _remedy(self, search: Search, option: Candidate, own: Tried) -> Remedy:
-        """Remedy from one search: the smallest change with the target, else the best value."""
+        """Remedy from one search: the smallest change that reaches the target, else the best value."""
         variable = option.variable
         best = _best(search)
         word, energy, part = _worst(best.motions, search.target)
@@ -327,7 +327,7 @@ class _Study:
         return tuple(effects)
 
     def _transmission(self, search: Search) -> tuple[str, ...]:
-        """The transmissibility that rises most over the model's own, in words; nothing for a small rise."""
+        """The largest rise of a transmissibility over that of the model itself, in words; empty if it is small."""
         old = self._levels.get(id(None))
         new = self._levels.get(id(search))
         if old is None or new is None:
@@ -341,32 +341,32 @@ class _Study:
 
 
 def _value_of(changes: Mapping[str, Any]) -> Any:
-    """The number that a change sets, or its factor; of several changes all of them, of none None."""
+    """The number or factor of a change; for several changes a tuple, without a change None."""
     numbers = tuple(value.times if isinstance(value, Factor) else value for value in changes.values())
     return numbers if len(numbers) > 1 else next(iter(numbers), None)
 
 
 def _best(search: Search) -> Tried:
-    """The smallest change with the target, else that with which the hardest motion is nearest to it."""
+    """The smallest change that reaches the target, else the value whose hardest motion is nearest to the target."""
     own = search.variable.own or 0.0
     return _reached(search) or min(search.tried, key=lambda variant: (variant.distance, abs(variant.value - own)))
 
 
 def _reached(search: Search) -> Tried | None:
-    """The value nearest to the model's own with the target; None where there is none."""
+    """The value nearest to the model's own at which the target holds; None if there is none."""
     own = search.variable.own or 0.0
     holding = [variant for variant in search.tried if variant.holds and variant.value != own]
     return min(holding, key=lambda variant: abs(variant.value - own)) if holding else None
 
 
 def _is_better(pair: Remedy, singles: Sequence[Remedy]) -> bool:
-    """Whether a pair of changes does more than either of the two alone."""
+    """Whether a pair of changes has a weaker hardest impact than either change alone."""
     alone = [single.hardest_impact for single in singles if single.changes.keys() <= pair.changes.keys()]
     return pair.hardest_impact < min(alone, default=np.inf)
 
 
 def _worst(motions: Sequence[Motion], target: Target) -> tuple[str, float, str]:
-    """The severity of the worst part, and the hardest impact of a gap with its part."""
+    """The severity of the worst part, the energy of the hardest impact of a gap, and the name of that gap."""
     output = target.severity
     energy = target.output_named(ENERGY)
     gaps = np.isin(output.subjects, output.gaps)
@@ -378,7 +378,7 @@ def _worst(motions: Sequence[Motion], target: Target) -> tuple[str, float, str]:
 
 
 def _change_words(model: Model, variable: Variable, value: float) -> str:
-    """A change in words: what goes from which value to which."""
+    """A change in words, with the value before and after."""
     if value == variable.own:
         return f"{variable.words}: no other value is better"
     if len(variable.ends) == 1:
@@ -389,7 +389,7 @@ def _change_words(model: Model, variable: Variable, value: float) -> str:
 
 
 def _from_to(model: Model, one: Range, before: float, after: float) -> str:
-    """Names with the value before and after; of a factor on one value alone, the values."""
+    """Name of a changed value, with the number or factor before and after; for a factor on one value, the numbers."""
     targets = one.varied.targets(model)
     own = next(iter(targets.values()))
     path = next(iter(targets))

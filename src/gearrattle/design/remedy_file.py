@@ -1,4 +1,4 @@
-"""Remedy files: TOML with the changes that may be made, and the target that they shall reach.
+"""Remedy files: TOML with the allowed changes, and the target.
 
 target = "quiet"
 speeds = ["760 rpm", "800 rpm"]
@@ -24,7 +24,7 @@ _KEYS = ("candidates", "target", "speeds")
 def read_remedies(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a remedy file.
 
-    ModelError: it is no TOML, or has other keys; what its values are is checked where they are used.
+    ModelError: it is no TOML, or has unknown keys. The values are checked where they are used.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "remedy file"), name, "remedy file")

@@ -1,7 +1,7 @@
 """Target of a design: a quiet driveline, or an output of a study below or above a value.
 
-``"quiet"`` holds where no gap rattles. ``"largest impact energy < 1e-4"`` holds where the output of every part is below
-the value, ``"m5: largest impact energy < 0.1 mJ"`` where that of one part is; a plain number is in SI.
+``"quiet"`` holds if no gap rattles. ``"largest impact energy < 1e-4"`` holds if the output of every part is below the
+value, ``"m5: largest impact energy < 0.1 mJ"`` if the output of the part ``m5`` is. A plain number is in SI.
 """
 
 from __future__ import annotations
@@ -32,14 +32,20 @@ Values = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Target:
-    """Condition that the motions of a variant shall fulfil.
+    """Condition on the motions of a variant.
 
     Attributes
     ----------
+    words
+        the condition in words.
+    outputs
+        all outputs that an answer shows.
     output, subject
-        what is compared; the subject is empty for the worst of all.
+        output and part that are compared; an empty subject means the worst part.
     limit
-        that it is compared with [SI].
+        limit of the output [SI].
+    above
+        whether the output must be above the limit; otherwise below.
     """
 
     words: str
@@ -55,15 +61,15 @@ class Target:
 
     @property
     def severity(self) -> Output:
-        """The output that gives the severity of every part."""
+        """The output with the severity of every part."""
         return self.output_named(SEVERITY)
 
     def number(self, values: Values) -> float:
-        """Return the number that is compared: of the worst part, if no part is named."""
+        """Return the compared number of the named part, or of the worst part."""
         numbers = np.atleast_1d(values[self.output.name]).astype(float)
         if self.subject:
             numbers = numbers[list(self.output.subjects).index(self.subject)][None]
-        elif self.output.dimension == "part" and self.output.criterion != EVENT:  # springs that change stage: no rattle
+        elif self.output.dimension == "part" and self.output.criterion != EVENT:  # without springs that change stage
             numbers = numbers[np.isin(self.output.subjects, self.severity.gaps)]
         numbers = numbers[np.isfinite(numbers)]
         if not numbers.size:
@@ -72,27 +78,27 @@ class Target:
 
     @property
     def samples(self) -> int | None:
-        """Samples a cycle that the outputs need: one where crossings suffice, None for those of the model."""
+        """Samples in a cycle that the outputs need: 1 if crossings suffice; None: the number in the model."""
         return 1 if all(is_of_crossings(output) for output in self.outputs) else None
 
     def energies(self, values: Values) -> NDArray[np.float64]:
-        """Return (parts,) the energy of the hardest impact of every gap; springs that change stage do not rattle."""
+        """Return (parts,) the energy of the hardest impact of every gap; zero for springs that change stage."""
         subjects = self.output_named(ENERGY).subjects
         return np.where(np.isin(subjects, self.severity.gaps), np.nan_to_num(values[ENERGY]), 0.0)
 
     def distance(self, values: Values) -> tuple[float, float]:
-        """Return how far a motion is from the target, the larger the worse: the number, then the hardest impact."""
+        """Return a measure of a motion, larger if worse: the compared number, then the hardest impact's energy."""
         number = self.number(values)
         return -number if self.above else number, float(self.energies(values).max(initial=0.0))
 
     def holds(self, values: Values) -> bool:
-        """Whether it holds of a motion with these outputs."""
+        """Whether the target holds for a motion with these outputs."""
         number = self.number(values)
         return number > self.limit if self.above else number < self.limit
 
 
 def target_of(model: Model, until: object) -> Target:
-    """Read a target; ModelError for what is neither "quiet" nor a comparison of an output with a number."""
+    """Read a target; ModelError if it is neither "quiet" nor a comparison of an output with a number."""
     if until == QUIET:
         outputs = _outputs(model, [SEVERITY])
         severity = outputs[0]
@@ -117,20 +123,20 @@ def target_of(model: Model, until: object) -> Target:
 
 
 def half_of(target: Target, values: Values) -> Target:
-    """Return the target that the hardest impact has at most half the energy that it has in a motion."""
+    """Return the target that the hardest impact has at most half of its energy in a motion with these outputs."""
     energy = target.output_named(ENERGY)
     whole = Target("", target.outputs, energy, "", 0.0, above=False).number(values)
     return Target("half as hard", target.outputs, energy, "", 0.5 * whole, above=False)
 
 
 def _outputs(model: Model, names: list[str]) -> tuple[Output, ...]:
-    """Return outputs by name, and those that every answer shows."""
+    """Return the named outputs, and the outputs that every answer shows."""
     run = short_runs([model])[0]
     return outputs_of(list(dict.fromkeys([*names, SEVERITY, REGIME, ENERGY])), run).chosen
 
 
 def _limit(text: str, output: Output, subjects: Collection[str]) -> float:
-    """Read a number in the unit of an output of some parts, or with a unit."""
+    """Read the limit of an output of some parts: a plain number in the output's unit, or a number with a unit."""
     units = _units(output, subjects)
     if len(units) > 1:
         rule = f"must name one part: that of all is in {listed(units, 'and')}"
@@ -154,7 +160,7 @@ def _limit(text: str, output: Output, subjects: Collection[str]) -> float:
 
 
 def _units(output: Output, subjects: Collection[str]) -> list[str]:
-    """Return the units of an output of some parts; of all that it has where none is named."""
+    """Return the units of an output for some parts; for all its parts if ``subjects`` is empty."""
     if not output.subjects:
         return [output.unit[0]]
     of_parts = zip(output.applies_to, output.unit, strict=False)

@@ -1,9 +1,9 @@
 """``threshold``: the smallest change at which a driveline becomes quiet.
 
-The range is scanned first, for more drag or less backlash need not mean less rattle: every value is simulated from
-rest, from the motion of its neighbour, and, where both are quiet, from a push (``motions``). Then the change between
-two neighbours of different answers is halved with exact runs until it is known well enough. A value is *quiet* only if
-every motion that was tried there is.
+First the range is scanned, because more drag or less backlash need not mean less rattle. Every value is simulated from
+rest, from the motion of its neighbour and, if both are quiet, from a push (``motions``). Then the interval between two
+neighbours with different answers is halved by exact runs until it is narrow enough. A value counts as *quiet* only if
+all motions simulated there are quiet.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from gearrattle.studies.schedulers import check_scheduler
 if TYPE_CHECKING:
     import xarray as xr
 
-COUNT = 7
-WIDTH = 0.01
-_PROOF_SECONDS = 5.0
-_BEFORE = 0.5  # of the quiet range, that a proof begins before it
+COUNT = 7  # values of the scan
+WIDTH = 0.01  # width of a bracket, as a share of the value
+_PROOF_SECONDS = 5.0  # time limit of a proof [s]
+_BEFORE = 0.5  # length of a proof's range beyond the threshold, as a share of the quiet range
 STOPPED = "stopped before the end: what is missing was not simulated."
 _VALUES = Count(3, 1000)
 _WIDTHS = Plain("positive")
@@ -45,7 +45,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Threshold(Result):
-    """Where a driveline becomes quiet, or reaches another target.
+    """The value at which a driveline becomes quiet, or reaches another target.
 
     Attributes
     ----------
@@ -53,22 +53,23 @@ class Threshold(Result):
         the nearest value to the model's own at which the answer changes, on the side where the target holds [SI, or a
         factor]; None where it does not change within the range.
     bracket
-        (low, high): the two values between which the answer changes there; ``value`` is one of them. None as above.
+        (low, high): the two values between which the answer changes there; ``value`` is one of them. None if
+        ``value`` is None.
     brackets
-        every change of the answer along the range, ascending, each as (lower value, upper value, whether the target
-        holds above).
+        every change of the answer along the range, ascending: (lower value, upper value, whether the target holds
+        at the upper value).
     variable
-        what was changed.
+        the variable that was changed.
     target
-        what was asked for.
+        the target.
     scan
-        all that was simulated, as ``data``: over "value" and "start" whether the target holds, the severity and the
-        hardest impact of every part; -1 and NaN where a start was not tried.
+        all simulated motions as a Dataset over "value" and "start": whether the target holds, the severity and the
+        hardest impact of every part; -1 and NaN if a start was not simulated.
     proven
-        the part of the range for which a quiet motion is proven to exist and to be stable (``prove_quiet``); None where
-        none is.
+        the part of the range for which a quiet motion is proven to exist and to be stable (``prove_quiet``); None if
+        there is no such proof.
     notes
-        what the user must know.
+        sentences that the user must know.
     """
 
     value: float | None
@@ -101,20 +102,20 @@ def threshold(
     model
         the driveline; its settings hold for every run.
     path
-        of the value in the model file.
+        path of the value in the model file.
     range
-        its two ends, as in a model file; the model's own value is the first that is tried, where it lies between them.
+        two ends of the range, as in a model file; the model's own value is tried first, if it lies between them.
     until
         "quiet", or an output of studies against a number in SI or with a unit: "largest impact energy < 0.1 mJ" (of
         the worst part), "m5: largest approach speed < 5 mm/s".
     count
-        values of the scan.
+        number of values of the scan.
     width
-        of the bracket, as a share of the value.
+        width of the bracket, as a share of the value.
     workers
-        threads; None: as many as cores.
+        number of threads; None: the number of cores.
     progress
-        called with the finished share. Where it raises ``Cancelled``, what is known by then is returned.
+        called with the finished share. If it raises ``Cancelled``, the result so far is returned.
 
     Raises
     ------
@@ -145,10 +146,10 @@ def threshold(
 
 
 def _proven(search: Search, failing: float, holding: float) -> tuple[float, float] | None:
-    """Return the longest part of the range about the quiet side for which a quiet motion is proven; None for none.
+    """Return the longest part of the range for which a quiet motion is proven; None if there is none.
 
-    It is looked for from the farthest of the quiet neighbours to a little before the threshold, as the quiet motion may
-    exist where others rattle.
+    The proof covers the quiet neighbours, and a part of the range on the other side of the threshold, because a quiet
+    motion may exist there beside motions that rattle.
     """
     variable = search.variable
     way = search.tried if holding > failing else search.tried[::-1]
@@ -160,10 +161,10 @@ def _proven(search: Search, failing: float, holding: float) -> tuple[float, floa
     try:
         ends = (variable.change(low), variable.change(high))
         proof = prove_quiet(search.model, {variable.path: ends}, within=_PROOF_SECONDS)
-    except ModelError:  # a path, or a driveline, that no proof knows
+    except ModelError:  # no proof is possible for this path or driveline
         return None
     boxes = proof.boxes[proof.boxes["status"] == "proven"]
-    # neighbouring boxes make one part
+    # join neighbouring boxes
     parts: list[list[float]] = []
     for begin, end in sorted(zip(boxes[f"{variable.path} low"], boxes[f"{variable.path} high"], strict=True)):
         if parts and begin <= parts[-1][1] + 1e-9 * (variable.high - variable.low):
@@ -194,7 +195,7 @@ def _result(search: Search, changes: list[tuple[Tried, Tried]]) -> Threshold:
 
 
 def _dataset(search: Search) -> xr.Dataset:
-    """Dataset of every motion that was tried."""
+    """Dataset of all simulated motions."""
     import xarray as xr
 
     tried = search.tried
@@ -216,7 +217,7 @@ def _dataset(search: Search) -> xr.Dataset:
             number[i, j] = target.number(motion.values)
             for name in outputs:
                 variables[name][i, j] = motion.values[name]
-    # answer and compared number
+    # whether the target holds, and the number that it compares
     dims = ("value", "start")
     data: dict[str, Any] = {"holds": (dims, holds), "compared": (dims, number)}
     coordinates: dict[str, Any] = {

@@ -1,6 +1,6 @@
-"""Variable of a design: one value of a model, a factor on several, or several values that go to their ends together.
+"""Variable of a design: one value of a model, a factor on several values, or several values that change together.
 
-A range is divided on a logarithmic scale where its ends are positive and far apart, else on a linear one.
+A range is divided on a logarithmic scale if its ends are positive and have a large ratio, else on a linear scale.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.model.table import shown
 from gearrattle.studies.ranges import Range, ranges_of
 
-_FAR_APART = 4.0  # ratio of the ends of a range that is divided by ratios
+_FAR_APART = 4.0  # ratio of the ends of a range from which on its scale is logarithmic
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Variable:
     Attributes
     ----------
     path
-        of the value in the model file; of several those of all, joined by "+".
+        path of the value in the model file; the paths of several values are joined by "+".
     low, high
-        ends of its range: SI, factors, or, of several values, the share of their way to their ends.
+        ends of the range: in SI, or factors; for several values shares of their way to their ends.
     own
-        its value in the model itself; None where there is none within the range.
+        value in the model itself; None if it is not within the range.
     unit
-        of its numbers in SI; empty for a plain number.
+        SI unit of the numbers; empty for a plain number.
     ends
-        of every value that it sets: its range, its own number, and that at the upper end of this variable.
+        for every value that the variable sets: its range, its own number, its number at the variable's upper end.
     """
 
     path: str
@@ -54,30 +54,30 @@ class Variable:
         return {one.path: one.varied.change(own + value * (end - own)) for one, own, end in self.ends}
 
     def change(self, value: float) -> Any:
-        """Return one value alone as ``Model.with_`` takes it at the path: a number, or a factor."""
+        """Return a value as ``Model.with_`` takes it at the path, a number or a factor; for a variable of one path."""
         ((one, _, _),) = self.ends
         return one.varied.change(value)
 
     @property
     def is_log(self) -> bool:
-        """Whether its range is divided by ratios."""
+        """Whether the range is divided on a logarithmic scale."""
         return self.low > 0.0 and self.high >= _FAR_APART * self.low
 
     def spread(self, count: int) -> NDArray[np.float64]:
-        """Return so many values from end to end, and the model's own."""
+        """Return ``count`` values from end to end, and the model's own value."""
         space = np.geomspace if self.is_log else np.linspace
         values = space(self.low, self.high, count)
         values[0] = self.low
         values[-1] = self.high
         if self.own is None:
             return values
-        # the model's own value takes the place of one that is near
+        # the model's own value replaces a value near it
         is_near = np.abs(values - self.own) < 0.25 * np.min(np.diff(values))
         is_near[[0, -1]] = False
         return np.unique(np.append(values[~is_near], self.own))
 
     def between(self, low: float, high: float) -> float:
-        """Return the value in the middle of two."""
+        """Return the value in the middle of two values, on the scale of the range."""
         return float(np.sqrt(low * high)) if self.is_log else 0.5 * (low + high)
 
     def shown(self, value: float, digits: int = 4) -> str:
@@ -90,7 +90,7 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
     """Read the range of one value of a model.
 
     The ends are two values as a model file writes them, two factors, or a mapping as of a variable of ``optimize``.
-    ModelError where the path leads nowhere, or the ends are no range that the model takes.
+    ModelError if the path leads nowhere, or if the model does not take the range.
     """
     if not isinstance(path, str):
         raise ModelError(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))
@@ -109,7 +109,7 @@ def variable_of(model: Model, path: str, ends: Any) -> Variable:
 
 
 def together(model: Model, moves: Sequence[tuple[Range, float]]) -> Variable:
-    """Return the variable that takes several values together from the model's own to an end of each."""
+    """Return the variable that changes several values together, each from the model's own value to an end."""
     ends = tuple((one, float(one.varied.own(model)), end) for one, end in moves)
     words = " and ".join(one.varied.label(model).words for one, _ in moves)
     return Variable("+".join(one.path for one, _ in moves), 0.0, 1.0, 0.0, f"{words}, share of the way", "", ends)

@@ -42,18 +42,18 @@ from gearrattle.orbits.value_family import family_of, is_compiled
 from gearrattle.time_limits import TimeLimit, limited
 from gearrattle.wording import counted
 
-_SPAN = 0.6  # of the speed, to both sides
-_STEP = 0.05
-_POINTS = 600  # of one branch
-_ALL_POINTS = 6000  # of all branches
-_STARTS = 32
+_SPAN = 0.6  # share of the speed: range to either side
+_STEP = 0.05  # longest step, as arclength
+_POINTS = 600  # most points of one branch
+_ALL_POINTS = 6000  # most points of all branches
+_STARTS = 32  # starts of the first searches
 _FURTHER = 64  # starts of the deflated Newton method
 _SETTLED = 0.3  # share of the work: the first searches
-_DEFLATED = 0.2  # the same: the deflated ones
+_DEFLATED = 0.2  # share of the work: the deflated Newton method
 
 
 class OverSpeed:
-    """What follows motions over the speed, and counts points and branches that it left before their ends."""
+    """Follows motions over the speed; counts all points, and the branches that were left before their ends."""
 
     def __init__(self, model: Model, cycles: int, at_point: Callable[[], None]) -> None:
         self._speed = model.excitation.omega
@@ -66,7 +66,7 @@ class OverSpeed:
 
     @property
     def is_used_up(self) -> bool:
-        """Whether no further points are followed."""
+        """Whether the allowed points are used up."""
         return self.points >= _ALL_POINTS
 
     def met_again(self, motion: Pass) -> Iterator[Pass]:
@@ -76,7 +76,7 @@ class OverSpeed:
                 yield from self._one_way(motion, upward)
 
     def _one_way(self, motion: Pass, upward: bool) -> Iterator[Pass]:
-        """Yield those in one direction of the speed."""
+        """Yield the further motions on the part of the branch that begins in one direction of the speed."""
         speed = self._speed
         last = self.points + _POINTS
         try:
@@ -100,11 +100,10 @@ def every_orbit(
     progress: Callable[[float], None] | None = None,
     limit: TimeLimit | None = None,
 ) -> list[Orbit]:
-    """Return all motions that repeat after ``cycles`` periods, those with the largest swings last.
+    """Return all motions that repeat after ``cycles`` periods, by ascending swing.
 
-    ``cycles`` of an orbit are the fewest periods after which it repeats. A note on each says where the count of fixed
-    points shows that a motion is missing, or that it cannot show it, and where branches were not followed to their
-    ends.
+    ``cycles`` of an orbit is the least number of periods after which it repeats. The notes on every orbit say whether
+    the count of fixed points shows a missing motion or cannot be made, and which branches did not reach their ends.
     """
     searches = _searched(model, cycles, never_falling(progress), limit)
     last = searches[-1]
@@ -159,7 +158,7 @@ class _Search:
 
     @property
     def left(self) -> int:
-        """How many branches over the speed were not followed to their ends."""
+        """Number of branches over the speed that were not followed to their ends."""
         return self._over_speed.left
 
     def take(self, earlier: _Search) -> None:
@@ -168,7 +167,7 @@ class _Search:
         for motion, *_ in earlier.known.motions:
             try:
                 same = shooting.shoot(period_map, motion.start).motion
-            except ConvergenceError:  # disturbances grow so much that rounding shows
+            except ConvergenceError:  # disturbances grow so much that rounding matters
                 same = period_map(motion.start)
             self.known.add(same)
         self.taken = len(self.known.motions)
@@ -185,7 +184,7 @@ class _Search:
             search(known, state)
             self._progress(_SETTLED * (i + 1) / len(states))
         if is_compiled(period_map.system):
-            with suppress(ConvergenceError):  # of a motion that has settled
+            with suppress(ConvergenceError):  # the motion settles on another number of periods
                 for orbit in orbits_of_returns(period_map, states[0]):
                     known.add(orbit.motion)
                     self._progress(_SETTLED)
@@ -194,9 +193,9 @@ class _Search:
             search_symmetric(known, half, states[1 : 1 + _STARTS])
 
     def follow_from(self, first: int) -> None:
-        """Follow the motions from an index on over the speed; keep what their branches give at the model's speed."""
+        """Follow the motions from an index on over the speed; keep those of their branches at the model's speed."""
         period_map = self.known.period_map
-        # what is added lies on the branch of one of these
+        # motions added in the loop lie on the branches of these, and need not be followed
         motions = [known.motion for known in self.known.motions[first:] if not known.is_image]
         for i, motion in enumerate(motions):
             if not free_count(period_map, motion) or room_of(period_map, motion) is not None:
@@ -205,7 +204,7 @@ class _Search:
             self._progress(_SETTLED + (1.0 - _SETTLED - _DEFLATED) * (i + 1) / len(motions))
 
     def deflate(self) -> None:
-        """Search from further states, repelled by what is known, while the count says that a motion is missing."""
+        """Search by the deflated Newton method while the count of fixed points shows that a motion is missing."""
         known = self.known
         for i, state in enumerate(() if known.not_counted else starts_of(known.period_map, _FURTHER, seed=1)):
             if known.index() == 1:
@@ -218,7 +217,7 @@ class _Search:
         self._progress(1.0)
 
     def notes(self, left: int) -> tuple[str, ...]:
-        """What the count of fixed points says, and the branches that all searches left."""
+        """Notes on the count of fixed points, and on the ``left`` branches of all searches."""
         notes = list[str]()
         if self.known.not_counted:
             notes.append(f"Whether all motions were found cannot be counted: {self.known.not_counted}.")

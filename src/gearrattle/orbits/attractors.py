@@ -1,16 +1,17 @@
-"""Which periodic motion a motion has settled in, and in which ones motions from many starts settle.
+"""Periodic motions on which simulated motions settle: from one state, and from many starts.
 
-A settled motion is only near to the one that repeats. Newton's method from there gives the latter to rounding, and with
-it its period, its multipliers and its verdict. It counts if it is stable and near to where the search began; how fast a
-train turns as a whole, which drag alone decides, may differ. What counts as near is measured by the swing of every part
-of the state, and by the smallest clearance where it swings less: a soft part that is wound up far, or swings far, hides
-nothing of the others.
+A settled motion is only near to a periodic motion. From there Newton's method gives the periodic motion to rounding,
+with its period, its multipliers and its verdict. It counts if it is stable and near to the state of the search's start.
+The mean speed of a train, which only drag decides, may differ. Distances are measured in units of the motion, one for
+each coordinate of the state: half the swing of that coordinate, at least the smallest clearance. So a soft part with a
+large deflection does not hide differences of the other parts.
 
-``settled_motions`` draws states within the reach of a driveline (``known_motions.starts_of``) and follows each until it
-repeats. The trains turn as fast as in a given motion, which would else take thousands of periods to come back to, and
-parts without a clearance are wound up as in that one: all that begins far from there would come from one side. The
-states are evenly spread, so the share that settles in a motion estimates the share of the reach that its basin has.
-That no start settles in a further motion does not show that there is none.
+``settled_motions`` draws states within the reach of a driveline (``known_motions.starts_of``) and simulates from each
+until the motion repeats. Two things are taken from a given motion: the mean speeds of the trains, which otherwise would
+take thousands of periods to settle; and the mean deflections of parts without a clearance, because without them all
+starts would lie on one side of the motion. The states are evenly spread, so the share of starts that settle on a motion
+estimates the share of the reach that its basin takes. If no start settles on a further motion, such a motion may still
+exist.
 """
 
 from __future__ import annotations
@@ -46,20 +47,20 @@ KINDS = {
 }
 """What a motion is, by the headline of its verdict."""
 NEAR_SLOWLY = 0.1
-"""The same as ``_NEAR`` of a motion that settles slowly: Newton's method distinguishes it from others."""
-_REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
-_ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
-_NEAR = 0.02  # of the units of a motion: one that has settled is as near as this
-_SAME = 1e-4  # of the units of a motion: those that Newton's method gives are the same
-_CHUNK = 8  # passes between two looks at whether a motion has settled
-_DETOUR = 3.0  # times what is left of a distance that falls evenly: what is farther has left a motion
-_SETTLING = 2.0  # times as long as small disturbances need, where the motion is about linear
-_SAMPLES = 32  # of a period in which swings are taken
-_STILL = 1e-6  # of the largest part of a free direction: a deflection that moves by less stays
+"""In units of a motion: the limit ``_NEAR`` for a motion that settles slowly, which Newton's method then confirms."""
+_REPEATS = 1e-3  # in units of a motion: states that repeat to this start Newton's method
+_ABOUT_REPEATS = 1e-2  # the same at the last check, because a train with little drag settles slowly
+_NEAR = 0.02  # in units of a motion: a nearer state has settled on the motion
+_SAME = 1e-4  # in units of a motion: nearer results of Newton's method are the same motion
+_CHUNK = 8  # passes of the period map between two checks whether a motion has settled
+_DETOUR = 3.0  # times the distance of a motion that settles at an even rate: a larger distance has left the motion
+_SETTLING = 2.0  # ratio of the time allowed to the time in which small disturbances die out
+_SAMPLES = 32  # samples in a period for the swings
+_STILL = 1e-6  # share of the largest part of a free direction: smaller parts count as zero
 
 
 def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()) -> list[str]:
-    """Return what motions are: "single-sided rattle, 2 T"; those that would have one name are numbered."""
+    """Return names of motions, such as "single-sided rattle, 2 T"; equal names are numbered."""
     is_family = [*families, *[False] * (len(kinds) - len(families))]
     plain = [
         f"{KINDS[verdict]}, {cycles} T{', a family' if family else ''}"
@@ -75,7 +76,7 @@ def motion_names(kinds: Sequence[tuple[str, int]], families: Sequence[bool] = ()
 
 
 class Attractor:
-    """A periodic motion that states are compared with."""
+    """A periodic motion with which states are compared."""
 
     def __init__(self, orbit: Orbit) -> None:
         period_map = orbit.period_map
@@ -87,24 +88,25 @@ class Attractor:
         self._kept = np.linalg.qr(np.hstack([free, turning(period_map)]) * self._scale[:, None])[0]
 
     def distance(self, state: State) -> float:
-        """Return the largest difference of a state from the nearest at the start of a period, in units of the motion.
+        """Return the largest difference of a state from the nearest start of a period, in units of the motion.
 
-        Free directions, and how fast trains turn as a whole, do not count.
+        Differences along free directions and in the mean speeds of trains are left out.
         """
         y = state.y * self._scale
         return min(float(np.abs(without(y - other, self._kept) / self._units).max()) for other in self._states)
 
     def is_near(self, state: State, tolerance: float = _NEAR) -> bool:
-        """Return whether a state is as near as ``tolerance``."""
+        """Return whether the distance of a state is below a tolerance, in units of the motion."""
         return self.distance(state) < tolerance
 
     def attracts(self, state: State, passes: int) -> bool:
-        """Return whether the motion from a state at the start of a period settles in this one without a detour.
+        """Return whether the motion from a state at the start of a period settles on this one without a detour.
 
-        It is given up once it is farther away than what settles evenly in so many passes, times three. A motion that
-        wanders between others first may settle in this one in the end, but rounding decides that.
+        The distance must stay below ``_DETOUR`` times that of a motion which settles at an even rate in ``passes``
+        passes. A motion that first wanders near other motions may settle on this one in the end, but rounding decides
+        that.
 
-        Raises ConvergenceError: it could not be followed.
+        Raises ConvergenceError: the motion could not be simulated.
         """
         begin = self.distance(state)
         for done in range(0, passes, _CHUNK):
@@ -118,7 +120,7 @@ class Attractor:
 
     @property
     def moves_deflections(self) -> bool:
-        """Whether it is one of a family of motions that differ in their deflections: a body floats in its gap."""
+        """Whether the motion belongs to a family of motions with different deflections: a body floats in its gap."""
         period_map = self.orbit.period_map
         free = free_space_of(period_map, self.orbit.motion) * self._scale[:, None]
         deflections = np.abs(free[: len(period_map.flow.coordinates.elements)])
@@ -126,17 +128,16 @@ class Attractor:
 
 
 def passes_to_settle(multipliers: NDArray[np.complex128], free: int) -> int:
-    """Return after how many passes of a stable motion others have settled in it."""
+    """Return the number of passes of the period map after which nearby motions have settled on a stable motion."""
     others = np.abs(without_free(multipliers, free))
     largest = float(np.clip(others.max(initial=0.0), _SAME, 1.0 - 1e-12))
     return int(np.ceil(_SETTLING * np.log(_SAME) / np.log(largest))) + _CHUNK
 
 
 def units_of(period_map: PeriodMap, state: State) -> Array:
-    """Return by which (N,) distances from a motion are measured, one for each balanced coordinate.
+    """Return the units of a motion (N,), one for each balanced coordinate.
 
-    It is half the swing about the mean, which has no static part, and at least the smallest clearance: what swings less
-    is as good as still.
+    A unit is half the swing of the coordinate, without its static part, but at least the smallest clearance.
     """
     march = period_map.marched(state, 1, _SAMPLES)
     y = march.samples.states[:, : period_map.flow.states]
@@ -144,7 +145,7 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
     corners = []
     for i, k in enumerate(period_map.flow.coordinates.elements):
         law = period_map.system.laws[k]
-        if law.corners.size:  # where all lie at zero, the deflection that keeps it in contact stands for them
+        if law.corners.size:  # if all corners are zero, the deflection in contact replaces them
             corner = float(np.abs(law.corners).max()) * period_map.scale[i]
             corners.append(corner or float(np.abs(y[:, i]).max()))
     least = min((corner for corner in corners if corner > 0.0), default=period_map.size)
@@ -152,9 +153,9 @@ def units_of(period_map: PeriodMap, state: State) -> Array:
 
 
 def repeats_after(period_map: PeriodMap, states: Sequence[State], tolerance: float) -> int:
-    """Return after how many periods states at their starts about repeat, at most ``LONGEST``; 0 if they do not.
+    """Return the number of periods, at most ``LONGEST``, after which states at starts of periods repeat; 0 if never.
 
-    How fast trains turn as a whole does not count; the tolerance is in units of the motion.
+    Differences in the mean speeds of trains are left out; the tolerance is in units of the motion.
     """
     turns = np.linalg.qr(turning(period_map) * period_map.scale[:, None])[0]
     points = np.array([without(state.y * period_map.scale, turns) for state in states])
@@ -162,9 +163,9 @@ def repeats_after(period_map: PeriodMap, states: Sequence[State], tolerance: flo
 
 
 def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
-    """Return the stable motion in which a motion has settled, with the fewest periods after which it repeats.
+    """Return the stable periodic motion on which a motion has settled, with the fewest periods.
 
-    None where Newton's method leads to none that is near and stable.
+    None if Newton's method leads to no motion that is near and stable.
     """
     system = assemble(model).system
     period_map = PeriodMap(system, cycles)
@@ -182,28 +183,27 @@ def settled_orbit(model: Model, state: State, cycles: int) -> Orbit | None:
 
 @dataclass(frozen=True)
 class Settled:
-    """In which stable motions motions from many starts settle."""
+    """Stable motions on which motions from many starts settle."""
 
-    orbits: tuple[Orbit, ...]  # the motions, the one that most starts settle in first
-    counts: tuple[int, ...]  # (A,) how many starts settle in each
-    starts: int  # how many there are
-    # index of the motion in which the given state settles; -1 if it does not settle, or was not followed so far
-    own: int
-    left_out: int = 0  # how many further starts were to be followed, had the periods allowed sufficed
+    orbits: tuple[Orbit, ...]  # A motions, by descending number of starts
+    counts: tuple[int, ...]  # (A,) number of starts that settle on each motion
+    starts: int  # number of starts that were simulated
+    own: int  # index of the motion on which the given state settles; -1 if it does not settle, or was given up
+    left_out: int = 0  # number of further starts for which the allowed periods did not suffice
 
     @property
     def unsettled(self) -> int:
-        """How many starts had not settled when they were given up."""
+        """Number of starts that had not settled when they were given up."""
         return self.starts - sum(self.counts)
 
     @cached_property
     def names(self) -> list[str]:
-        """What every motion is."""
+        """Name of every motion."""
         kinds = [(orbit.verdict.headline, orbit.cycles) for orbit in self.orbits]
         return motion_names(kinds, [Attractor(orbit).moves_deflections for orbit in self.orbits])
 
     def interval(self, i: int) -> tuple[float, float]:
-        """Return Wilson's 95 % interval of the share of the reach that the basin of a motion has."""
+        """Return Wilson's 95 % interval of the share of the reach that the basin of a motion takes."""
         low, high = wilson(self.counts[i], self.starts)
         return float(low), float(high)
 
@@ -217,10 +217,10 @@ def settled_motions(
     most_periods: float = np.inf,
     most_regions: float = np.inf,
 ) -> Settled:
-    """Return the motions in which a driveline settles from states within its reach.
+    """Return the motions on which a driveline settles from states within its reach.
 
-    At most so many periods are followed, and regions built beyond those of the first state's motion; the starts that
-    these do not suffice for are left out.
+    ``most_periods`` limits the periods of all simulations, ``most_regions`` the regions built after the first state's
+    motion has settled. The starts for which these do not suffice are left out.
     """
     search = _Search(model, most_periods, most_regions)
     report = never_falling(progress)
@@ -246,11 +246,11 @@ def settled_motions(
 
 
 class _Spent(Exception):
-    """The periods that may be followed are used up, or the regions that may be built."""
+    """The allowed periods or regions are used up."""
 
 
 class _Search:
-    """The motions met so far."""
+    """A search for settled motions, and the motions known so far."""
 
     def __init__(self, model: Model, most_periods: float, most_regions: float) -> None:
         self.model = model
@@ -268,7 +268,7 @@ class _Search:
         self._regions = self.map.regions
 
     def wound_up(self, state: State) -> Array:
-        """By how much (N,) parts without a clearance are wound up in the mean over a period, zero elsewhere [SI]."""
+        """(N,) mean deflections over a period of parts without a clearance; zero elsewhere [SI]."""
         march = self.map.marched(state, 1, _SAMPLES)
         mean = march.samples.states[:-1, : self.map.flow.states].mean(axis=0) / self.map.scale
         elements = self.map.flow.coordinates.elements
@@ -277,12 +277,12 @@ class _Search:
         return np.where(is_linear, mean, 0.0)
 
     def turned_like(self, like: State, state: State) -> State:
-        """A state whose trains turn as fast as in another one."""
+        """A state with the mean speeds of the trains taken from another state."""
         change = (like.y - state.y) * self.map.scale
         return State(state.y + (change - without(change, self._turning)) / self.map.scale, state.auxiliary_pieces)
 
     def settled_in(self, state: State) -> int | None:
-        """The index of the motion that a state settles in; None if it does not settle, or to nothing that is known."""
+        """The index of the motion on which a state settles; None if it does not settle, or Newton's method fails."""
         for block in range(1, BLOCKS + 1):
             if self.left < BLOCK or self._built > self._most_regions:
                 raise _Spent
@@ -303,7 +303,7 @@ class _Search:
         return None
 
     def _known(self, state: State, cycles: int) -> int | None:
-        """The index of the motion that is near to a state, found by shooting if it is a new one."""
+        """The index of the motion near a state; a new motion is located by Newton's method. None if that fails."""
         near, distance = self._nearest(state)
         if distance < _NEAR:
             return near
@@ -317,6 +317,6 @@ class _Search:
         return len(self.attractors) - 1
 
     def _nearest(self, state: State) -> tuple[int, float]:
-        """The index of the motion nearest to a state, and how far it is."""
+        """The index of the motion nearest to a state, and the distance; -1 and infinity without motions."""
         distances = [attractor.distance(state) for attractor in self.attractors]
         return int(np.argmin(distances)) if distances else -1, min(distances, default=np.inf)

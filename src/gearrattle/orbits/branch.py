@@ -1,4 +1,4 @@
-"""Branches of periodic motions over a value of a model: their points, their events, and what is asked about them."""
+"""``Branch``: branches of periodic motions over a value of a model, with their points, events and evaluations."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MEAN = "mean at corner"
-_LOCATED = 1e-12  # of the way between two points
+_LOCATED = 1e-12  # share of the way between two points
 
 NARROW = 1e-3
 """Share of the range: events nearer to each other are shown as one family, narrower ranges not at all."""
@@ -50,17 +50,17 @@ _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazi
 
 @dataclass(frozen=True)
 class Levels:
-    """How far a motion deflects the clearances, and where their corners are."""
+    """Deflections of the clearances in a motion, and the corners of their laws."""
 
     deflections: Array  # (3, K) lowest, highest and mean deflections [rad or m]
-    corners: tuple[Array, ...]  # of every clearance (any number) [rad or m]
+    corners: tuple[Array, ...]  # corners of every clearance, any number each [rad or m]
 
 
 def levels_of(family: Family, point: Point, like: Sequence[Array]) -> Levels:
-    """Return the levels of a motion; ``like`` has the corners of the clearances of the model itself.
+    """Return the levels of a motion; ``like`` holds the corners of the clearances in the model itself.
 
-    Where a clearance has closed there is none of that name, and all are NaN; so are the corners of a clearance that has
-    other ones.
+    If a clearance has closed at this parameter value, all levels are NaN. If a clearance has another number of corners
+    than in the model, its corners are NaN.
     """
     period_map = family.map_at(point.parameter)
     corners = [period_map.system.laws[k].corners for k in period_map.system.clearances]
@@ -74,12 +74,12 @@ def levels_of(family: Family, point: Point, like: Sequence[Array]) -> Levels:
 
 
 def corners_of(levels: Sequence[Levels]) -> tuple[Array, ...]:
-    """Return of every clearance (levels, corners) where its corners are."""
+    """Return the corners of every clearance, (levels, corners), for a sequence of levels [rad or m]."""
     return tuple(np.stack(own) for own in zip(*(one.corners for one in levels), strict=True))
 
 
 def mean_events(curve: Continuation, known: Curve, levels: Sequence[Levels]) -> list[Event]:
-    """Return where means pass corners along one branch."""
+    """Return the events along one branch at which the mean deflection of a clearance passes a corner."""
     return [
         event
         for ends, before, after in zip(known.steps(), levels[:-1], levels[1:], strict=True)
@@ -88,7 +88,7 @@ def mean_events(curve: Continuation, known: Curve, levels: Sequence[Levels]) -> 
 
 
 def _between(curve: Continuation, ends: tuple[Point, Point], before: Levels, after: Levels) -> Iterator[Event]:
-    """Yield where means pass corners between two points."""
+    """Yield the events between two points at which a mean deflection passes a corner."""
 
     def distance(share: float, watch: int, corner: int) -> float:
         point = curve.between(*ends, share)
@@ -96,13 +96,13 @@ def _between(curve: Continuation, ends: tuple[Point, Point], before: Levels, aft
 
     for watch in range(len(before.corners)):
         for corner in np.flatnonzero(_away(before, watch) * _away(after, watch) < 0.0).tolist():
-            with suppress(ConvergenceError):  # a corner of the branch in between
+            with suppress(ConvergenceError):  # the branch has a corner between the points
                 share = float(brentq(distance, 0.0, 1.0, (watch, corner), xtol=_LOCATED))
                 yield Event(MEAN, curve.between(*ends, share), watch)
 
 
 def _away(levels: Levels, watch: int) -> Array:
-    """How far the mean of a clearance is beyond each of its corners [rad or m]."""
+    """Mean deflection of a clearance less each of its corners [rad or m]."""
     return np.asarray(levels.deflections[2, watch] - levels.corners[watch])
 
 
@@ -115,20 +115,20 @@ class Branch(Result):
     model
         the driveline.
     path
-        of the value.
+        path of the value.
     range
-        (2,) its ends [SI].
+        (2,) ends of the range of the value [SI].
     cycles
         periods T after which the motions repeat.
     curves
-        the branches as the engine has them; the first starts at the first end of the range.
+        the branches as records of the engine; the first starts at the first end of the range.
     notes
-        what the user must know.
+        sentences that the user must know.
     sweeps
-        stable motions by exact runs, where branches could not be followed in the time allowed; there may be no
-        branches then. None: the branches say all.
+        stable motions by exact runs, if branches could not be followed in the time allowed; there may be no branches
+        then. None: no sweeps were needed.
     narrow
-        share of the range: on the page events nearer to each other are one family, narrower ranges are left out.
+        share of the range: the page shows events nearer to each other as one group, and leaves out narrower ranges.
 
     Examples
     --------
@@ -157,12 +157,12 @@ class Branch(Result):
     def data(self) -> xr.Dataset:
         """A Dataset over "point".
 
-        branch (0: the one that starts at the first end of the range), cycles (periods of its motions), value [SI],
-        stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point, clearance) [rad or
-        m], crossings (of corners, how many), error of the state over its size. With ``sweeps`` also over "motion", the
-        exact runs: swept_value, swept_upward, swept_cycles (0: does not repeat), swept_periods, swept_verdict,
-        swept_rms, swept_swing, swept_impacts (motion, clearance); and over "jump": jump_value, jump_error (half the
-        width of its bracket) [SI], jump_upward, jump_clearance, jump_kind.
+        branch (number; branch 0 starts at the first end of the range), cycles (periods after which its motions
+        repeat), value [SI], stable, multiplier (point, mode), peak_to_peak, mean, lowest and highest deflection (point,
+        clearance) [rad or m], crossings (number of crossings of corners), error of the state over its size. With
+        ``sweeps`` also over "motion", the exact runs: swept_value, swept_upward, swept_cycles (0: does not repeat),
+        swept_periods, swept_verdict, swept_rms, swept_swing, swept_impacts (motion, clearance); and over "jump":
+        jump_value, jump_error (half the width of its bracket) [SI], jump_upward, jump_clearance, jump_kind.
         """
         import xarray as xr
 

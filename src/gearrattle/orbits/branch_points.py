@@ -1,10 +1,11 @@
-"""Where a branch joins another one: where its motions become those of the other, of half the period, or symmetric.
+"""Joints of branches: where a branch joins the branch of motions of half the period, or of symmetric motions.
 
-A motion of 2 n periods has an image: the same motion n periods later. A motion without symmetry, of a symmetric
-driveline, has its mirror image half of its length later. Both are motions of the same driveline, and where they become
-the same the branch joins that of motions of n periods, or of symmetric ones. There it passes over into its own images:
-the difference between a motion and its image goes through zero. So a step holds a joint if that difference is zero at
-its end or has turned around. The other branch tells where: its own equations are regular there (``symmetry_breaking``).
+A motion of 2 n periods has an image: the same motion n periods later. An asymmetric motion of a symmetric driveline has
+an image too: its mirror image, half of its periods later. Motion and image are both motions of the driveline. Where
+they coincide, the branch joins the branch of motions of n periods, or of symmetric motions. If the branch is continued
+through the joint, motion and image change places: their difference passes zero. So a step contains a joint if the
+difference is zero at its end or has reversed its direction. The joint is located on the other branch, whose equations
+are regular there (``symmetry_breaking``).
 """
 
 from __future__ import annotations
@@ -27,22 +28,22 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SAME_HALVES = 1e-5  # of the size of the state: a motion and its image that differ by less are the same
-_AT_HOME = 1e-9  # the same, where a motion is one of the other branch: near a joint both are known less well
-_ABOUT = 1e-3  # of the periods of a motion: instants that differ by more are not the same
-_AT_JOINT = 1e-8  # arclength: what touches so near to where a branch joins another does so there, except for rounding
-_NEAR_JOINT = 1e-3  # of w: so far at least a joint that is not known is sought
-_IN_JUMP = 1e-8  # of w: so near to a jump of the gradient a branch that goes no further has come to it
-_NEAR_HOME = 10.0  # steps: so near lies the joint of a step onto the other branch
-_ON_THE_WAY = 1.5  # steps: the way over a joint, from the begin of a step to its end
-_NEARER_BY = 0.1  # share of the way to a joint that is left by every part of it
-_SINGULAR = 1e-4  # of w: so near to a joint the equations of the branch are nearly singular
-_FLAT = 1e-4  # share of the way to a joint by which the parameter changes up to a fold that may be the joint itself
-_ROUNDING = 4e-13  # the same, times the square of that way [w]: a residual over what moves it like a cube
+_SAME_HALVES = 1e-5  # share of the size of the state: a motion and its image that differ by less coincide
+_AT_HOME = 1e-9  # the same for a motion on the other branch
+_ABOUT = 1e-3  # share of the periods of a motion: largest difference of the instants of equal crossings
+_AT_JOINT = 1e-8  # arclength: a grazing so near to a joint lies at the joint, except for rounding
+_NEAR_JOINT = 1e-3  # w: least distance up to which an unknown joint is sought
+_IN_JUMP = 1e-8  # w: largest distance of the last motion of a branch from the jump of the gradient that ends it
+_NEAR_HOME = 10.0  # steps: largest distance of a joint from a step whose end lies on the other branch
+_ON_THE_WAY = 1.5  # steps: longest way from the begin of a step over the joint to its end
+_NEARER_BY = 0.1  # share of the way to a joint that every part of the way leaves
+_SINGULAR = 1e-4  # w: distance from a joint at which the equations of the branch are nearly singular
+_FLAT = 1e-4  # change of the parameter over the way from a joint: a fold with less may be the joint itself
+_ROUNDING = 4e-13  # w^2: the same for the product of that change and that way, which rounding gives
 
 
 class Home:
-    """The branch that another one has left, or joins, where its period doubles or its symmetry breaks."""
+    """The branch that another branch leaves or joins, at a period doubling or a breaking of symmetry."""
 
     def __init__(self, curve: Continuation, events: Sequence[Event] = ()) -> None:
         self.events = events
@@ -52,20 +53,20 @@ class Home:
         self._last: tuple[Point, Array] | None = None
 
     def apart(self, point: Point) -> float:
-        """Return how far apart a motion and its image are, over the size of the state."""
+        """Return the distance between a motion and its image, over the size of the state."""
         size = max(self._curve.family.size, float(np.linalg.norm(point.state * point.scale)))
         return float(np.linalg.norm(self._gap(point))) / size
 
     def is_of(self, point: Point) -> bool:
-        """Return whether a motion is one of the branch."""
-        motion = point.motion  # of a doubled one both halves cross the same corners at about the same instants
+        """Return whether a motion lies on the home branch."""
+        motion = point.motion  # both halves of a doubled motion cross the same corners at about the same instants
         may_be = self._kind == BREAKING or halves_apart(motion) < _ABOUT or not len(motion.crossings.time)
         return may_be and self.apart(point) <= _AT_HOME
 
     def arrival(self, before: Point, after: Point) -> list[Event] | None:
-        """Return the events of a step on which the branch joins this one, up to there; None: it does not.
+        """Return the events of a step up to the joint at which a branch joins its home; None: the step has no joint.
 
-        Raises ConvergenceError: the step leads to a motion of this branch, and no joint is known.
+        Raises ConvergenceError: the step leads to a motion of the home branch, and no joint is known.
         """
         # a motion and its image change places over the step, or are the same at its end
         if float(self._gap(before) @ self._gap(after)) >= 0.0 and not self.is_of(after):
@@ -77,15 +78,15 @@ class Home:
             return None
         ends = self._shared_end(before, joint)
         events = _events_up_to(self._curve, before, ends[-1].point)
-        if len(ends) > 1:  # what touches there is named by the other branch
+        if len(ends) > 1:  # grazings at the joint are events of the home branch
             last = ends[-1].point.length - _AT_JOINT
             events = [event for event in events if event.kind != GRAZING or event.point.length < last]
         return [*events, *ends]
 
     def arrival_in_jump(self, point: Point) -> list[Event] | None:
-        """Return the events where the branch comes to a jump of the gradient in which this one doubles its period.
+        """Return the events at a jump of the gradient at which the home branch doubles its period.
 
-        Beyond there is this branch alone, in a direction that need not be ahead. None: the branch is not there.
+        Beyond it only the home branch goes on, in any direction. None if the point is not at such a jump.
         """
         nearest, distance = self._nearest(point)
         if nearest is None or not nearest.is_collision or distance > _IN_JUMP:
@@ -93,7 +94,7 @@ class Home:
         return self._shared_end(point, nearest)
 
     def _joint_between(self, before: Point, after: Point) -> Event | None:
-        """The joint of a step over which a motion and its image change places; None where none is known."""
+        """The joint of a step over which a motion and its image change places; None if none is known."""
         step = float(np.linalg.norm(after.w - before.w))
         turns = float(self._gap(before) @ self._gap(after)) < 0.0
         joint, distance = self._nearest(before)
@@ -110,14 +111,14 @@ class Home:
         return None
 
     def _gap(self, point: Point) -> Array:
-        """(N,) a motion's image less the motion, balanced."""
+        """(N,) the image of a motion minus the motion, in balanced coordinates."""
         if self._last is None or self._last[0] is not point:
             image, _ = self._half.follow(point.motion.start, point.parameter)
             self._last = point, (image.end.y - point.state) * point.scale
         return self._last[1]
 
     def _nearest(self, point: Point) -> tuple[Event | None, float]:
-        """The nearest event at which branches may join this one, and how near it is [w]."""
+        """The nearest event at which branches may join the home branch, and its distance [w]."""
         distances = [
             (float(np.linalg.norm(event.point.w - point.w)), i)
             for i, event in enumerate(self.events)
@@ -127,14 +128,17 @@ class Home:
         return (self.events[nearest] if distances else None), distance
 
     def _shared_end(self, before: Point, joint: Event) -> list[Event]:
-        """A joint, and what grazes with it, as the end of the branch that joins this one."""
+        """A joint and the grazings at the same point, as events at the end of the branch that joins the home branch."""
         at_once = [event for event in self.events if event.point is joint.point and event.kind in (GRAZING, self._kind)]
-        at_once = at_once or [joint]  # this branch is not known yet
+        at_once = at_once or [joint]  # the events of the home branch are not known yet
         return [shared_with(self._curve, event, before, is_end=True) for event in at_once]
 
 
 def unknown_home(curve: Continuation, begin: Point) -> Home | None:
-    """Return the branch that one of even periods, or without symmetry, may join; None for others, and families."""
+    """Return the branch, still unknown, that a branch of an even number of periods or of asymmetric motions may join.
+
+    None for other motions, and for families.
+    """
     if begin.free or half_curve(curve, begin.parameter) is None:
         return None
     home = Home(curve)
@@ -142,9 +146,9 @@ def unknown_home(curve: Continuation, begin: Point) -> Home | None:
 
 
 def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: bool = False) -> Event:
-    """Return the event at which a branch leaves or joins another one, with its motion over as many periods.
+    """Return the event of another branch at which a branch leaves or joins it, over the periods of the branch.
 
-    Its tangent is the chord to or from a neighbouring point, for its own equations are those of both branches.
+    The tangent is the chord to or from a neighbouring point, because at the joint the equations are singular.
     """
     motion, slope = curve.family.follow(event.point.motion.start, event.point.parameter)
     chord = (event.point.w - neighbour.w) * (1.0 if is_end else -1.0)
@@ -156,9 +160,9 @@ def shared_with(curve: Continuation, event: Event, neighbour: Point, *, is_end: 
 
 
 def events_beside_joint(curve: Continuation, before: Point, after: Point) -> list[Event]:
-    """Return the events between two points of a branch at one of which it leaves or joins another one.
+    """Return the events between two points of a branch, one of which is a joint, without folds and symmetry breakings.
 
-    There det(I - M) is zero and the tangent that of a chord, so nothing is said of folds and symmetry breaking.
+    At the joint det(I - M) is zero and the tangent is a chord, so these two kinds cannot be tested.
     """
     with suppress(ConvergenceError):
         return [event for event in events_between(curve, before, after) if event.kind not in (FOLD, BREAKING)]
@@ -166,7 +170,7 @@ def events_beside_joint(curve: Continuation, before: Point, after: Point) -> lis
 
 
 def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
-    """Return events without the folds and breakings so near to a joint that they are the joint itself, by rounding."""
+    """Return events without the folds and symmetry breakings that are, except for rounding, the joint itself."""
 
     def is_joint(event: Event) -> bool:
         change = event.point.w - joint.w
@@ -178,7 +182,7 @@ def told_apart(events: Sequence[Event], joint: Point) -> list[Event]:
 
 
 def _events_up_to(curve: Continuation, before: Point, joint: Point) -> list[Event]:
-    """The events between a point of a branch and its joint, those of the last small part as beside a joint."""
+    """The events between a point of a branch and its joint; the last small part by ``events_beside_joint``."""
     points = [before]
     events = list[Event]()
     left = _NEARER_BY

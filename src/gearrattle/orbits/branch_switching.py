@@ -1,4 +1,4 @@
-"""Isolated branches, and branches that leave another one where its period doubles or its symmetry breaks."""
+"""Isolated branches, and branches that leave another branch at a period doubling or a breaking of symmetry."""
 
 from __future__ import annotations
 
@@ -28,29 +28,28 @@ Array = NDArray[np.float64]
 
 _VALUES = 9
 """Number of parameter values, the ends of the range included, at which isolated branches are sought."""
-_STARTS = 24
-_SAME = 1e-6  # of the size of the state: motions nearer than this are the same
-_SAME_BESIDE = 0.1  # of the distance from the motion of an event: those nearer than this are the same as well
-_SAME_EVENT = 1e-6  # of the range: events of a kind nearer than this are the same
+_STARTS = 24  # starts of a search at one value
+_SAME = 1e-6  # share of the size of the state: motions nearer than this are the same
+_SAME_BESIDE = 0.1  # share of the distance from the motion of an event: motions nearer than this are the same as well
+_SAME_EVENT = 1e-6  # share of the range: events of one kind nearer than this are the same
 _DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-"""Of the first point from the branch that is left, in units of w."""
-_MOST_NAMED = 3
-"""Values that a note lists."""
-_FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
-_FLAT = 1e-8  # of w: a change of the parameter that does not matter
-_DEFECT = 0.01  # of the largest change: by so much a cubic may be off
-_TURNS_FROM = 0.1  # of the way from the event: a turning point of the cubic nearer to it may be rounding
-_BESIDE_JOINT = 1e-3  # of the parameter's unit: so far from a joint the branch of symmetric motions is begun
-_ALONG = 1e-9  # cosine between a tangent and the direction in which a branch leaves that is rounding
+"""Distances in w at which the first point of a leaving branch is tried."""
+_MOST_NAMED = 3  # most values that a note lists
+_FARTHEST = 3.0  # times such a distance: a motion whose state is farther away belongs to another branch
+_FLAT = 1e-8  # change of w along the parameter that counts as zero
+_DEFECT = 0.01  # share of the largest change: error of the cubic that is small enough
+_TURNS_FROM = 0.1  # share of the way from the event: a turning point of the cubic nearer to it may be rounding
+_BESIDE_JOINT = 1e-3  # units of the parameter: distance from a joint at which the branch of symmetric motions is begun
+_ALONG = 1e-9  # cosine between a tangent and the direction of a leaving branch: a smaller one is rounding
 
 
 @dataclass(frozen=True)
 class Followers:
-    """What follows motions over a range by the periods after which they repeat: n, 2 n, and n / 2 where n is even."""
+    """Continuations over a range for motions of n, 2 n and, if n is even, n / 2 periods."""
 
     cycles: int  # n
-    ends: tuple[float, float]  # of the range, ascending
-    of: Mapping[int, Continuation]  # by periods; those of too many are missing
+    ends: tuple[float, float]  # ends of the range, ascending [SI]
+    of: Mapping[int, Continuation]  # by number of periods, up to ``CYCLES.most``
 
     def points_at(self, curves: Sequence[Curve], value: float) -> list[Point]:
         """Return the points of branches at a value of the parameter."""
@@ -59,7 +58,7 @@ class Followers:
 
 
 def followers_of(cycles: int, ends: tuple[float, float], follower: Callable[[int], Continuation]) -> Followers:
-    """Return what follows motions of some periods over a range, and those that these join or that leave them."""
+    """Return the Continuations for motions of n periods over a range, and for the branches that join or leave them."""
     counts = [n for n in (cycles, 2 * cycles, cycles // 2) if n <= CYCLES.most]
     return Followers(cycles, ends, {n: follower(n) for n in (counts if cycles % 2 == 0 else counts[:2]) if n > 0})
 
@@ -72,9 +71,9 @@ def further_curves(
     others: Sequence[Curve] = (),
     work: Work = UNTOLD,
 ) -> list[Curve]:
-    """Return the branches that leave known ones of n periods, and on request those that are connected to none.
+    """Return the branches that leave known branches of n periods and, with ``isolated``, branches connected to none.
 
-    ``others`` are known as well, with what leaves them. Searches and branches that leave count as equal parts of work.
+    ``others`` are branches that are known together with all that leave them; nothing is searched from these.
     """
     parts = 1 + 2 * isolated
     further = _leaving_all(followers, curves, others, work.part(0, parts))
@@ -88,10 +87,13 @@ def further_curves(
 
 
 def _leaving_all(followers: Followers, curves: Sequence[Curve], others: Sequence[Curve], work: Work) -> list[Curve]:
-    """The branches that leave some, and those that leave branches of broken symmetry; ``others`` are known as well."""
+    """The branches that leave some branches, directly or through further ones of at most n periods.
+
+    ``others`` are known as well.
+    """
     further = list[Curve]()
     left = [*curves]
-    for i, origin in enumerate(left):  # which grows
+    for i, origin in enumerate(left):  # the list grows in the loop
         known = [*others, *curves, *further]
         leaving = _branches_off(followers, origin, known, work.part(i, len(left)).beside(further))
         further += leaving
@@ -100,7 +102,7 @@ def _leaving_all(followers: Followers, curves: Sequence[Curve], others: Sequence
 
 
 def _isolated_curves(followers: Followers, curve: Continuation, curves: Sequence[Curve], work: Work) -> list[Curve]:
-    """Branches that are connected to none of the known ones; ``curve`` follows them."""
+    """Branches that are connected to no known branch; ``curve`` is their Continuation."""
     further = list[Curve]()
     for i, value in enumerate(np.linspace(*followers.ends, _VALUES).tolist()):
         part = work.part(i, _VALUES)
@@ -140,7 +142,7 @@ def _both_ways(curve: Continuation, state: State, value: float, ends: tuple[floa
 
 
 def _joined(behind: Curve, ahead: Curve) -> Curve:
-    """One branch from two that begin at the same motion, the first of them passed backwards."""
+    """One branch from two branches that begin at the same motion; the first is reversed."""
     length = behind.points[-1].length
 
     def backwards(point: Point) -> Point:
@@ -158,7 +160,10 @@ def _joined(behind: Curve, ahead: Curve) -> Curve:
 
 
 def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], work: Work) -> list[Curve]:
-    """The branches that leave one of some known ones where its period doubles or its symmetry breaks."""
+    """The branches that leave the branch ``known`` at period doublings and breakings of symmetry.
+
+    ``curves`` are all known branches.
+    """
     further = list[Curve]()
     reached = list[tuple[str, float]]()
     same = _SAME_EVENT * float(np.ptp(followers.ends))
@@ -169,13 +174,13 @@ def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], w
             if not known.origin:
                 further += _branch_joined(followers, known, event, [*curves, *further], part.beside(further))
             continue
-        # which branches leave here, and have not been reached from their other end
+        # skip a branch that was reached from its other end, or that cannot be followed
         follower = followers.of.get(known.cycles * (2 if event.kind == DOUBLING else 1))
         is_reached = any(kind == event.kind and abs(event.point.parameter - end) < same for kind, end in reached)
         is_left = event.kind == BREAKING and known.origin == BREAKING  # the symmetric branch at the other end
         if is_reached or is_left or follower is None:
             continue
-        # each of them
+        # follow every branch that leaves here and is not known
         leaving = _leaving(follower, event, followers.ends)
         for j, first in enumerate(leaving):
             if _is_known(follower, event, first, [*curves, *further]):
@@ -193,7 +198,7 @@ def _branches_off(followers: Followers, known: Curve, curves: Sequence[Curve], w
 def _branch_joined(
     followers: Followers, known: Curve, joint: Event, curves: Sequence[Curve], work: Work
 ) -> list[Curve]:
-    """The branch that another one joins at its end, if it is not known: of half its periods, or symmetric."""
+    """The branch that ``known`` joins at its end, of half the periods or of symmetric motions; empty if it is known."""
     point = joint.point
     own = followers.of[known.cycles]
     follower = own if joint.kind == BREAKING else followers.of.get(known.cycles // 2)
@@ -212,7 +217,7 @@ def _branch_joined(
 
 
 def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float], str]) -> list[str]:
-    """Return what the user must know of period doublings from which no branch is followed."""
+    """Return a note on period doublings of branches of 2 n periods, from which no branch is followed."""
     doublings = [
         event.point.parameter
         for known in curves
@@ -227,9 +232,9 @@ def doublings_left(curves: Sequence[Curve], cycles: int, shown: Callable[[float]
 def branches_missed(
     curves: Sequence[Curve], cycles: int, ends: tuple[float, float], shown: Callable[[float], str]
 ) -> list[str]:
-    """Return what the user must know of events from which fewer branches are followed than leave there.
+    """Return notes on events from which fewer branches are followed than leave there.
 
-    Beside the ends of the range branches may leave it at once.
+    Events next to the ends of the range are left out, because a branch may leave the range at once there.
     """
     same = _SAME_EVENT * float(np.ptp(ends))
     notes = list[str]()
@@ -256,14 +261,14 @@ def _joints(known: Curve, kind: str) -> list[float]:
 
 
 def _counted(values: Sequence[float], kind: str, of: str, shown: Callable[[float], str]) -> str:
-    """Words for events of a kind, what they are of, and the first of their parameter values."""
+    """Words for the number of events of a kind, and the first of their parameter values."""
     first = ", ".join(shown(value) for value in values[:_MOST_NAMED])
     more = f" and {len(values) - _MOST_NAMED} more" if len(values) > _MOST_NAMED else ""
     return f"{counted(len(values), kind)}{of} ({first}{more})"
 
 
 def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequence[Curve]) -> bool:
-    """Whether a motion lies on a known branch, wherever it begins, or repeats after half its periods already."""
+    """Whether a motion, begun at any of its periods, lies on a known branch, or repeats after half its periods."""
     scale = first.scale
     size = max(first.size, float(np.linalg.norm(first.state * scale)))
     away = first.size * float(np.linalg.norm(first.w[:-1] - event.point.w[:-1]))
@@ -282,9 +287,9 @@ def _is_known(follower: Continuation, event: Event, first: Point, curves: Sequen
 
 
 def _leaving(curve: Continuation, event: Event, ends: tuple[float, float]) -> list[Point]:
-    """First points of the branches that leave at an event: one where the period doubles, two otherwise.
+    """First points, inside the range, of the branches that leave at an event: one at a period doubling, otherwise two.
 
-    They lie inside the range. Of a symmetric driveline the second one is the mirror image of the first.
+    In a symmetric driveline the second point is the mirror image of the first.
     """
     values, vectors = np.linalg.eig(event.point.gradient)
     multiplier, signs = (-1.0, (1.0,)) if event.kind == DOUBLING else (1.0, (1.0, -1.0))
@@ -302,17 +307,17 @@ def _leaving(curve: Continuation, event: Event, ends: tuple[float, float]) -> li
 
 
 def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], direction: Array) -> Point | None:
-    """The first point of the branch that leaves at an event in a direction; None: none lies inside the range.
+    """The first point of the branch that leaves at an event in a direction; None if none lies inside the range.
 
-    Newton's method may also find a motion of a branch that has nothing to do with the event, or one beyond a fold. So
-    the motion at half the distance, and the tangents of both, must lie on the same curve from the event on.
+    Newton's method may also find a motion of an unrelated branch, or one beyond a fold. So the motion at half the
+    distance and the tangents of both motions must lie on one curve that begins at the event.
     """
     for distance in _DISTANCES:
         point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
         if point is None or nearer is None:
             continue
         if not ends[0] <= point.parameter <= ends[1]:
-            if distance <= SAME:  # in the range they are the same as those of the event
+            if distance <= SAME:  # nearer motions are the same as that of the event
                 return None
             continue
         if _is_one_curve(event, direction, distance, nearer, point):
@@ -321,7 +326,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 
 
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
-    """The mirror image of a motion near one of an event, half of its length later; None: there is none."""
+    """The mirror image, half of its periods later, of a motion near an event; None for a driveline without symmetry."""
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:
         return None
@@ -332,10 +337,11 @@ def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | No
 
 
 def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point, point: Point) -> bool:
-    """Whether two motions near one of an event lie on a smooth curve from there that does not turn back.
+    """Whether two motions near an event lie on a smooth curve that begins there and does not turn back.
 
-    Along the distance the parameter is a cubic, of which both motions give the value and the slope, one number more
-    than it has. Where the period doubles the curve begins at a right angle to the parameter.
+    The parameter is a cubic of the distance, with zero at the event and three coefficients. The two motions give two
+    values and two slopes, so one equation is left to check. At a period doubling the curve must begin at a right angle
+    to the parameter.
     """
     along = [float(one.tangent[:-1] @ direction) for one in (nearer, point)]
     if min(map(abs, along)) < _ALONG:
@@ -356,7 +362,7 @@ def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point
 
 
 def _motion_beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
-    """The motion near one of an event, at a distance; None if none is found whose state is about so far away."""
+    """The motion at about a distance from the motion of an event; None if Newton's method gives none."""
     try:
         point = curve.beside(event.point, direction, distance)
     except ConvergenceError:

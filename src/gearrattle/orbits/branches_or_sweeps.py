@@ -1,13 +1,10 @@
-"""The motions over a value of a model within a time: branches where they can be followed, sweeps where they cannot.
+"""The motions over a value of a model within a time limit: by branches if these can be followed, otherwise by sweeps.
 
-1. The branches are followed for a share of the time: half of it where a driveline goes through the compiled loop of
-   branches, else a twentieth, for with friction a branch takes 10 to 100 times as long. If they come to their ends,
-   that is the answer.
-2. Otherwise exact runs go up and down the whole range (``sweeps``).
-3. In what is left of the time the branches are tried once more where they had a twentieth; else a short branch is
-   followed from the motion before a jump: if that folds, or loses its stability there, the jump is located.
-
-Takes what follows branches, and a time; gives a Branch.
+1. The branches are followed for a share of the time: half of it if compiled code can follow them, else a twentieth,
+   because with friction a branch takes 10 to 100 times as long. If all branches reach their ends, they are the answer.
+2. Otherwise exact runs sweep up and down the whole range (``sweeps``).
+3. In the rest of the time, branches that had only a twentieth of the time are tried once more. If not, a short branch
+   is followed from the motion before every jump; if it folds or loses its stability there, the jump is located.
 """
 
 from __future__ import annotations
@@ -26,7 +23,7 @@ from gearrattle.orbits.attractors import settled_orbit
 from gearrattle.orbits.branch import Branch
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import never_falling, stretch_of
-from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.stability_ranges import losses_of
 from gearrattle.orbits.sweeps import Sweeper
 from gearrattle.orbits.swept_motions import Jump, Sweeps
 from gearrattle.orbits.value_family import is_compiled
@@ -35,25 +32,24 @@ from gearrattle.wording import counted
 
 Progress = Callable[[float], None]
 
-# shares of the time for the branches
-_COMPILED = 0.5
-_GENERAL = 0.05
+_COMPILED = 0.5  # share of the time for branches in compiled code
+_GENERAL = 0.05  # share of the time for other branches
 _SWEEPS = 0.85  # share of the time up to the end of the sweeps
-_MOST_TOLD = 4  # jumps on a progress line
+_MOST_TOLD = 4  # most jumps on a progress line
 
 
 class Following(Protocol):
     """Follows branches to their ends."""
 
     def __call__(self, *, progress: Progress | None, so_far: Callable[[Branch], None] | None) -> Branch:
-        """Return them; both as of ``continuation``."""
+        """Return the branches; arguments as of ``continuation``."""
 
 
 class Continuing(Protocol):
     """Follows branches over a part of the range."""
 
     def __call__(self, ends: tuple[float, float], *, start: Orbit, cycles: int) -> Branch:
-        """Return them."""
+        """Return the branches through the motion ``start``."""
 
 
 def branch_within(
@@ -67,7 +63,7 @@ def branch_within(
     progress: Progress | None,
     so_far: Callable[[Branch], None] | None,
 ) -> Branch:
-    """Return what can be said of the motions over a range within a time.
+    """Return the motions over a range that can be computed within a time.
 
     Parameters
     ----------
@@ -76,11 +72,11 @@ def branch_within(
     follow
         follows the branches to their ends.
     follow_near
-        follows those through a motion over a part of the range.
+        follows the branches through a motion over a part of the range.
     seconds
-        that the answer may take.
+        time limit [s].
     progress, so_far
-        as of ``continuation``.
+        as in ``continuation``.
 
     Raises
     ------
@@ -110,7 +106,7 @@ def branch_within(
         sweeper = Sweeper(model, path, (min(ends), max(ends)), limit=part, progress=telling, words=words)
         sweeps = sweeper.sweep()
         work.is_stopped = sweeper.is_stopped
-    # what is left: branches once more, or short ones through the jumps
+    # the rest of the time: branches once more, or short branches through the jumps
     if sweeps is not None and sweeps.is_complete and not is_fast:
         whole = work.followed_within(limit.left)
         if whole is not None:
@@ -129,9 +125,9 @@ class _Branches:
     Attributes
     ----------
     known
-        so far; None where no motion was found yet.
+        branches so far; None if no motion was found yet.
     why
-        they are not whole.
+        why the branches do not reach their ends.
     is_stopped
         whether somebody stopped the work.
     """
@@ -145,9 +141,9 @@ class _Branches:
         self._so_far = so_far
 
     def followed_within(self, seconds: float) -> Branch | None:
-        """Follow them for so long; return them if they come to their ends.
+        """Follow the branches within a time; return them if all reach their ends, otherwise None.
 
-        Cancelled or KeyboardInterrupt where the work was stopped, and nothing is known yet.
+        Cancelled or KeyboardInterrupt if the work was stopped before a motion was known.
         """
         try:
             with limited(TimeLimit(seconds)):
@@ -173,7 +169,7 @@ class _Branches:
 
 
 def _telling(report: Progress, begin: float, because: Callable[[str], None] | None) -> Progress:
-    """The progress of the sweeps, from a share of the whole on; with what is known so far, in words."""
+    """The progress of the sweeps, from a share of the whole work on; ``because`` receives sentences on it."""
     part = stretch_of(report, begin, _SWEEPS)
     if because is not None:
         part.because = because  # type: ignore[attr-defined]
@@ -181,7 +177,7 @@ def _telling(report: Progress, begin: float, because: Callable[[str], None] | No
 
 
 def _known_words(model: Model, path: str, sweeps: Sweeps) -> str:
-    """What sweeps have shown so far, for a progress line."""
+    """Words on the motions and jumps known so far, for a progress line."""
     largest = max(map(abs, sweeps.ends))
     jumps = [
         f"{'up' if jump.upward else 'down'} at {shown_value(path, model, jump.value, 4, largest)}"
@@ -192,7 +188,7 @@ def _known_words(model: Model, path: str, sweeps: Sweeps) -> str:
 
 
 def _located(model: Model, path: str, sweeps: Sweeps, follow_near: Continuing, limit: TimeLimit) -> Sweeps:
-    """The sweeps with those jumps located that a short branch shows."""
+    """The sweeps, with every jump located that lies at the end of a short branch."""
     jumps = list(sweeps.jumps)
     with suppress(OutOfTime, Cancelled, KeyboardInterrupt), limited(limit):
         for k, jump in enumerate(jumps):
@@ -203,7 +199,7 @@ def _located(model: Model, path: str, sweeps: Sweeps, follow_near: Continuing, l
 
 
 def _on_branch(model: Model, path: str, jump: Jump, follow_near: Continuing) -> Jump:
-    """A jump located on the branch of the motion before it; the same where the branch does not end there."""
+    """A jump, located on the branch of the motion before it; unchanged if that branch has no loss of stability."""
     before = jump.before.value
     after = jump.after.value
     orbit = settled_orbit(model.with_({path: before}), jump.before.end, jump.before.cycles)
@@ -216,7 +212,7 @@ def _on_branch(model: Model, path: str, jump: Jump, follow_near: Continuing) -> 
 
 
 def _without_sweeps(branch: Branch, work: _Branches, seconds: float) -> Branch:
-    """The branches so far, where no sweep was made; ConvergenceError or Cancelled where there are none either."""
+    """The branches so far, if no sweep was made; ConvergenceError or Cancelled if there are no branches either."""
     if branch.curves:
         return replace(branch, notes=(*branch.notes, _stopped_at(branch)))
     if work.is_stopped:
@@ -226,7 +222,7 @@ def _without_sweeps(branch: Branch, work: _Branches, seconds: float) -> Branch:
 
 
 def _stopped_at(branch: Branch) -> str:
-    """Up to where the branches were followed."""
+    """Note on the parameter up to which the branches were followed."""
     last = branch.points[-1].parameter
     reached = shown_value(branch.path, branch.model, last, 6, max(map(abs, branch.range)))
     return (
@@ -236,7 +232,7 @@ def _stopped_at(branch: Branch) -> str:
 
 
 def _notes(branch: Branch, sweeps: Sweeps, why: str) -> list[str]:
-    """What was not looked at."""
+    """Notes on motions that were not searched for."""
     followed = "Branches were not followed to their ends" if branch.curves else "No branch was followed"
     notes = [
         f"{followed}: {why}. So the stable motions come from exact runs, up and down, at "

@@ -1,14 +1,13 @@
-"""A stable motion at one value of a model, by exact runs: followed from a state until it repeats, and then measured.
+"""A stable motion at one value of a model, by an exact run: simulated from a state until it repeats, then measured.
 
-The run goes on in blocks of ``BLOCK`` periods. It has settled once its states at the start of the last periods repeat
-after n <= ``LONGEST`` of them. A motion that does not within ``BLOCKS`` blocks is measured over the last block all the
-same: it settles slowly, or it is irregular. Nothing is lost between two blocks, nor between two values of the model:
-deflections, velocities, and the stretches of sliders are carried over at the start of a period.
+The run is simulated in blocks of ``BLOCK`` periods. It has settled when the states at the starts of the last periods
+repeat after n <= ``LONGEST`` periods. A motion that has not settled after ``BLOCKS`` blocks is measured over the last
+block: it settles slowly, or it is irregular. From block to block, and from one value of the model to the next, the
+deflections, the velocities and the stretches of sliders are carried over at the start of a period.
 
-Motions are compared by the rms of their deflections about the mean, clearance by clearance. That of a motion that
-repeats is exact; that of an irregular one scatters from block to block, and the scatter says what a difference means.
-
-Takes a Model and a state; gives an ExactRun.
+Motions are compared by the rms of their deflections about the mean, clearance by clearance. The rms of a motion that
+repeats is exact. The rms of an irregular motion scatters from block to block; only a difference larger than the scatter
+counts.
 """
 
 from __future__ import annotations
@@ -37,55 +36,52 @@ from gearrattle.time_limits import OutOfTime, check_time
 Array = NDArray[np.float64]
 
 BLOCKS = 4
-"""After how many looks a motion is measured all the same."""
+"""Number of blocks after which a motion is measured even if it has not settled."""
 SAMPLES = 32
-"""Of a period, from which the rms is taken."""
-# of the units of a motion; the second at the last look
-_REPEATS = 1e-4
-_ABOUT_REPEATS = 1e-2
-_PARTS = 4  # of the measured block, whose rms are compared with each other
-_SURE = 4.0  # standard errors, beyond which a difference is not chance
-# ratio of rms from which motions differ, irregular ones and those that repeat
-_IRREGULAR = 1.5
-_REGULAR = 1.05
-_CLEAR = 2.0  # ratio of rms from which nobody doubts that a difference is not chance
-# of scatters that are alike, their ratio; and the largest scatter that counts as none
-_ALIKE = 3.0
-_EVEN = 0.05
-_SMALL = 1e-3  # of the largest corner of a law: an rms below it counts as none, such as that of a contact
+"""Samples in a period for the rms."""
+_REPEATS = 1e-4  # in the units of a motion: states that differ by less repeat
+_ABOUT_REPEATS = 1e-2  # the same after the last block
+_PARTS = 4  # parts of the measured block whose rms are compared
+_SURE = 4.0  # standard errors: a larger difference is not chance
+_IRREGULAR = 1.5  # ratio of rms from which on irregular motions differ
+_REGULAR = 1.05  # ratio of rms from which on motions that repeat differ
+_CLEAR = 2.0  # ratio of rms from which on no longer run is needed to be sure
+_ALIKE = 3.0  # largest ratio of two scatters that count as equal
+_EVEN = 0.05  # scatter of the logarithm of the rms that counts as none
+_SMALL = 1e-3  # share of the largest corner of a law: a smaller rms counts as zero, such as that of a contact
 _JUDGED = ("regime", "severity", "impacts")
 _RANKS = ("quiet", "touches", "single-sided", "double-sided")
 
 
 @dataclass(frozen=True)
 class ExactRun:
-    """A motion at one value of the model, as an exact run shows it.
+    """A motion at one value of the model, measured in an exact run.
 
     Attributes
     ----------
     value
-        of the model [SI].
+        value of the model [SI].
     cycles
-        n, periods T after which it repeats; 0 where it does not within ``LONGEST``.
+        n, periods T after which the motion repeats; 0 if it does not repeat within ``LONGEST`` periods.
     periods
-        it was followed for.
+        number of simulated periods.
     rms, swing
-        (K,) of the deflections of the clearances about their means, and peak to peak [rad or m].
+        (K,) deflections of the clearances: rms about the mean, and peak to peak [rad or m].
     scatter
-        (K,) standard error of the logarithm of the rms; about zero of a motion that repeats.
+        (K,) standard error of the logarithm of the rms; about zero for a motion that repeats.
     trend
-        (K,) logarithm of the rms at the end of the measured block over that at its begin, where it only grows or only
-        falls; else zero.
+        (K,) logarithm of the rms at the end of the measured block over the rms at its begin, if the rms only grows or
+        only falls; else zero.
     scale
         (K,) largest corners of the laws [rad or m].
     regimes, severities
         (K,) words of the verdict.
     impacts
-        (K,) a period.
+        (K,) impacts in a period.
     is_gap
-        (K,) whether the clearance separates, and is none of a staged spring.
+        (K,) whether the clearance is a gap that separates; False for a clearance of a staged spring.
     end
-        the state in which it ends, at the start of a period.
+        final state, at the start of a period.
     """
 
     value: float
@@ -104,7 +100,7 @@ class ExactRun:
 
     @property
     def headline(self) -> Headline:
-        """The verdict in one word, by the parts that separate."""
+        """The worst verdict on the clearances that separate, in one word."""
         words = [
             regime if severity == "rattles" else severity
             for regime, severity, is_gap in zip(self.regimes, self.severities, self.is_gap, strict=True)
@@ -114,21 +110,21 @@ class ExactRun:
 
     @property
     def is_settling(self) -> bool:
-        """Whether it is on the way to another motion."""
+        """Whether the motion is in transition to another motion: its rms grows or falls steadily."""
         return bool(np.any(np.abs(self.trend) > np.log(_CLEAR)))
 
     def ratios(self, other: ExactRun) -> Array:
-        """Return (K,) the logarithms of the rms over those of another motion; what is small counts as none."""
+        """Return (K,) logarithms of the rms over the rms of another motion; a small rms counts as zero."""
         least = _SMALL * np.maximum(self.scale, np.finfo(float).tiny)
         return np.asarray(np.log((self.rms + least) / (other.rms + least)))
 
     def differences(self, other: ExactRun, least: float | None = None) -> Array:
-        """Return (K,) by which factor the rms differ, beyond what chance explains; 1 where they do not differ.
+        """Return (K,) factors by which the rms differ; 1 where chance may explain the difference.
 
         Parameters
         ----------
         least
-            factor that counts; None: 1.05 of motions that repeat, else 1.5.
+            smallest factor that counts as a difference; None: 1.05 if both motions repeat, else 1.5.
         """
         chance = _SURE * np.hypot(self.scatter, other.scatter)
         if least is None:
@@ -137,26 +133,26 @@ class ExactRun:
         return np.asarray(np.where(size > np.maximum(chance, np.log(least)), np.exp(size), 1.0))
 
     def differs(self, other: ExactRun) -> bool:
-        """Return whether it is another motion."""
+        """Return whether the other run shows another motion."""
         return bool(np.any(self.differences(other) > 1.0))
 
     def goes_on(self, other: ExactRun) -> bool:
-        """Return whether it goes on another irregular motion, and scatters as that does: nothing changes."""
+        """Return whether both runs show the same irregular motion, with about the same scatter."""
         scatters_alike = np.all(self.scatter <= _ALIKE * other.scatter + _EVEN)
         return not (self.cycles or other.cycles) and bool(scatters_alike) and not self.differs(other)
 
     def differs_clearly(self, other: ExactRun) -> bool:
-        """Return whether it is another motion by so much that no longer run is needed to be sure."""
+        """Return whether the motions differ so much that no longer run is needed to be sure."""
         return bool(np.any(self.differences(other) > _CLEAR))
 
     def with_more(self, later: ExactRun) -> ExactRun:
-        """Return both as one, this run and the one that goes on from its end."""
+        """Return one record for this run and the run that continues it."""
         if later.cycles:
             return later
         rms = np.sqrt(0.5 * (self.rms**2 + later.rms**2))
         least = _SMALL * np.maximum(self.scale, np.finfo(float).tiny)
-        apart = 0.5 * np.abs(np.log((self.rms + least) / (later.rms + least)))
-        scatter = np.maximum(0.5 * np.hypot(self.scatter, later.scatter), apart)
+        difference = 0.5 * np.abs(np.log((self.rms + least) / (later.rms + least)))
+        scatter = np.maximum(0.5 * np.hypot(self.scatter, later.scatter), difference)
         swing = np.maximum(self.swing, later.swing)
         impacts = 0.5 * (self.impacts + later.impacts)
         return ExactRun(
@@ -177,7 +173,7 @@ class ExactRun:
 
 
 def carried(state: State, before: PeriodMap, after: PeriodMap) -> State:
-    """Return a state of one driveline as one of another: same angles, velocities and, where it has them, stretches."""
+    """Return the state of a changed driveline with the same angles, velocities and, if it has them, stretches."""
     task = before.task(state, 1)
     start = after.state_of(task.angle, task.velocity)
     memories = after.flow.memory.size
@@ -195,18 +191,18 @@ def exact_run(
     blocks: int = BLOCKS,
     like: ExactRun | None = None,
 ) -> ExactRun:
-    """Follow a motion until it repeats, or for so many blocks, and measure it.
+    """Simulate a motion until it repeats, or for a number of blocks, and measure it.
 
     Parameters
     ----------
     model
         the driveline at the value.
     value
-        of the model [SI].
+        value of the model [SI].
     blocks
-        of periods; twice as many while the motion still goes over into another.
+        number of blocks; up to twice as many while the motion is in transition to another one.
     like
-        an irregular motion that it may go on: it ends sooner where the second block or a later one shows no other.
+        an irregular motion with which the run is compared from the second block on: it ends early if it shows the same.
 
     Raises
     ------
@@ -263,7 +259,7 @@ def _states(run: Run, period_map: PeriodMap) -> list[State]:
 
 
 def _measured(run: Run, state: State, *, value: float, cycles: int, periods: int) -> ExactRun:
-    """What a run shows of its motion."""
+    """Measure the motion of a run."""
     motion = run.trajectory
     layout = run.trajectory.layout
     names = layout.clearance_names
@@ -278,7 +274,7 @@ def _measured(run: Run, state: State, *, value: float, cycles: int, periods: int
     steps = np.diff(of_parts, axis=0)
     is_even = np.all(steps > 0.0, axis=0) | np.all(steps < 0.0, axis=0)
     trend = np.where(is_even, of_parts[-1] - of_parts[0], 0.0)
-    if cycles and (BLOCK // _PARTS) % cycles:  # the parts are no whole number of its repetitions
+    if cycles and (BLOCK // _PARTS) % cycles:  # a part is no whole number of repetitions
         scatter = np.zeros(len(names))
     # the verdict on every clearance
     criteria = [CROSSING_CRITERIA[name] for name in _JUDGED]

@@ -1,14 +1,15 @@
-"""Branches through families of motions, and where a family ends: at a value at which its edges meet.
+"""Branches through families of motions, and the end of a family: the parameter at which its two edges meet.
 
 A body that floats in its gap, or a slider that never slips, has a family of motions for every value of the parameter. A
-branch holds one of each family. Where that comes to an edge of its family, it moves to the middle. Where both edges
-meet the family ends, and the motions beyond it touch. There I - M is singular: motions that touch are followed towards
-that end, also where the branch leaves it, so that what happens just beyond it is seen both ways. A family with several
-free states has no one middle: at its edge the branch ends. Along an edge Newton's method finds motions that touch by
-less than its residual; they are none and are left out.
+branch holds one motion of each family. If this motion comes to an edge of its family, the branch continues with the
+motion in the middle. Where the two edges meet, the family ends; beyond it the motions touch a corner. At the end I - M
+is singular. So motions that touch are always followed towards the end of the family, even if the branch leads away from
+it: the events just beyond the end are then the same both ways. A family with several free states has no unique middle:
+at its edge the branch ends. Along an edge Newton's method finds motions that touch so lightly that the residual does
+not show it; they are left out.
 
-The length of a family, from edge to edge, is smooth in the parameter. Its zero is sought by the secant method among the
-motions in the middle, always from inside: at the end I - M is singular beyond the free direction.
+The length of a family, from edge to edge, is smooth in the parameter. The secant method finds its zero from motions in
+the middle, always from inside the family, because at the end I - M is singular in more than the free direction.
 """
 
 from __future__ import annotations
@@ -35,43 +36,46 @@ from gearrattle.orbits.motion_families import moving_directions_of, room_of, tou
 Array = NDArray[np.float64]
 EDGE = "end of a family"
 """Kind of event: the edges of a family meet."""
-LEAST = 1e-7  # of the largest corner: what is shorter is no family, such as the memory of a slider that is released
-_BACK = (1e-3, 1e-4, 1e-5)  # of the unit of the parameter: back into a family, to see how fast its length falls
-_WITHIN = 0.1  # of the length of a family: a state that moves by less from the middle stays inside
-_UPRIGHT = 1e-3  # part of a tangent along the parameter
-_SYMMETRIC = 0.1  # of the largest corner: a symmetric motion farther away is of another branch
-_NEARER = 0.1  # share of the way to its end that is left: at first, and of the share before
-_LOCATED = 1e-11  # of the unit of the parameter: a motion of the family so near to its end is the last one
-_APART = 1e-6  # of the unit of the parameter: two motions so far apart at least tell where the next one is
-_SHORT = 1e-11  # of the largest corner: the length of a family that rounding hides
-_MOST_LEFT = 0.9  # share of the way to an end: the shortest step towards it that is tried
-_STEPS = 40  # from a motion of a family to its end
-_ALONG = 1e-5  # of the unit of the parameter: the difference for the slope of a length
-_CHANGES = (1e-5, 1e-6, 1e-7)  # of a number: half the difference for a gradient
-_BENT = 1e-3  # of a difference: by how much its halves may differ
-_KNOWN = 1e-9  # of the unit of the parameter: to so much ends are known where lengths change slowly
 Step = tuple[Point, Sequence[Event] | None]
 """A point of a branch, and the events before it; None: not located yet."""
-_MIDDLE = 0.1  # of the length of a family: a shorter way to the middle is not gone
-_BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # of the unit of the parameter: from the end of a family to motions that touch
-_FARTHEST = 0.1  # of the unit of the parameter: the end of a family from the last motion of it
-_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the unit of the parameter: past the begin of the period
-_STRAIGHT = 100.0  # times that: the state changes by less
-_NEAREST = 1e-8  # of the unit of the parameter: nearer to the end of a family rounding decides which motions touch
-_NEAR = (_NEAREST, 1e-7, 1e-6)  # the same, where Newton's method does not converge so near
-_INSIDE = (1e-6, 1e-4)  # of the unit of the parameter: of a family that a branch comes into
+# lengths, in largest corners
+LEAST = 1e-7  # shortest family; the memory of a released slider gives a shorter one, which does not count
+_SYMMETRIC = 0.1  # distance at which a symmetric motion belongs to another branch
+_SHORT = 1e-11  # length of a family below rounding
+# distances, in units of the parameter
+_BACK = (1e-3, 1e-4, 1e-5)  # back into a family, for the slope of its length
+_LOCATED = 1e-11  # from the last motion of a family to its end
+_APART = 1e-6  # least distance of two motions that give the direction to the next one
+_ALONG = 1e-5  # difference for the slope of a length
+_KNOWN = 1e-9  # error of an end where the length changes slowly
+_BEYOND = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7)  # from the end of a family to motions that touch
+_FARTHEST = 0.1  # largest distance from the last motion of a branch in a family to the family's end
+_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # step after a crossing has passed the begin of the period
+_NEAREST = 1e-8  # from the end of a family: nearer to it rounding decides which motions touch
+_NEAR = (_NEAREST, 1e-7, 1e-6)  # from the end of a family, larger where Newton's method does not converge
+_INSIDE = (1e-6, 1e-4)  # from the end of a family to further motions inside it
+# shares and numbers
+_WITHIN = 0.1  # share of the length of a family: a state that moves by less from the middle stays inside
+_UPRIGHT = 1e-3  # component of a tangent along the parameter: below it the branch is nearly vertical
+_NEARER = 0.1  # share of the way to the end that a step leaves: at first, and times that at every further step
+_MOST_LEFT = 0.9  # largest share of the way to the end that a step leaves
+_STEPS = 40  # most steps from a motion of a family to its end
+_CHANGES = (1e-5, 1e-6, 1e-7)  # shares of a number: half the difference for a gradient
+_BENT = 1e-3  # share of a difference by which its two halves may differ
+_MIDDLE = 0.1  # share of the length of a family: a branch nearer to the middle stays where it is
+_STRAIGHT = 100.0  # largest change of the state [w] over the step of the parameter [units]
 _SLACK = 1e-6  # change of w at the end of a family, where Newton's method may not converge
-_AT_END = 1e-3  # from w of the last motion of a family to one that touches and is so near to its end, at most
-_MOST = 100  # motions that touch, from the first one beyond a family to its end
+_AT_END = 1e-3  # largest change of w from a motion that touches near the end of a family to its last motion
+_MOST = 100  # most motions that touch, from the first one beyond a family to its end
 
 
 @dataclass(frozen=True)
 class Line:
-    """States over the parameter, on a straight line."""
+    """States as a linear function of the parameter."""
 
-    state: State  # of a motion on it
+    state: State  # at ``parameter``
     parameter: float
-    slope: Array  # (N,) of the state over the parameter [SI]
+    slope: Array  # (N,) derivative of the state with respect to the parameter [SI]
 
     def at(self, parameter: float) -> State:
         """Return the state at a parameter."""
@@ -79,7 +83,7 @@ class Line:
 
 
 def tangent_line(curve: Continuation, point: Point) -> Line:
-    """Return the tangent of a branch at a point; where that is nearly upright, the same state all along."""
+    """Return the tangent of a branch at a point; if the branch is nearly vertical there, a constant state."""
     slope = point.tangent[:-1] * point.size / point.scale
     unit = curve.family.unit
     is_upright = abs(float(point.tangent[-1])) < _UPRIGHT
@@ -88,7 +92,7 @@ def tangent_line(curve: Continuation, point: Point) -> Line:
 
 
 def state_of(point: Point, change: Array | float = 0.0) -> State:
-    """Return the state in which the motion of a point begins, changed by so much [SI]."""
+    """Return the state in which the motion of a point begins, plus a change [SI]."""
     return State(point.state + change, point.motion.end.auxiliary_pieces)
 
 
@@ -99,10 +103,10 @@ def _through(earlier: Point, point: Point) -> Line:
 
 
 def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
-    """Return the last motion of a family in a direction of the parameter, and a line through its middle there.
+    """Return the last motion of a family in a direction of the parameter, and a line through the middles there.
 
-    Where rounding hides the family before its length is zero, the end is extrapolated, and the motion is the last one.
-    Its tangent is along the motions in the middle: that of a motion of a family does not tell where these go.
+    If the length falls below rounding before it is zero, the end is extrapolated from the last motion. The tangent of
+    the returned point is along the motions in the middle; the tangent of one motion of a family says nothing of these.
 
     Raises ConvergenceError: no family ends near.
     """
@@ -122,9 +126,9 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
         parameter = near.parameter + (1.0 - share) * left
         following = near
         shorter = 0.0
-        with suppress(ConvergenceError):  # too far from a middle that does not move evenly
+        with suppress(ConvergenceError):  # the extrapolated middle is too far off
             following, shorter = in_middle(curve, middle.at(parameter), parameter)
-        # a step that led out of the family is tried shorter, or rounding hides what is left
+        # after a step out of the family try a shorter one; or the rest of the length is below rounding
         if not 0.0 < shorter < length:
             if share >= _NEARER and (abs(left) < _KNOWN * unit or length < _SHORT * near.size):
                 return _last_at(near, left, middle, curve)
@@ -143,14 +147,17 @@ def end_near(curve: Continuation, line: Line, way: float) -> tuple[Point, Line]:
 
 
 def _last_at(near: Point, left: float, middle: Line, curve: Continuation) -> tuple[Point, Line]:
-    """The last motion of a family, a little beyond one that is known, and the line through its middle."""
+    """The end of a family, at a distance ``left`` beyond a known motion, and the line through the middles."""
     along = np.append(middle.slope * curve.family.unit * near.scale / near.size, 1.0)
     along *= np.copysign(1.0 / np.linalg.norm(along), near.tangent[-1])
     return replace(near, parameter=near.parameter + left, tangent=along), middle
 
 
 def _inside(curve: Continuation, line: Line, backs: tuple[float, ...], way: float, least: float) -> tuple[Point, float]:
-    """The first motion in the middle of a family longer than a least, of some ways back; and its length."""
+    """The motion in the middle of a family, and the family's length, at the first of some distances back.
+
+    The length must exceed ``least``.
+    """
     for back in backs:
         parameter = line.parameter - way * back * curve.family.unit
         with suppress(ConvergenceError):
@@ -161,7 +168,10 @@ def _inside(curve: Continuation, line: Line, backs: tuple[float, ...], way: floa
 
 
 def in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Point, float]:
-    """Return the motion in the middle of the family near a state, at a parameter; and the length of the family."""
+    """Return the motion in the middle of the family near a state, at a parameter, and the length of the family.
+
+    Without a family: the motion near the state, and 0.
+    """
     near = begun(curve, state, parameter)
     inside = inside_of(curve, near)
     room = None if inside is None else room_of(curve.family.map_at(parameter), inside.motion)
@@ -171,7 +181,10 @@ def in_middle(curve: Continuation, state: State, parameter: float) -> tuple[Poin
 
 
 def inside_of(curve: Continuation, point: Point) -> Point | None:
-    """Return a motion of a family; for one that touches lightly at its edge a motion near that; None: of no family."""
+    """Return a motion of the family of a point: the point itself, or a motion near it if it touches lightly.
+
+    None if the point belongs to no family.
+    """
     if point.free:
         return point
     if not touches_lightly(point.motion):
@@ -185,10 +198,10 @@ def inside_of(curve: Continuation, point: Point) -> Point | None:
 
 
 def begun(curve: Continuation, state: State, parameter: float, *, upward: bool = True) -> Point:
-    """Return the motion near a state, as ``Continuation.begin``; of a symmetric driveline the symmetric one, if near.
+    """Return the motion near a state, as ``Continuation.begin``; in a symmetric driveline the symmetric one if near.
 
-    The symmetric motion is in the middle of its family and goes on beyond. Where the family ends I - M is nearly
-    singular in more than its free direction, and I - DH is regular.
+    A symmetric motion is in the middle of its family, and its branch goes on beyond the family. Near the family's end
+    I - M is nearly singular in more than its free direction, while I - DH of the half-period map H is regular.
     """
     half = half_period_map(curve.family.map_at(parameter).system, curve.cycles)
     if half is not None:
@@ -214,7 +227,10 @@ def end_again(event: Event, curve: Continuation, change: Array) -> Event:
 
 
 def slope_of_length(point: Point, curve: Continuation) -> float:
-    """Return the slope of the length of a family over the parameter at its end [SI], by a parabola; NaN: not known."""
+    """Return the derivative of the length of a family with respect to the parameter at its end [SI].
+
+    It is that of a parabola through two lengths inside; NaN where these are not known.
+    """
     line = tangent_line(curve, point)
     step = _ALONG * curve.family.unit
     for way in (1.0, -1.0):
@@ -225,9 +241,9 @@ def slope_of_length(point: Point, curve: Continuation) -> float:
 
 
 def gradient_of_end(event: Event, curve: Continuation, families_of: FamiliesOf, value: float) -> float:
-    """Return dp / dq of the end of a family by a central difference; parameters are those of ``event_gradient.Drift``.
+    """Return dp / dq of the end of a family by a central difference; arguments as of ``event_gradient.Drift``.
 
-    Raises ConvergenceError: the end moves too fast: it turns back over q near.
+    Raises ConvergenceError: the end over q turns back near, so the difference is not accurate.
     """
     unchanged = np.zeros_like(event.point.w)
     rounding = _KNOWN * curve.family.unit
@@ -249,7 +265,7 @@ def followed_through_families(curve: Continuation, begin: Point, ends: tuple[flo
     start = begin
     earlier = None
     while True:
-        # what touches lightly waits: it may be too near to the end of a family
+        # motions that touch lightly are held back: they may be too near to the end of a family
         recent = [start]
         passed = list[Step]()
         try:
@@ -281,12 +297,12 @@ def _unlocated(points: Sequence[Point]) -> list[Step]:
 
 
 def _is_ahead(earlier: Point | None, last: Point) -> bool:
-    """Whether a branch has come anywhere, and not only to the middle of a family again."""
+    """Whether a branch has advanced since the last family, and not only returned to the middle."""
     return earlier is None or last.parameter != earlier.parameter
 
 
 def _further(curve: Continuation, recent: list[Point], ends: tuple[float, float]) -> list[Step]:
-    """What comes after the last of recent motions from where the branch cannot be followed; empty: nothing is known."""
+    """The steps beyond the last of recent motions, where ``Continuation.follow`` fails; empty if none are known."""
     last = recent[-1]
     beyond = _past_begin(curve, last, ends)
     if beyond is not None:
@@ -302,9 +318,9 @@ def _further(curve: Continuation, recent: list[Point], ends: tuple[float, float]
 
 
 def _past_begin(curve: Continuation, last: Point, ends: tuple[float, float]) -> Point | None:
-    """The next motion of a branch, where a crossing that lets a slider go has passed the begin of the period; or None.
+    """The next motion of a branch if a crossing that releases a slider has passed the begin of the period; else None.
 
-    But for what that slider holds it is near to the last one.
+    Except for the stretch of that slider, the motion is near to the last one.
     """
     if not curve.family.memories:
         return None
@@ -349,7 +365,7 @@ def _refuse_edge(curve: Continuation, point: Point) -> None:
 
 
 def _past_edge(curve: Continuation, recent: list[Point], point: Point, ends: tuple[float, float]) -> list[Step]:
-    """What comes instead of the next point where only one of it and the last one is of a family; empty: nothing."""
+    """The steps that replace the next point where a branch enters or leaves a family; otherwise none."""
     last = recent[-1]
     if last.free:
         return [] if point.free else (_within(curve, last, point) or _off_edge(curve, last, ends))
@@ -361,7 +377,7 @@ def _past_edge(curve: Continuation, recent: list[Point], point: Point, ends: tup
 
 
 def _within(curve: Continuation, last: Point, point: Point) -> list[Step]:
-    """The motion in the middle of the family at whose edge a point touches lightly; empty: it does not."""
+    """The motion in the middle of the family at whose edge a point touches lightly; otherwise none."""
     inside = inside_of(curve, point)
     with suppress(ConvergenceError):
         if inside is not None:
@@ -371,7 +387,7 @@ def _within(curve: Continuation, last: Point, point: Point) -> list[Step]:
 
 
 def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> list[Step]:
-    """The motion in the middle of a point's family, or those beyond its end; empty for a family without ends near."""
+    """The motion in the middle of a point's family, or motions beyond its end; empty for a family without ends near."""
     room = room_of(curve.family.map_at(point.parameter), point.motion)
     way = _way(point)
     if room is None:
@@ -392,7 +408,7 @@ def _off_edge(curve: Continuation, point: Point, ends: tuple[float, float]) -> l
 
 
 def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: float) -> Point:
-    """The motion at an end of the range up to which a family reaches, except for rounding."""
+    """The motion at an end of the range, for a family that reaches up to there except for rounding."""
     end, middle = at
     unit = curve.family.unit
     if way * (end.parameter - limit) > _NEAREST * unit:
@@ -403,7 +419,7 @@ def _last_of(curve: Continuation, at: tuple[Point, Line], limit: float, way: flo
 
 
 def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], limit: float) -> list[Step]:
-    """The motions from one of a family to one that touches, past the end of that; a range has its limit beyond it."""
+    """The motions from a motion of a family, past the family's end, to one that touches, within the range's limit."""
     end, middle = at
     way = _way(last)
     unit = curve.family.unit
@@ -423,9 +439,9 @@ def _out_of_family(curve: Continuation, last: Point, at: tuple[Point, Line], lim
 def _into_family(
     curve: Continuation, recent: list[Point], at: tuple[Point, Line], ends: tuple[float, float]
 ) -> list[Step]:
-    """The motions from one that touches to the first of a family, past the end of that; empty: it is out of range.
+    """The motions from one that touches, past the end of a family, into the family; empty if that is out of range.
 
-    Recent motions too near to the end are no part of the branch, and are taken out.
+    Recent motions too near to the end are removed from the branch.
     """
     end, middle = at
     nearest = _NEAREST * curve.family.unit
@@ -450,13 +466,13 @@ def _into_family(
 
 
 def _middle_at(curve: Continuation, middle: Line, parameter: float, way: float) -> Point:
-    """The motion in the middle of a family at a parameter, of a branch that goes a way (1 or -1)."""
+    """The motion in the middle of a family at a parameter, which grows (``way`` 1) or falls (-1) along the branch."""
     state = state_of(in_middle(curve, middle.at(parameter), parameter)[0])
     return curve.begin(state, parameter, upward=way > 0.0)
 
 
 def _joined(last: Point, parts: tuple[list[Point], list[Point]], end: Point) -> list[Step]:
-    """The points before and behind the end of a family, after a last one, with that event between them."""
+    """The points before and behind the end of a family, continuing from a last point, with the event between them."""
     before = _appended(last, parts[0])
     end = appended([last, *before][-1], end)
     first, *others = _appended(end, parts[1])
@@ -464,7 +480,7 @@ def _joined(last: Point, parts: tuple[list[Point], list[Point]], end: Point) -> 
 
 
 def _up_to_end(curve: Continuation, begin: Point, end: Point) -> list[Point]:
-    """The motions of a branch that touch from one of them, which is left out, up to the end of a family."""
+    """The motions of a branch that touch, from one of them (left out) up to the end of a family."""
     unit = curve.family.unit
     distance = begin.parameter - end.parameter
     side = 1.0 if distance > 0.0 else -1.0
@@ -485,7 +501,7 @@ def _up_to_end(curve: Continuation, begin: Point, end: Point) -> list[Point]:
 
 
 def _appended(begin: Point, points: list[Point]) -> list[Point]:
-    """Points that follow another one and one another, with their lengths along the branch."""
+    """Points that continue a branch from another point, with their lengths along the branch."""
     return [*accumulate([begin, *points], appended)][1:]
 
 

@@ -1,4 +1,4 @@
-"""One branch of periodic motions: its points in order, what happens between them, and why it ends where it does."""
+"""One branch of periodic motions: its points in order, the events between them, and why it ends."""
 
 from __future__ import annotations
 
@@ -29,30 +29,29 @@ from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
-_MOST_POINTS = 20_000
-_CREEPING = 250  # points that must come somewhere
-_NOWHERE = 1e-5  # arclength that they must pass
-_ROUNDING = 1e-12  # of the parameter
-_GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
-_AT_BREAKING = 1e-7  # arclength to a breaking from a motion that is the same to rounding
-_NEARER = 0.05  # of a step that has gone to another branch: the next one
-_LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
+_MOST_POINTS = 20_000  # most points of a branch
+_CREEPING = 250  # number of last points over which a branch must advance
+_NOWHERE = 1e-5  # arclength by which it must advance over these
+_ROUNDING = 1e-12  # share of the parameter by which it must change over these
+_GROWN = 1e4  # modulus of a multiplier from which on a branch may end where a visit beyond a corner vanishes
+_AT_BREAKING = 1e-7  # arclength: a motion so near to a breaking of symmetry is the motion of the breaking
+_NEARER = 0.05  # length of the next step over that of a step that has led to another branch
+_LARGE = 1000.0  # times the first motion, and times the largest corner: larger motions have left all clearances
 
 
 @dataclass(frozen=True)
 class Unlocated:
     """A step of a branch whose events could not be located."""
 
-    # its points. The branch is sure to lead from one to the other: followed with shorter steps, where there are any,
-    # it does so again
+    # the two points of the step; shorter steps lead from the first to the second as well
     before: Point
     after: Point
-    reason: str  # why they could not
+    reason: str  # why the events could not be located
     shown: Callable[[float], str]  # writes a parameter value
 
     @property
     def note(self) -> str:
-        """What the user must know of it."""
+        """The note on the step for the user."""
         between = f"between {self.shown(self.before.parameter)} and {self.shown(self.after.parameter)}"
         seen = ", ".join(changes_between(self.before, self.after)) or "no change"
         return f"Events {between} are not located ({self.reason}); its two ends show: {seen}."
@@ -60,23 +59,26 @@ class Unlocated:
 
 @dataclass(frozen=True)
 class Curve:
-    """One branch."""
+    """One branch of periodic motions."""
 
-    cycles: int  # periods after which its motions repeat
-    points: tuple[Point, ...]  # in order
-    events: tuple[Event, ...]  # between them, in order
-    note: str = ""  # why it ends inside the range; empty where it does not
-    origin: str = ""  # kind of the event at which it leaves another branch, its first point; empty where it leaves none
+    cycles: int  # periods after which the motions repeat
+    points: tuple[Point, ...]  # in the order of the branch
+    events: tuple[Event, ...]  # in the order of the branch
+    note: str = ""  # why the branch ends inside the range; empty if it does not
+    origin: str = ""  # kind of the event, at the first point, at which it leaves another branch; empty without one
     unlocated: tuple[Unlocated, ...] = ()  # steps whose events could not be located, in order
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user must know of it."""
+        """Notes on the branch for the user."""
         return (*(step.note for step in self.unlocated), *([self.note] if self.note else []))
 
     @cached_property
     def stable(self) -> tuple[bool, ...]:
-        """Of every point whether its motion is; where the branch leaves or joins another one that of its neighbour."""
+        """Whether the motion at every point is stable.
+
+        A point at which the branch leaves or joins another branch has the stability of its neighbour.
+        """
         stable = [is_stable(point.multipliers, point.free) for point in self.points]
         if len(stable) > 1 and self.is_joint(0):
             stable[0] = stable[1]
@@ -89,11 +91,11 @@ class Curve:
         return bool(self.origin and end == 0) or self.happens_at(end)
 
     def happens_at(self, end: int) -> bool:
-        """Return whether the first (0) or the last (-1) event is at that end."""
+        """Return whether the first (0) or the last (-1) event lies at the same end of the branch."""
         return bool(self.events) and self.events[end].point.w is self.points[end].w
 
     def motions_at(self, follower: Continuation, value: float) -> Iterator[tuple[int, Point]]:
-        """Yield the motions at a parameter value [SI]: index of the point before, and the motion."""
+        """Yield (index of the point before, motion) for every motion of the branch at a parameter value [SI]."""
         for i, point in enumerate(self.points):
             if point.parameter == value:
                 yield i, point
@@ -112,7 +114,7 @@ class Curve:
 
 
 class Work(NamedTuple):
-    """Reports how far branches are followed, and what they are so far."""
+    """Reports the progress of following branches, and the branches so far."""
 
     progress: Progress = silent
     so_far: Callable[[Sequence[Curve]], None] | None = None
@@ -122,17 +124,17 @@ class Work(NamedTuple):
         return self._replace(progress=part_of(self.progress, number, count))
 
     def beside(self, complete: Sequence[Curve]) -> Work:
-        """Return the work on branches that are reported with those that are complete."""
+        """Return work that reports complete branches together with the branches being followed."""
         return self.telling(lambda growing: [*complete, *growing])
 
     def telling(self, words: Callable[[Sequence[Curve]], Sequence[Curve]]) -> Work:
-        """Return the work on branches that are reported as something else."""
+        """Return work that reports ``words(branches)`` instead of the branches."""
         so_far = self.so_far
         return self if so_far is None else self._replace(so_far=lambda growing: so_far(words(growing)))
 
 
 UNTOLD = Work()
-"""Work that is reported to nobody."""
+"""Work without reports."""
 
 
 def followed(
@@ -144,10 +146,10 @@ def followed(
     origin: Event | None = None,
     work: Work = UNTOLD,
 ) -> Curve:
-    """Follow one branch to an end of the range, whose ``ends`` ascend, and locate what happens along it.
+    """Follow one branch to an end of the range, with ascending ``ends``, and locate the events along it.
 
-    A branch of doubled period or broken symmetry has left another one, its ``home``, at an event, its ``origin``, whose
-    motion is given over as many periods. It ends where its motions are those of that branch again.
+    A branch of doubled period or broken symmetry leaves another branch, its ``home``, at an event, its ``origin``. The
+    motion of ``origin`` spans as many periods as those of the branch. The branch ends where it joins its home again.
     """
     walk = _Walk(curve, begin, home, origin)
     steps = curve
@@ -172,7 +174,7 @@ def followed(
 
 
 class _Walk:
-    """A branch while it is followed."""
+    """A branch that is being followed."""
 
     def __init__(self, follower: Continuation, begin: Point, home: Home | None, origin: Event | None) -> None:
         self._follower = follower
@@ -202,7 +204,7 @@ class _Walk:
         )
 
     def take(self, point: Point, known: Sequence[Event] | None) -> None:
-        """Go on to a point, with the events before it; None: they are to be located.
+        """Append a point, and the events before it; ``known`` is None if these are still to be located.
 
         Raises ConvergenceError: the branch does not lead there.
         """
@@ -228,7 +230,7 @@ class _Walk:
             self.is_done = bool(self.note)
 
     def stop(self) -> None:
-        """End where the branch cannot be followed any further, if it is known why."""
+        """End the branch where it cannot be followed any further: at another branch, or where a slider is released."""
         joint = None if self._home is None else self._home.arrival_in_jump(self.points[-1])
         if joint is None:
             self._end_in_release()
@@ -236,19 +238,22 @@ class _Walk:
             self._end_at(joint)
 
     def _end_at(self, joint: Sequence[Event]) -> None:
-        """End where the branch joins another one."""
+        """End the branch where it joins another branch."""
         self.events += joint
         self.points.append(joint[-1].point)
         self.is_done = True
 
     def _may_have_ended(self) -> bool:
-        """Whether the last motion has a short visit that lets a slider go: where that vanishes the branch ends."""
+        """Whether the last motion has a short visit beyond a corner that releases a slider.
+
+        The branch ends where that visit vanishes.
+        """
         last = self.points[-1]
         family = self._follower.family
         return bool(family.memories) and is_near_release(family.map_at(last.parameter), last)
 
     def _end_in_release(self) -> None:
-        """End where a slider is released with its torque, if one is."""
+        """End the branch where a slider is released with its torque, if one is."""
         release = self._release()
         if release is not None:
             self.events.append(release)
@@ -259,7 +264,7 @@ class _Walk:
             self.is_done = True
 
     def _release(self) -> Event | None:
-        """The grazing at which the branch ends because a slider is released with torque; None: it ends otherwise."""
+        """The grazing at which a slider is released with its torque and the branch ends; None if there is none."""
         family = self._follower.family
         if not family.memories or len(self.points) < 2:
             return None
@@ -273,30 +278,34 @@ class _Walk:
 
 
 def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]:
-    """The first point of a branch and, where it is the same as a breaking of symmetry, that."""
+    """The first point of a branch, and the breaking of symmetry at that point, if there is one."""
     fixed = as_fixed_point(curve, begin, upward=bool(begin.tangent[-1] > 0.0))
     breaking = None if fixed is begin else breaking_near(curve, fixed, _AT_BREAKING)
     return fixed, [] if breaking is None else [Event(BREAKING, replace(breaking, length=0.0))]
 
 
 def _without(at_begin: Sequence[Event], events: Sequence[Event]) -> list[Event]:
-    """The events of a step except for a breaking that has been named at the begin of the branch."""
+    """The events of a step, without a breaking of symmetry that is already known at the begin of the branch."""
     return [e for e in events if not at_begin or e.kind != BREAKING or e.point.length > _AT_BREAKING]
 
 
 def _followed(
     curve: Continuation, begin: Point, ends: tuple[float, float]
 ) -> Iterator[tuple[Point, Sequence[Event] | None]]:
-    """Yield the points of a branch and what is known before them; a symmetric one at an end of the range is exact."""
+    """Yield the points of a branch, and the events before them if known.
+
+    At an end of the range a symmetric motion is made exact by the half-period map.
+    """
     for point, known in followed_through_families(curve, begin, ends):
         is_last = point.parameter in ends
         yield as_fixed_point(curve, point, upward=point.parameter == ends[1]) if is_last else point, known
 
 
 def _motion_between(follower: Continuation, before: Point, after: Point, value: float, is_beside_joint: bool) -> Point:
-    """The motion of a step at a parameter value; along the branch where it leaves another one like a root.
+    """The motion of a step at a parameter value.
 
-    At a given parameter Newton's method may find a motion of the other branch there.
+    Where the branch leaves another one like a square root, it is located along the branch, because Newton's method at a
+    fixed parameter may find a motion of the other branch.
     """
     if not is_beside_joint:
         with suppress(ConvergenceError):
@@ -307,10 +316,10 @@ def _motion_between(follower: Continuation, before: Point, after: Point, value: 
 def _located(
     curve: Continuation, before: Point, after: Point
 ) -> tuple[Sequence[Point], list[Event], Sequence[Unlocated]]:
-    """The points of a step after its first one, its events, and where they could not be located.
+    """The points of a step after its first one, its events, and the steps whose events could not be located.
 
-    Where they cannot, shorter steps must lead to the same point; each of them is tried by itself. Where the state at
-    the begin of the period jumps nothing can be located in between, and both ends must show no change.
+    If events cannot be located, shorter steps must lead to the same point; then each of these is tried. Where the state
+    at the begin of the period jumps, no event can be located, and the motions at both ends must show no change.
     """
     with suppress(ConvergenceError):
         return [after], events_between(curve, before, after), []
@@ -328,7 +337,7 @@ def _located(
 
 
 def _why_left(points: list[Point], shown: Callable[[float], str]) -> str:
-    """The note of a branch that is not followed any further; empty while it is."""
+    """The note why a branch is not followed any further; empty if it is to be followed on."""
     last = points[-1]
     recent = points[-1 - _CREEPING :] if len(points) > _CREEPING else []
     if len(points) >= _MOST_POINTS or (recent and last.length - recent[0].length < _NOWHERE):

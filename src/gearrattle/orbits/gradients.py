@@ -1,17 +1,17 @@
-"""How the events of a branch, and the response of a motion, move with every number of the model.
+"""Gradients of the events of a branch, and of the responses of a motion, with respect to the numbers of the model.
 
-The gradient of an event is that of its defining equations (``event_gradient``); scatter under tolerances follows
-to first order.
+The gradient of an event follows from its defining equations (``event_gradient``). The scatter of an event under
+tolerances follows from its gradients, to first order.
 
-A periodic motion y = P(y; q) moves by dy/dq = (I - M)^-1 dP/dq. The state so predicted for a slightly smaller and a
-slightly larger q is made exact by Newton's method, and the responses of these two motions give a central difference.
-The motions are exact to rounding, and so are their extremes between crossings (``engine.system.deflection_levels``).
-With a change of 1e-5 of q the difference is good to about 1e-7 of the response: its truncation is of 1e-10, rounding is
-magnified to 1e-7.
+A periodic motion y = P(y; q) has dy/dq = (I - M)^-1 dP/dq. This predicts the states for a slightly smaller and a
+slightly larger q; Newton's method makes them exact. The responses of these two motions give a central difference. The
+motions are exact to rounding, and so are their extremes between crossings (``engine.system.deflection_levels``). With a
+change of 1e-5 of q the error of the difference is about 1e-7 of the response: truncation gives 1e-10, rounding 1e-7.
 
-As long as its impacts keep their order the motion moves smoothly. Where one comes or goes on either side of q, it
-touches a corner so nearly that there is no gradient to give. Where two exchange their order, as the slips of two stages
-do that begin to slip together, there is one if both sides have the same, to 1e-3 of the response: it is their mean.
+As long as the impacts keep their order, the motion is smooth in q. If an impact appears or disappears within the
+change, the motion nearly touches a corner, and there is no gradient. If two impacts exchange their order, as in two
+stages that begin to slip together, the gradient is the mean of the gradients on both sides, provided that these differ
+by less than 1e-3 of the response.
 """
 
 from __future__ import annotations
@@ -59,13 +59,13 @@ Complex = NDArray[np.complex128]
 SWING = "peak-to-peak deflection"
 FORCE = "largest force"
 MULTIPLIER = "multiplier modulus"
-"""Responses: of every clearance the first two, of every multiplier, by its number from 1, the last."""
-_CHANGE = 1e-5  # of a number, to both sides
-_KINK = 1e-3  # of a response per change of the number by itself: gradients on both sides that differ by more
+"""Responses: SWING and FORCE of every clearance, MULTIPLIER of every multiplier, numbered from 1."""
+_CHANGE = 1e-5  # share of a number: its change to either side
+_KINK = 1e-3  # shares of a response for a change of the number by itself: difference of the gradients on both sides
 
 
 def _moves_nothing(other: str) -> str:
-    """Why no motion moves smoothly with the number at a path; empty where it may."""
+    """Why motions have no gradient with respect to the number at a path; empty if they may have one."""
     if other.rpartition(".")[2] == "order":
         return "cannot be changed a little: between two orders there are others without a common period"
     if other.partition(".")[0] in _LEFT_OUT:
@@ -133,12 +133,12 @@ def second_of(model: Model, path: str, second: str, ends: Sequence[Written]) -> 
 
 
 def moved_as(event: Event, curve: Continuation) -> tuple[Event, Continuation]:
-    """Return the event by which an event of a branch moves with numbers of the model, and the Continuation of that.
+    """Return the event whose equations give the gradient of an event of a branch, and the Continuation of that event.
 
-    It is the event itself. But where the branch joins one of half its period, or the symmetry breaks, I - M is singular
-    in two ways: the event is the doubling of the motion of half its length, where I - DH is regular.
+    Mostly it is the event itself. Where the branch joins one of half its periods, or the symmetry breaks, I - M is
+    singular in two ways; then it is the period doubling of the motion of half the length, where I - DH is regular.
 
-    Raises ModelError: it does not move smoothly.
+    Raises ModelError: the event has no gradient.
     """
     _check_kind(event)
     doubling = as_doubling(curve, event.point) if event.kind in (DOUBLING, BREAKING) else None
@@ -152,7 +152,7 @@ def moved_as(event: Event, curve: Continuation) -> tuple[Event, Continuation]:
 
 
 def _check_kind(event: Event) -> None:
-    """Refuse a kind of event that does not move smoothly with numbers of the model."""
+    """Refuse a kind of event without gradients."""
     jumps = event.is_collision or (event.grazing is not None and event.grazing.kind in (JUMP, RELEASE))
     if event.kind in MOVED and not jumps:
         return
@@ -164,7 +164,7 @@ def _check_kind(event: Event) -> None:
 def gradients_of(
     model: Model, path: str, curve: Continuation, event: Event, paths: Sequence[str] | None
 ) -> pd.DataFrame:
-    """Return how an event moves with the numbers of a model, as a table; see ``Branch.gradients``.
+    """Return the gradients of an event with respect to the numbers of a model; see ``Branch.gradients``.
 
     Raises ModelError: the kind of event has no gradient.
     """
@@ -186,7 +186,7 @@ def gradients_of(
 
 
 def _gradient_by(model: Model, path: str, curve: Continuation, event: Event) -> Callable[[str, float], float]:
-    """What gives dp / dq of an event, from the path and the value of a number q."""
+    """A function of the path and the value of a number q that returns dp / dq of an event."""
     drift = Drift(event, curve)
     at = event.point.parameter
 
@@ -207,7 +207,7 @@ def _gradient_by(model: Model, path: str, curve: Continuation, event: Event) -> 
 
 
 def tolerances_of(model: Model, path: str, tolerances: Mapping[str, Written]) -> dict[str, float]:
-    """Return standard deviations by path [SI]: of a pattern all that match have one each, independent of the others.
+    """Return standard deviations by path [SI]; all paths that match a pattern are independent, with the same deviation.
 
     Raises ModelError: a path by which no event is moved, or a deviation below zero.
     """
@@ -238,7 +238,7 @@ def responses_of(period_map: PeriodMap, motion: Pass) -> Array:
 
 
 def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Sequence[str] | None) -> pd.DataFrame:
-    """Return how the responses of an isolated motion move; see ``Orbit.gradients``.
+    """Return the gradients of the responses of an isolated motion; see ``Orbit.gradients``.
 
     Raises ModelError: a path that leads to no number of the model, or to zero.
     """
@@ -263,7 +263,7 @@ def orbit_gradients(model: Model, period_map: PeriodMap, motion: Pass, paths: Se
 
 
 def _slopes(model: Model, path: str, value: float, period_map: PeriodMap, motion: Pass) -> Array:
-    """(2 K + N,) derivatives of responses, then of the moduli of multipliers; NaN where there are none."""
+    """(2 K + N,) derivatives of the responses, then of the moduli of multipliers; NaN where there is no derivative."""
     change = _CHANGE * abs(value)
     multipliers = multipliers_of(motion.gradient)
     clearances = len(period_map.system.clearances)
@@ -287,14 +287,14 @@ def _slopes(model: Model, path: str, value: float, period_map: PeriodMap, motion
 
 
 def _moved(period_map: PeriodMap, motion: Pass) -> Pass:
-    """The motion of a slightly changed driveline, from the state that (I - M)^-1 (P(y; q) - y) predicts."""
+    """The motion of a slightly changed driveline, by Newton's method from y + (I - M)^-1 (P(y; q) - y)."""
     gap = period_map.later(motion.start).y - motion.start.y
     step = np.linalg.solve(np.eye(len(gap)) - motion.gradient, gap)
     return shooting.shoot(period_map, State(motion.start.y + step, motion.start.auxiliary_pieces)).motion
 
 
 def _matched(motion: Pass, multipliers: Complex) -> Complex:
-    """(N,) multipliers of a motion in the order of those of its neighbour."""
+    """(N,) multipliers of a motion, in the order of the nearest multipliers of a neighbouring motion."""
     own = multipliers_of(motion.gradient)
     order = linear_sum_assignment(np.abs(own[None, :] - multipliers[:, None]))[1]
     return np.asarray(own[order])

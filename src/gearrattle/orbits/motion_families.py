@@ -1,11 +1,11 @@
 """Families of periodic motions of one model: which states are free, and between which values.
 
-Where I - M is singular with null vector d, the motions from y + s d repeat as well. As long as the regions and their
-order stay the same the map is linear in s, so the family is an interval of s. Its ends are found by bisection.
+If I - M is singular with null vector d, the motions from y + s d repeat as well. As long as the regions and their order
+stay the same, the map is linear in s, so the family is an interval of s. Bisection finds its ends.
 
-Outside its ends the motions touch, and do not repeat: but at the depth d what is left is of the order d^(3/2). So
-Newton's method ends at motions that touch by less than any residual tells. They are members of the family: without the
-touch their I - M is singular, and from there on along d all motions repeat.
+Beyond an end the motions touch a corner and do not repeat. A touch of depth h leaves a residual of only about h^(3/2).
+So Newton's method may end at a motion that touches so lightly that its residual does not show it. Such a motion counts
+as a member of the family: without the touch its I - M is singular, and all motions from there on along d repeat.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from gearrattle.model import Model
 
 Array = NDArray[np.float64]
 
-_FARTHEST = 1e3  # of the size of the state: a family that reaches so far counts as endless
-_REPEATS = 1e-9  # of the size of the state
-_HALVINGS = 50
-_EXACT = 1e-14  # of the size of the state
-_BRIEF = 1e-2  # of the period: a longer touch leaves a residual that tells
-_LIGHT = 1e-4  # of the period: the time of a touch so light that its residual does not tell
-_NEARLY = 1e-6  # singular value of I - M along a direction that may be free
-_NEAREST = 1e-10  # of the size of the state: the first step from a light touch into a family
-_FURTHER = 4.0  # times that: the next one
-_WITHIN = 1e-3  # of the size of the state: the longest one
+_FARTHEST = 1e3  # sizes of the state: a family that reaches so far counts as endless
+_REPEATS = 1e-9  # share of the size of the state: residual of a motion that repeats
+_HALVINGS = 50  # most steps of a bisection
+_EXACT = 1e-14  # share of the size of the state: width at which a bisection ends
+_BRIEF = 1e-2  # share of the period: a longer touch has a residual above rounding
+_LIGHT = 1e-4  # share of the period: a shorter touch has a residual below rounding
+_NEARLY = 1e-6  # singular value of I - M below which a direction may be free
+_NEAREST = 1e-10  # share of the size of the state: first step from a light touch into a family
+_FURTHER = 4.0  # ratio of a step to the step before
+_WITHIN = 1e-3  # share of the size of the state: longest step
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,9 @@ class Interval:
     name
         "deflection.ELEMENT", "velocity.INERTIA" or "slider.NAME": the state that moves most along the family.
     low, high
-        its ends [rad, m or rad/s]; infinite where there is none.
+        ends of the interval [rad, m or rad/s]; infinite where there is no end.
     value
-        of that state in the given motion.
+        value of that state in the motion itself [rad, m or rad/s].
     """
 
     name: str
@@ -73,7 +73,7 @@ def state_names(model: Model) -> tuple[str, ...]:
 def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Interval, ...]:
     """Return the free states of a periodic motion, one interval for every free direction.
 
-    With several free directions one state each is chosen, and the others of these stay as they are.
+    With several free directions one state is chosen for each; along a direction the other chosen states are constant.
     """
     names = state_names(model)
     scale = period_map.scale
@@ -88,7 +88,7 @@ def intervals_of(model: Model, period_map: PeriodMap, motion: Pass) -> tuple[Int
 
 
 def size_of(period_map: PeriodMap, state: State) -> float:
-    """Return the size of a balanced state, at least that of the largest corner."""
+    """Return the norm of a balanced state, but at least the size of the largest corner."""
     return max(period_map.size, float(np.linalg.norm(state.y * period_map.scale)))
 
 
@@ -103,32 +103,32 @@ def free_count(period_map: PeriodMap, motion: Pass) -> int:
 
 
 def without_free(multipliers: NDArray[np.complex128], free: int) -> NDArray[np.complex128]:
-    """Return multipliers without as many nearest to 1 as there are free directions."""
+    """Return multipliers without those that belong to the free directions: the ``free`` nearest to 1."""
     return np.asarray(np.delete(multipliers, np.argsort(np.abs(multipliers - 1.0))[:free]))
 
 
 def directions_of(period_map: PeriodMap, motion: Pass) -> Iterator[tuple[int, Array]]:
-    """Yield a state's index and the free direction (N,) [SI] that moves it and none of the other states yielded."""
+    """Yield a state's index and the free direction (N,) [SI] that moves this state, and no other state yielded."""
     yield from _one_by_one(period_map, free_space_of(period_map, motion))
 
 
 def _one_by_one(period_map: PeriodMap, free: Array) -> Iterator[tuple[int, Array]]:
-    """Directions (N,) [SI] that span the same as some others (N, F), with the state that only one of them moves."""
+    """Directions (N,) [SI] that span the columns of (N, F), each with the index of a state that only it moves."""
     balanced = free * period_map.scale[:, None]
     chosen = np.sort(qr(balanced.T, mode="r", pivoting=True)[1][: free.shape[1]])
     yield from zip(chosen.tolist(), (free @ np.linalg.inv(balanced[chosen])).T, strict=True)
 
 
 def moving_directions_of(period_map: PeriodMap, motion: Pass) -> list[Array]:
-    """Return the free directions (N,) [SI] of a motion except for memories of sliders that are released all along."""
+    """Return the free directions (N,) [SI] of a motion, without the memories of sliders that stay released."""
     idle = idle_memories(motion, period_map.scale, period_map.flow.memory.size)
     return [direction for chosen, direction in directions_of(period_map, motion) if chosen not in idle]
 
 
 def room_of(period_map: PeriodMap, motion: Pass) -> tuple[Array, float] | None:
-    """Return the change (N,) [SI] from a motion of a family to the middle of it, and the length of the family.
+    """Return the change (N,) [SI] from a motion to the middle of its family, and the length of the family.
 
-    None for a motion of no family, of one without an end, and of one with several free directions.
+    None if the motion is isolated, or if its family has no end or several free directions.
     """
     directions = moving_directions_of(period_map, motion)
     return _room_along(period_map, motion, directions[0]) if len(directions) == 1 else None
@@ -142,9 +142,9 @@ def _room_along(period_map: PeriodMap, motion: Pass, direction: Array) -> tuple[
 
 
 def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
-    """Return a motion in the middle of the family at whose edge another one touches by less than its residual tells.
+    """Return, for a motion with a light touch at the edge of a family, a motion in the middle of that family.
 
-    Any other motion is returned as it is.
+    Any other motion is returned unchanged.
     """
     inside = within_family(period_map, motion)
     if inside is motion:
@@ -159,21 +159,21 @@ def off_edge(period_map: PeriodMap, motion: Pass) -> Pass:
 
 
 def touches_lightly(motion: Pass) -> bool:
-    """Return whether a motion comes back over a corner so soon that it may be one at the edge of a family."""
+    """Return whether a motion crosses a corner to and fro so quickly that it may lie at the edge of a family."""
     if not _soon_followed(motion, motion.crossings.time, _LIGHT).any():
         return False
     return any(_comes_back_soon(motion, watch, _LIGHT) for watch in np.unique(motion.crossings.watch).tolist())
 
 
 def _comes_back_soon(motion: Pass, watch: int, share: float) -> bool:
-    """Whether something crosses one of its bounds to and fro within a share of the period."""
+    """Whether a watched element crosses one of its bounds to and fro within a share of the period."""
     own = motion.crossings.where(motion.crossings.watch == watch)
-    is_back = own.upward != np.roll(own.upward, -1)  # not so where it passes a narrow gap
+    is_back = own.upward != np.roll(own.upward, -1)  # False where it passes through a narrow gap
     return bool((is_back & _soon_followed(motion, own.time, share)).any())
 
 
 def _soon_followed(motion: Pass, times: Array, share: float) -> NDArray[np.bool_]:
-    """Which of some ascending instants (E,) of a motion are followed by the next within a share of the period."""
+    """(E,) whether the next of some ascending instants of a motion comes within a share of the period."""
     if not times.size:
         return np.zeros(0, dtype=np.bool_)
     following = np.append(times[1:], times[0] + motion.period * motion.cycles)
@@ -190,9 +190,9 @@ def _slipping_lightly(period_map: PeriodMap, motion: Pass) -> Iterator[Array]:
 
 
 def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
-    """Return a motion of the family at whose edge another one touches by less than its residual tells, near that.
+    """Return, for a motion with a light touch at the edge of a family, a nearby motion of that family.
 
-    Any other motion is returned as it is.
+    Any other motion is returned unchanged.
     """
     while True:
         inside = next(_steps_inside(period_map, motion), None)
@@ -202,7 +202,7 @@ def within_family(period_map: PeriodMap, motion: Pass) -> Pass:
 
 
 def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
-    """Motions with more free directions than one that touches lightly, with nothing but motions that repeat between."""
+    """Motions with more free directions than a motion that touches lightly, if all motions between them repeat."""
     free = _free_without_touches(period_map, motion)
     count = free_count(period_map, motion)
     touching = [direction for _, direction in _one_by_one(period_map, free)] if free.shape[1] > count else []
@@ -215,7 +215,10 @@ def _steps_inside(period_map: PeriodMap, motion: Pass) -> Iterator[Pass]:
 
 
 def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) -> Pass | None:
-    """The first motion along a direction (N,) [SI] with more than so many free ones, if all up to it repeat."""
+    """The first motion along a unit vector (N,) [SI] with more than ``count`` free directions.
+
+    None if there is none, or if a motion on the way does not repeat.
+    """
     size = size_of(period_map, motion.start)
     step = _NEAREST * size
     with suppress(ConvergenceError):
@@ -232,13 +235,13 @@ def _first_inside(period_map: PeriodMap, motion: Pass, unit: Array, count: int) 
 
 
 def _free_without_touches(period_map: PeriodMap, motion: Pass) -> Array:
-    """The directions (N, F) [SI] that are free, or nearly, without the light touches of a motion; F = 0: none."""
+    """The directions (N, F) [SI] that would be free, or nearly, if a motion had no light touches."""
     is_kept, changed = _without_light_touches(period_map, motion)
     if is_kept.all():
         return np.zeros((len(motion.gap), 0))
     march = period_map.marched(motion.start)
     crossings = period_map.passages(march)
-    if len(crossings.time) != len(is_kept):  # one followed in parts may cross otherwise as a whole
+    if len(crossings.time) != len(is_kept):  # a motion simulated in parts may cross otherwise
         return np.zeros((len(motion.gap), 0))
     initial = march.initial.copy()
     initial[: len(changed)] += changed
@@ -254,9 +257,9 @@ def _singular(period_map: PeriodMap, gradient: Array) -> Array:
 
 
 def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Which crossings of a motion (E,) are left without those of clearances that are back at once.
+    """(E,) whether crossings of a motion are kept: those of clearances that cross back at once are not.
 
-    Also (K,) by how much the pieces of clearances at the start then differ: a touch may last beyond the end.
+    Also (K,) the change of the pieces of clearances at the start, because a touch may last beyond the period's end.
     """
     crossings = motion.crossings
     system = period_map.system
@@ -280,7 +283,7 @@ def _without_light_touches(period_map: PeriodMap, motion: Pass) -> tuple[NDArray
 
 
 def reach_of(period_map: PeriodMap, motion: Pass, direction: Array) -> float:
-    """Return the largest s for which the motion from y + s direction (N,) [SI] repeats; infinite if there is no end."""
+    """Return the largest s for which the motion from y + s d repeats, d a direction (N,) [SI]; infinite: no end."""
     size = size_of(period_map, motion.start)
     near = 0.0
     far = _FARTHEST * size

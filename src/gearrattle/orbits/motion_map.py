@@ -1,8 +1,8 @@
-"""A map of the motions that repeat over two values of a model: where rattle must be, where it may be, where it is not.
+"""A map of periodic motions over two values of a model: where rattle is certain, where possible, where there is none.
 
-In the middle of every cell all motions of the branches of its row are taken. Their stability is that of their
-multipliers, whether they rattle that of the criteria. The signs of det(I - M) over all of them add up to 1
-if the motions are bounded and none is missing (``all_motions``); so a cell says as well whether one is missing.
+A row of cells has one second value and its own branches. Each cell is judged by all motions of these branches at the
+middle of the cell. Multipliers decide stability, criteria decide rattle. The sum of the signs of det(I - M) over all
+motions is 1 if the motions are bounded and none is missing (``all_motions``); so a cell also shows a missing motion.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ WORDS = {
     MISSING: "a motion is missing, as the sum of signs is not 1",
     NOT_COUNTED: "no rattle was found, and the signs cannot be counted",
 }
-"""What a cell's code means."""
+"""Meaning of the code of a cell."""
 CELLS = Count(1, 512)
 """Numbers of cells over a value."""
 
@@ -62,11 +62,11 @@ class Cell(NamedTuple):
     Attributes
     ----------
     quiet, rattling, unstable
-        how many motions are stable and quiet, stable and rattle, unstable.
+        numbers of motions: stable without rattle, stable with rattle, unstable.
     signs
         sum of the signs of det(I - M) over all fixed points of the map over n periods.
     not_counted
-        why the sum need not be 1; empty where it is 1 if no motion is missing.
+        why the sum need not be 1 even if no motion is missing; empty if it must be 1.
     """
 
     quiet: int
@@ -77,7 +77,7 @@ class Cell(NamedTuple):
 
     @property
     def code(self) -> int:
-        """What the motions say, one of the keys of ``WORDS``."""
+        """Judgement on the cell, a key of ``WORDS``."""
         if self.quiet and self.rattling:
             return BESIDE
         if not self.not_counted and self.signs != 1:
@@ -91,14 +91,14 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionMap(Result):
-    """The motions that repeat, over two values of a model.
+    """Periodic motions over two values of a model.
 
     Attributes
     ----------
     model
         the driveline.
     path, second
-        of the two values.
+        paths of the two values.
     range, second_range
         (2,) ascending ends of their ranges [SI].
     cycles
@@ -110,9 +110,9 @@ class MotionMap(Result):
     borders
         folds, grazings and ends of families of the branch at the model's own second value, as curves.
     special_points
-        where they end or meet.
+        points at which these curves end or meet.
     notes
-        what the user must know.
+        sentences that the user must know.
 
     Examples
     --------
@@ -141,7 +141,7 @@ class MotionMap(Result):
     def data(self) -> xr.Dataset:
         """A Dataset over "second" and "value", the middles of the cells [SI].
 
-        code (its meaning in ``flag_meanings``), quiet, rattling, unstable (how many motions), signs (their sum), and
+        code (meaning in ``flag_meanings``), quiet, rattling, unstable (numbers of motions), signs (sum of signs), and
         over "border_point" the curves: border_event (row in the events of the branch), border_kind, border_value,
         border_second; over "special_point" special_kind, special_value, special_second.
         """
@@ -208,7 +208,7 @@ def map_of(
     values = middles(plane.ends, across)
     seconds = middles(plane.second_ends, up)
     work = never_falling(progress)
-    # the branches of every row, and what is not followed of them
+    # the branches of every row, and notes on branches that were not followed
     own_branches = own_row(plane, own, branch.curves, branch.range[1], isolated=isolated, progress=work)
     rows = rows_of(own_branches, seconds.tolist(), isolated=isolated, progress=stretch_of(work, 0.0, 0.5))
     shown = partial(shown_value, branch.path, branch.model, largest=max(map(abs, branch.range)))
@@ -242,7 +242,7 @@ def map_of(
 
 
 def _notes_of(rows: Sequence[Row], shown: Callable[[float], str], *, isolated: bool) -> list[str]:
-    """What the user must know of the branches of the rows, and of those that are not among them."""
+    """Notes on the branches of the rows, and on branches that may be missing."""
     plane = rows[0].plane
     curves = [curve for row in rows for curve in row.curves]
     notes = [*dict.fromkeys(note for curve in curves for note in curve.notes)]
@@ -269,7 +269,7 @@ def middles(ends: tuple[float, float], count: int) -> Array:
 
 
 def cells_of(rows: Sequence[Row], values: Array, progress: Progress) -> tuple[tuple[Cell, ...], ...]:
-    """Return the cells of some rows at (A,) first values [SI]; a quiet motion that is not known there is sought."""
+    """Return the cells of some rows at (A,) first values [SI]; in cells without a quiet motion one is sought."""
     cells = []
     for done, row in enumerate(rows, 1):
         own = _judged(row, values)
@@ -307,7 +307,7 @@ def _cell(row: Row, curves: Sequence[_JudgedCurve], value: float) -> Cell:
 
 
 class _JudgedCurve:
-    """A branch whose motions are judged, each stretch between two changes of its crossings once."""
+    """A branch whose motions are judged once for every stretch in which the order of crossings stays the same."""
 
     def __init__(self, row: Row, curve: Curve) -> None:
         self._row = row
@@ -317,7 +317,7 @@ class _JudgedCurve:
         self._verdicts: dict[int, bool] = {}
 
     def is_known(self, known: Known, point: Point) -> bool:
-        """Return whether a motion repeats after the periods of some known ones and is one of them; if not, keep it."""
+        """Return whether a motion is one of some known motions; otherwise add it, if its periods divide theirs."""
         cycles = known.period_map.cycles
         if cycles % self.curve.cycles:
             return False

@@ -1,8 +1,8 @@
-"""A motion of a model that repeats, stable or not.
+"""``Orbit``: a periodic motion of a model, stable or not.
 
-A motion of n periods T is a zero of P(y) - y, P the map of a state to the state n T later. ``exact`` gives P and its
-gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: a small disturbance is multiplied by
-them every n T.
+A motion of n periods T is a zero of P(y) - y, where P maps a state to the state n T later. The exact algorithm computes
+P and its gradient M (``engine.periodic``). The eigenvalues of M are the Floquet multipliers: every n T a small
+disturbance is multiplied by them (``engine.periodic.multipliers``). ``is_stable`` decides the stability.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SAMPLES_PER_CYCLE = 512
-SETTLING = 32  # periods followed before the first search
+SETTLING = 32  # periods simulated before the first search
 ATTEMPTS = 5
-"""Searches from a settled motion, each after twice as long."""
-_SMALLEST = 0.01  # of all harmonics, to begin with
-_MOST_POINTS = 400
-_STABLE = 1e-9  # a modulus that exceeds one by less than this is rounding
-_LOST = 1e10  # growth of disturbances over a motion, from which rounding shows in its run
-_MIRRORED = 1e-6  # of the size of the state: a motion that differs by less from its mirror image is symmetric
+"""Number of searches from a settled motion; before every search it is simulated twice as long as before the last."""
+_SMALLEST = 0.01  # first factor of all harmonics
+_MOST_POINTS = 400  # most points over the factor of all harmonics
+_STABLE = 1e-9  # excess of a modulus over one that is rounding
+_LOST = 1e10  # growth of disturbances over a motion from which on rounding shows in its run
+_MIRRORED = 1e-6  # share of the size of the state: a motion nearer to its mirror image is symmetric
 CYCLES = Count(1, 64)
 """Periods after which a motion may repeat."""
 
@@ -67,14 +67,14 @@ class Orbit(Result):
     cycles
         n, periods T after which the motion repeats.
     motion
-        as the engine has it.
+        the motion as a record of the engine.
     residual
         distance between end and start of the motion, over the largest corner or the size of the state.
     free
         number of directions in which neighbouring motions repeat as well, the turning of free trains not counted; 0
         for an isolated motion.
     notes
-        what the user must know about it.
+        sentences that the user must know.
 
     Examples
     --------
@@ -95,7 +95,7 @@ class Orbit(Result):
 
     @cached_property
     def period_map(self) -> PeriodMap:
-        """The map that this motion is a fixed point of."""
+        """The period map of which this motion is a fixed point."""
         return PeriodMap(assemble(self.model).system, self.cycles)
 
     @property
@@ -120,9 +120,9 @@ class Orbit(Result):
 
     @cached_property
     def own_multipliers(self) -> NDArray[np.complex128]:
-        """Multipliers, the largest modulus first, without those that are 1 exactly: what these shift stays shifted.
+        """Multipliers, the largest modulus first, without those that are exactly 1: these disturbances persist.
 
-        Left out are one for the turning of every free train as a whole, and one for every free direction.
+        One is left out for the turning of every free train as a whole, and one for every free direction.
         """
         exactly_one = len(self.multipliers) - len(self.motion.gradient) + self.free
         nearest = np.argsort(np.abs(self.multipliers - 1.0), kind="stable")[:exactly_one]
@@ -214,7 +214,7 @@ class Orbit(Result):
 
     @cached_property
     def pattern(self) -> tuple[tuple[str, str], ...]:
-        """Its impacts in order: (clearance, "drive" or "coast")."""
+        """The impacts in order of time: (clearance, "drive" or "coast")."""
         events = self.run.trajectory.events
         names = self.run.trajectory.layout.clearance_names
         outward = np.abs(events.to_region) > np.abs(events.from_region)
@@ -229,13 +229,16 @@ class Orbit(Result):
 
 
 def sampled(orbit: Orbit, samples_per_cycle: int) -> Run:
-    """Return a motion over its n T with samples as close as they are asked for."""
+    """Return the run of a motion over its n T, with a number of samples per cycle."""
     plan = plan_of(orbit.model, orbit.period_map, orbit.motion.start, samples_per_cycle)
     return plan.run(integrate(plan.task, plan.layout, "exact"))
 
 
 def is_stable(multipliers: NDArray[np.complex128], free: int) -> bool:
-    """Return whether no multiplier is larger than one, apart from as many nearest to 1 as there are free directions."""
+    """Return whether no multiplier exceeds one in modulus, without the ``free`` multipliers nearest to 1.
+
+    Those belong to the free directions. Ranges of stability along a branch are in ``stability_ranges``.
+    """
     return bool(np.all(np.abs(without_free(multipliers, free)) <= 1.0 + _STABLE))
 
 
@@ -245,11 +248,10 @@ def settled_state(model: Model, period_map: PeriodMap) -> State:
 
 
 def contact_state(period_map: PeriodMap, rest: State) -> State | None:
-    """Return the start of the motion in which no corner is passed: that of the linear driveline which the rest is on.
+    """Return the start of the motion that passes no corner: that of the linear driveline around the rest.
 
-    It is a linear function of the size of all harmonics, so two of small ones tell it.
-
-    None where that motion passes a corner.
+    It is a linear function of the factor of all harmonics, so it is extrapolated from two small factors. None if that
+    motion passes a corner.
     """
     family = family_of_excitation(period_map.system, period_map.cycles)
     try:
@@ -258,7 +260,7 @@ def contact_state(period_map: PeriodMap, rest: State) -> State | None:
         orbit = shooting.shoot(period_map, State(full, one.auxiliary_pieces))
     except ConvergenceError:
         return None
-    passes = orbit.motion.crossings.watch < len(period_map.system.clearances)  # others: alternation, sliders
+    passes = orbit.motion.crossings.watch < len(period_map.system.clearances)  # other crossings: alternation, sliders
     return None if passes.any() else orbit.motion.start
 
 
@@ -270,7 +272,7 @@ def linear_state(period_map: PeriodMap, rest: State) -> State:
     curve = Continuation(family_of_excitation(period_map.system, period_map.cycles))
     smallest = curve.family.map_at(_SMALLEST)
     last = curve.begin(shooting.shoot(smallest, rest, settle=ATTEMPTS).motion.start, _SMALLEST)
-    with suppress(ConvergenceError):  # said of the share that it was followed to
+    with suppress(ConvergenceError):  # the error below names the factor that was reached
         for point in islice(curve.follow(last, 0.0, 1.0), _MOST_POINTS):
             last = point
     if last.parameter != 1.0:
@@ -280,9 +282,9 @@ def linear_state(period_map: PeriodMap, rest: State) -> State:
 
 
 def orbit_of(model: Model, period_map: PeriodMap, orbit: shooting.Orbit) -> Orbit:
-    """Return an orbit of the engine with its model; a train without drag turns at no speed of its own.
+    """Return an orbit of the engine with its model, with trains without drag at an average speed of zero.
 
-    One that touches at the edge of a family by less than its residual tells is that in the middle of the family.
+    A motion that touches lightly at the edge of a family is replaced by the motion in the middle of the family.
     """
     inside = off_edge(period_map, orbit.motion)
     still = _without_drift(period_map, orbit if inside is orbit.motion else shooting.shoot(period_map, inside.start))
@@ -314,14 +316,14 @@ def _without_drift(period_map: PeriodMap, orbit: shooting.Orbit) -> shooting.Orb
 
 @dataclass(frozen=True)
 class PeriodicMotions(Result):
-    """Motions of one driveline that repeat: what the command ``gearrattle periodic --every`` shows.
+    """Periodic motions of one driveline, as the command ``gearrattle periodic --every`` shows them.
 
     Attributes
     ----------
     model
         the driveline.
     orbits
-        the motions, those with the largest swings last.
+        the motions, by ascending swing.
 
     Examples
     --------
@@ -337,5 +339,5 @@ class PeriodicMotions(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user must know about them, once each."""
+        """Notes on the motions for the user, without repetition."""
         return tuple(dict.fromkeys(note for orbit in self.orbits for note in orbit.notes))

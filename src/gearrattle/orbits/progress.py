@@ -1,4 +1,4 @@
-"""How far work of several parts has come, as one share that never falls."""
+"""Progress of work with several parts, as one share that never falls."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ Progress = Callable[[float], None]
 
 
 def silent(_: float) -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 def never_falling(progress: Progress | None) -> Progress:
-    """Return what passes on the largest share so far: the value along a branch may turn back; None: nobody asks."""
+    """Return a function that passes on the largest share so far, because the value along a branch may turn back.
+
+    None: the shares are not reported.
+    """
     if progress is None:
         return silent
     largest = 0.0

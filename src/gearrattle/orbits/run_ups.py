@@ -1,12 +1,13 @@
-"""A run-up and a run-down at a rate, and the branches: where the motion jumps, and how far behind its end.
+"""A run-up and a run-down at a constant rate, compared with branches: where the motion jumps, and with what delay.
 
-A slowly changed speed takes a stable motion past the event in which it ends, or loses its stability. It does not jump
-there at once: near a smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate
-r as r^(2/3) while r is small; from a motion that only has become unstable it moves away as what it is off it grows.
+A slowly changing speed takes a stable motion past the event at which the motion ends or becomes unstable. The run does
+not jump at the event. Near a smooth fold it leaves so slowly that the jump comes late, by a delay that grows with the
+rate r as r^(2/3) while r is small. From a motion that only becomes unstable, the run departs as its small deviation
+from that motion grows.
 
-Where a run leaves the motion that has ended is found by the shape of its deflections (``jumps``). A period T may hold
-many load cycles, so it is looked at in parts, as many as the fastest input has cycles in T. A run has as many whole
-parts as fit between its two speeds; a sample that lies before the begin of a part by rounding alone belongs to it.
+``run_up_jumps`` finds the jumps from the shape of the deflections. A period T may hold many load cycles, so it is
+divided into parts: as many as the fastest input has cycles in T. A run has as many whole parts as fit between its two
+speeds. A sample that lies before the begin of a part only by rounding belongs to that part.
 
 P. Jung, G. Gray, R. Roy, P. Mandel, "Scaling law for dynamical hysteresis", Physical Review Letters 65 (1990)
 1873-1876.
@@ -30,9 +31,9 @@ from gearrattle.model.path_labels import in_shown_unit, path_label, shown_value
 from gearrattle.model.table import shown
 from gearrattle.model.value_kinds import CALLBACK, Plain, checked
 from gearrattle.orbits.branch_parts import branch_parts
-from gearrattle.orbits.jumps import NOT_ON, Jump, RunParts, jumps_of, periods_between, speed_of
 from gearrattle.orbits.orbit import Orbit
 from gearrattle.orbits.progress import Progress, never_falling, part_of
+from gearrattle.orbits.run_up_jumps import NOT_ON, RunParts, RunUpJump, jumps_of, periods_between, speed_of
 from gearrattle.orbits.start_states import plan_from, state_at
 from gearrattle.result import Result
 from gearrattle.simulation.integrate import integrate
@@ -45,13 +46,13 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 PATHS = ("excitation.speed", "excitation.frequency")
-"""What a run-up changes."""
-_SAMPLES = 64  # of the shortest period of the inputs
-_MOST_SAMPLES = 20_000_000  # of a run; a longer one takes fewer, down to _SAMPLES a period T
-_ROUNDING = 1e-9  # of a period
-_INSTANTS = 32  # of a load cycle at which a run is compared with motions
-_MOST_PARTS = 64  # of a period T in which extrema are taken
-_DOWN = 0.995  # a number shown with three digits is not rounded up
+"""Paths that a run-up changes."""
+_SAMPLES = 64  # samples in the shortest period of the inputs
+_MOST_SAMPLES = 20_000_000  # samples of a run; a longer run takes fewer a period T, but never less than _SAMPLES
+_ROUNDING = 1e-9  # share of a period or of a part
+_INSTANTS = 32  # instants of a load cycle at which a run is compared with motions
+_MOST_PARTS = 64  # parts of a period T in which extrema are taken
+_DOWN = 0.995  # factor, so that a number shown with three digits is not rounded up
 _OF_LENGTH = ("simulation.cycles", "cycles")  # settings that the rate decides
 
 
@@ -64,9 +65,9 @@ class Envelope:
     upward
         whether the speed grows.
     value
-        (P,) speed in the middle of every period, as the branch has it [SI].
+        (P,) parameter of the branch in the middle of every period [SI].
     peak_to_peak
-        (P, K) deflection of the K clearances [rad or m].
+        (P, K) peak-to-peak deflection of the K clearances [rad or m].
     """
 
     upward: bool
@@ -76,20 +77,21 @@ class Envelope:
 
 @dataclass(frozen=True)
 class RunUpJumps(Result):
-    """Jumps of a run-up and of a run-down, compared with those of a branch.
+    """Jumps of a run-up and of a run-down, compared with the events of a branch.
 
     Attributes
     ----------
     branch
-        of motions over the speed.
+        branches of motions over the speed.
     rate
-        by which the speed changes [rad/s^2].
+        change of the speed [rad/s^2].
     envelopes
-        of the run-up and the run-down.
+        envelopes of the run-up and of the run-down.
     jumps
-        every event that they pass at which a motion ends or loses its stability, but where a stable one leads on.
+        one for every event that a run passes and at which a motion ends or becomes unstable; events from which a
+        stable motion leads on are left out.
     notes
-        what the user must know.
+        sentences that the user must know.
 
     Examples
     --------
@@ -103,7 +105,7 @@ class RunUpJumps(Result):
     branch: Branch = field(repr=False, compare=False)
     rate: float
     envelopes: tuple[Envelope, ...] = field(repr=False, compare=False)
-    jumps: tuple[Jump, ...]
+    jumps: tuple[RunUpJump, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -142,7 +144,7 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
     checked(CALLBACK, progress, "progress")
     speed_rate = rate_of(branch.model, branch.path, branch.range, rate)
     notes = [*branch.notes]
-    # the two runs, each from the stable motion at its end of the range
+    # plan two runs: from the stable motions at the lower and at the upper end of the range
     plans = list[_RunPlan]()
     low, high = sorted(branch.range)
     for ends in ((low, high), (high, low)):
@@ -152,10 +154,10 @@ def run_up_of(branch: Branch, rate: float | str, progress: Callable[[float], Non
             notes.append(f"No stable motion is known at {branch.path} = {end}: no run begins there.")
         else:
             plans.append(_planned(branch, start, ends, speed_rate))
-    # their jumps
+    # simulate the runs and compare them with the motions
     motions = list(branch_parts(branch))
     envelopes = list[Envelope]()
-    jumps = list[Jump]()
+    jumps = list[RunUpJump]()
     work = never_falling(progress)
     for number, plan in enumerate(plans):
         parts, envelope = _run(plan, part_of(work, number, len(plans)))
@@ -177,11 +179,11 @@ def _shown(branch: Branch, value: float) -> str:
     return shown_value(branch.path, branch.model, value, 6, max(map(abs, branch.range)))
 
 
-def _notes_of(branch: Branch, envelope: Envelope, jumps: Sequence[Jump]) -> list[str]:
-    """What the user must know of a run."""
+def _notes_of(branch: Branch, envelope: Envelope, jumps: Sequence[RunUpJump]) -> list[str]:
+    """Notes on a run: no whole period, a jump to a motion that is unstable at first, no motion that ended."""
     going = f"Going {_way(envelope.upward)}, the"
     notes = [f"{going} run lasts no whole period T: its swing is not shown."] if not envelope.value.size else []
-    notes += [  # it leaves for a motion that is unstable at first
+    notes += [
         f"{going} motion that the run leaves for at {branch.path} = {_shown(branch, jump.value)} is stable "
         f"from {_shown(branch, jump.settles)} on only: before that no branch has the motion of the run."
         for jump in jumps
@@ -198,8 +200,8 @@ def _notes_of(branch: Branch, envelope: Envelope, jumps: Sequence[Jump]) -> list
 def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | str) -> float:
     """Return the rate of a run-up over a range of the value of a branch [rad/s^2].
 
-    Raises ModelError: the value is not the speed, a rate without sense or too fast, or a model that cannot follow a
-    run-up.
+    A ModelError refuses a branch over another value than the speed, a rate that is not positive or too fast, and a
+    model that cannot follow a run-up.
     """
     if path not in PATHS:
         raise ModelError(Problem("path", path, f"a run-up changes {' or '.join(PATHS)}", "follow that"))
@@ -216,14 +218,14 @@ def rate_of(model: Model, path: str, ends: tuple[float, float], rate: float | st
 
 
 def _start(branch: Branch, value: float) -> Orbit | None:
-    """The stable motion at an end of the range: of the first branch that has one."""
+    """The stable motion at an end of the range, on the first branch with one; None if no branch has one."""
     data = branch.data
     chosen = np.flatnonzero((data["value"].values == value) & data["stable"].values)
     return branch.orbit(int(chosen[0])) if chosen.size else None
 
 
 def _check_part(model: Model, speeds: tuple[float, float], rate: float) -> None:
-    """Refuse a rate at which the runs over a range end within the first part of a period: nothing is left of them."""
+    """Refuse a rate at which the run ends before the first part of a period is complete."""
     periods = periods_between(model, speeds, rate)
     parts = _parts(model)
     if parts * periods >= 1.0:
@@ -252,17 +254,17 @@ def _turns(model: Model) -> float:
 
 
 class _RunPlan(NamedTuple):
-    """A run that is possible."""
+    """A run, checked and ready to be simulated."""
 
-    orbit: Orbit  # the motion on which it begins
-    model: Model  # with the run-up
-    simulation: Plan  # of the run
-    to_value: float  # of the branch, for a unit of the speed
-    speeds: tuple[float, float]  # the first one and the last one [rad/s]
-    rate: float  # of the speed, with its sign [rad/s^2]
+    orbit: Orbit  # motion on which the run begins
+    model: Model  # model with the run-up
+    simulation: Plan  # plan of the simulation
+    to_value: float  # parameter of the branch over the speed [SI/(rad/s)]
+    speeds: tuple[float, float]  # first and last speed [rad/s]
+    rate: float  # change of the speed, below zero for a run-down [rad/s^2]
 
     def periods(self, time: Array) -> Array:
-        """Return how many periods T have passed at instants [s]."""
+        """Return the number of periods T, a real number, that have passed at instants [s]."""
         angle = self.speeds[0] * time + 0.5 * self.rate * time**2
         return np.asarray(angle / (2.0 * np.pi * _turns(self.orbit.model)))
 
@@ -274,7 +276,7 @@ class _RunPlan(NamedTuple):
 
 
 def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: float) -> _RunPlan:
-    """Prepare a run from a motion on. Raises ModelError: the run would be too long."""
+    """Prepare a run that begins on a motion; a ModelError refuses a run that is too long."""
     first, last = (speed_of(branch.model, branch.path, value) for value in ends)
     cycles = int(np.ceil(abs(last - first) / rate * first / (2.0 * np.pi * _turns(orbit.model))))
     fastest = max(1.0, last / first)
@@ -294,24 +296,24 @@ def _planned(branch: Branch, orbit: Orbit, ends: tuple[float, float], rate: floa
 
 
 def _load_cycles(model: Model) -> int:
-    """Cycles of the fastest input in a period T, at least one."""
+    """Number of cycles of the fastest input in a period T, at least one."""
     return int(np.ceil(max(period_of(model).cycles, default=1.0))) or 1
 
 
 def _parts(model: Model) -> int:
-    """Parts of a period T in which extrema are taken: cycles of the fastest input, unless these are too many."""
+    """Number of parts of a period T: the cycles of the fastest input, at most ``_MOST_PARTS``."""
     return min(_load_cycles(model), _MOST_PARTS)
 
 
 def _run(run: _RunPlan, progress: Progress) -> tuple[RunParts, Envelope]:
-    """Simulate the run, and take every part of a period, and the extrema of every period."""
+    """Simulate a run; return its parts, and its envelope over the periods."""
     first, last = run.speeds
     plan = run.simulation
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
     to_end = slice(int(np.searchsorted(trajectory.time, (last - first) / run.rate)) + 1)
     time = trajectory.time[to_end]
     deflection = trajectory.deflection[to_end]
-    # the parts of its periods
+    # extrema of the deflections in every part
     per_period = _parts(run.orbit.model)
     period = run.periods(time)
     part = period * per_period + _ROUNDING
@@ -347,9 +349,9 @@ def _run(run: _RunPlan, progress: Progress) -> tuple[RunParts, Envelope]:
 
 
 def with_peaks(sampled: Array) -> Array:
-    """Return samples (Nt, K) with those that exceed their neighbours raised to the top of the parabola through three.
+    """Return samples (Nt, K) with every local maximum raised to the vertex of the parabola through three samples.
 
-    Of a sine sampled 64 times per period the highest sample is up to 1.2e-3 too low, the top of the parabola 2e-6 off.
+    For a sine sampled 64 times per period the highest sample is up to 1.2e-3 too low; the vertex has an error of 2e-6.
     """
     before = sampled[:-2]
     top = sampled[1:-1]
@@ -363,7 +365,7 @@ def with_peaks(sampled: Array) -> Array:
 
 
 def _envelope(parts: RunParts, high: Array, low: Array) -> Envelope:
-    """The run period by period, from its (Q, K) highest and lowest deflections in every part."""
+    """The envelope of a run over its periods, from the (Q, K) highest and lowest deflections in every part."""
     step = parts.per_period
     highest, lowest = (
         levels[: len(levels) // step * step].reshape(-1, step, levels.shape[1]) for levels in (high, low)

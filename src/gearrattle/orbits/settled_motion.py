@@ -1,6 +1,6 @@
-"""The motion that a driveline shows from its own start, where none that repeats is found: by an exact run.
+"""The settled motion of a driveline from the model's own start, by an exact run, if no periodic motion was found.
 
-Takes a Model; gives a SettledMotion, or the Orbit in which the run has settled after all.
+The result is a SettledMotion, or the Orbit on which the run has settled after all.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from gearrattle.result import Result
 from gearrattle.time_limits import OutOfTime, TimeLimit, limited
 from gearrattle.wording import counted
 
-_LONG = 4  # times as many blocks as a run of a sweep has
+_LONG = 4  # number of blocks over that of a run of a sweep
 
 
 @dataclass(frozen=True)
 class SettledMotion(Result):
-    """What a driveline does after a while, where it repeats or not.
+    """The motion of a driveline after transients, periodic or not.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class SettledMotion(Result):
     run
         the exact run.
     notes
-        what the user must know.
+        sentences that the user must know.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class SettledMotion(Result):
 
     @property
     def clearance_names(self) -> tuple[str, ...]:
-        """Of what is measured."""
+        """Names of the clearances whose deflections are measured."""
         return assemble(self.model).layout.clearance_names
 
     @property
@@ -63,7 +63,7 @@ class SettledMotion(Result):
 
 
 def settled_motion(model: Model, *, within: float | str, why: str = "") -> SettledMotion | Orbit:
-    """Follow a driveline from its own start until its motion repeats, or for long.
+    """Simulate a driveline from the model's own start until its motion repeats, or for a number of periods.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def settled_motion(model: Model, *, within: float | str, why: str = "") -> Settl
     Returns
     -------
     SettledMotion or Orbit
-        The periodic motion in which it settles, where it is found; else what the run shows.
+        The periodic motion on which the run settles, if it is found; else the measured run.
 
     Raises
     ------

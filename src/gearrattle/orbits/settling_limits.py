@@ -1,13 +1,15 @@
-"""How long motions are followed until they settle, from how many starts, and how long an answer may take."""
+"""Limits of searches for settled motions: number of starts, periods of a simulation, time of an answer."""
 
 from gearrattle.model import units
 from gearrattle.model.value_kinds import Quantity
 
 STARTS = 24
+"""Number of starts."""
 BLOCK = 32
+"""Periods between two checks whether a motion repeats."""
 BLOCKS = 5
-"""Periods between two looks at whether a motion repeats, and after how many looks it counts as not settled."""
+"""Number of checks after which a motion counts as not settled."""
 LONGEST = 8
-"""Periods after which a motion may repeat."""
+"""Largest number of periods after which a motion may repeat."""
 WITHIN = Quantity(units.TIME, "positive")
 """A time that an answer may take."""

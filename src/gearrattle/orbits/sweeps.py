@@ -1,23 +1,20 @@
 """Stable motions over a value of a model, by sweeps up and down with exact runs.
 
-Where branches cannot be followed, because of friction, chaos or many impacts, exact runs still say which motions a
-driveline shows: at every value a run begins with the state, and at the phase of the excitation, at which the one at
-the neighbouring value ended. Going up and going down differ where motions coexist, and a motion that ends makes the
-driveline jump.
+Where branches cannot be followed, because of friction, chaos or many impacts, exact runs still show the motions of a
+driveline. At every value a run begins with the final state of the run at the neighbouring value, at the same phase of
+the excitation. The two directions differ where motions coexist. Where a motion ends, the driveline jumps.
 
-1. A coarse grid of values is gone through in parts, each of which begins with the model's own start: upwards, and from
-   every value one step down. Where neighbours show different motions although one did not begin from the other, the
-   run is done again from the neighbour, and so on until all agree: then both directions are as if gone through in one
-   piece.
-2. Where both directions differ, or neighbours do, both are followed on, so that chance is excluded.
+1. The coarse grid of values is divided into parts, for several threads. In every part a sweep goes up from the model's
+   own start, and one step down from every value. If neighbours show different motions although neither run began from
+   the other, the run is repeated from the neighbour. This goes on until the result is the same as that of one sweep up
+   and one sweep down over the whole range.
+2. Where the two directions or two neighbouring values differ, both runs are continued, to exclude chance.
 3. The grid is halved.
-4. Between neighbours that differ, values are halved until the jump is known to a thousandth of the range.
-5. The grid is halved once more, with the jumps that this shows.
+4. Between neighbours that differ, the interval is halved until the jump is known to a thousandth of the range.
+5. The grid is halved once more, and the new jumps are located as in step 4.
 
-Every run knows which neighbour it began from. If a nearer one has come between, and it shows another motion, the run is
-done again from there: a large step may leave a motion too early.
-
-Takes a Model, a path and a range; gives Sweeps.
+For every run the neighbour is kept from which it began. If a later run at a nearer value shows another motion, the run
+is repeated from there, because a run may leave a motion too early after a large step of the value.
 """
 
 from __future__ import annotations
@@ -41,37 +38,35 @@ from gearrattle.time_limits import OutOfTime, TimeLimit, carrying, limited
 Progress = Callable[[float], None]
 
 COARSE = 24
+"""Intervals of the first grid."""
 HALVINGS = 2
-"""Intervals of the first grid, and how often it is halved."""
+"""Number of times that the grid is halved."""
 RESOLUTION = 1e-3
-"""Of the range: a jump is not narrowed further."""
+"""Share of the range: width at which a jump is narrow enough."""
 _PARTS_OF_CORE = 2  # parts of the first grid for every core
-_WIDE_STEP = 0.6  # of the widest step of the grid: those that are narrower are not halved
-_EXPECTED = 2.0 * (2**HALVINGS * COARSE + 16)  # runs at the end, for the progress
-_TICK = 0.1  # seconds between two looks at whether the work is to stop
-_ABRUPT = 1.5  # ratio of rms of neighbours from which the change may be a jump
-_LEAST = 1.05  # the same at the end of a range of two motions
-_MOST_JUMPS = 12  # in one direction that are narrowed, the largest first
-_MOST_UNDECIDED = 2  # neighbours in a row that may be on the way from one motion to another
-_MOST_LONGER = 4  # times that such a motion is followed for longer
+_WIDE_STEP = 0.6  # share of the widest step of the grid: narrower steps are not halved
+_EXPECTED = 2.0 * (2**HALVINGS * COARSE + 16)  # total number of runs, for the progress
+_TICK = 0.1  # s between two checks whether the work is to stop
+_ABRUPT = 1.5  # ratio of the rms of neighbours from which on the change may be a jump
+_LEAST = 1.05  # the same ratio at the end of a range with two coexisting motions
+_MOST_JUMPS = 12  # jumps of a direction that are narrowed, the largest first
+_MOST_UNDECIDED = 2  # neighbours in a row that may be in transition from one motion to another
+_MOST_LONGER = 4  # times that a motion in transition is continued
 
 
 @dataclass
 class Way:
-    """One direction: its motions so far, from which motion each began, and which of them were followed on.
-
-    ``longer`` counts how often a motion was followed for longer because it was still on its way to another one.
-    """
+    """One direction of a sweep: its motions so far, by value."""
 
     upward: bool
     runs: dict[float, ExactRun] = field(default_factory=dict)
-    origin: dict[float, ExactRun | None] = field(default_factory=dict)
-    followed_on: set[float] = field(default_factory=set)
-    longer: dict[float, int] = field(default_factory=dict)
+    origin: dict[float, ExactRun | None] = field(default_factory=dict)  # run from whose end the run at a value began
+    followed_on: set[float] = field(default_factory=set)  # values at which the run was continued, to exclude chance
+    longer: dict[float, int] = field(default_factory=dict)  # number of times that a motion in transition was continued
 
     @property
     def so_far(self) -> dict[float, ExactRun]:
-        """A copy of the motions, for other threads may add to them meanwhile."""
+        """A copy of the motions, because other threads may add motions meanwhile."""
         return self.runs.copy()
 
     @property
@@ -82,15 +77,15 @@ class Way:
 
     @property
     def steps(self) -> Iterator[tuple[ExactRun, ExactRun]]:
-        """Each motion with the next one."""
+        """Every motion with the next motion."""
         return pairwise(self.ordered)
 
     @property
     def decided_steps(self) -> Iterator[tuple[ExactRun, ExactRun]]:
-        """Each motion with the next one, without those that are still on their way from one motion to another.
+        """Every motion with the next motion, without motions that are still in transition from one motion to another.
 
-        Such a motion scatters so much that it differs neither from its predecessor nor from its successor, although
-        these differ: with it a jump would be two steps, none of them sure.
+        A motion in transition scatters so much that it differs neither from its predecessor nor from its successor,
+        although these two differ. With it one clear jump would become two uncertain steps.
         """
         motions = self.ordered
         i = 0
@@ -107,39 +102,39 @@ class Way:
             i = following
 
     def _is_undecided(self, motion: ExactRun, before: ExactRun, after: ExactRun) -> bool:
-        """Whether a motion may still be on its way; one that has been followed for long is what it is."""
+        """Whether a motion may still be in transition; a motion continued ``_MOST_LONGER`` times is not."""
         is_alike = not any(np.any(motion.differences(other, _LEAST) > 1.0) for other in (before, after))
         return is_alike and self.longer.get(motion.value, 0) < _MOST_LONGER
 
     def nearest(self, value: float) -> ExactRun | None:
-        """The motion at the nearest value."""
+        """The motion at the value nearest to a value; None if there are no motions yet."""
         known = self.so_far
         return known[min(known, key=lambda one: abs(one - value))] if known else None
 
     def before(self, value: float) -> ExactRun | None:
-        """The motion from which a value is reached."""
+        """The motion before a value, in the order of the sweep; None if there is none."""
         earlier = [run for run in self.ordered if run.value != value and (run.value < value) == self.upward]
         return earlier[-1] if earlier else None
 
 
 Job = tuple[Way, float, ExactRun | None]
-"""A run to be done: direction, value, and the motion from whose end it begins; None: from the model's own start."""
+"""A run to be done: direction, value, and the run from whose end it begins; None: the model's own start."""
 
 
 class Sweeper:
-    """Sweeps under way.
+    """Carries out sweeps over a range of a value.
 
     Parameters
     ----------
     ends
-        of the range, ascending [SI].
+        ends of the range, ascending [SI].
     limit
-        of the time.
+        limit of the time.
     progress
-        called with the finished share; ``Cancelled`` from it ends the work with what is known. Its method ``because``,
-        if it has one, is called with what is known so far, in words.
+        called with the finished share; ``Cancelled`` from it ends the work, and the motions known so far are returned.
+        Its method ``because``, if it has one, is called with the result of ``words``.
     words
-        says what is known so far.
+        returns a sentence on the motions and jumps known so far.
 
     Attributes
     ----------
@@ -169,7 +164,7 @@ class Sweeper:
         self.is_stopped = False
 
     def sweep(self) -> Sweeps:
-        """Carry the sweeps out, and return what is known at the end or when the time is over."""
+        """Carry the sweeps out; return all motions, or those known when the time is over or somebody stops the work."""
         try:
             self._first_grid(np.linspace(*self.ends, COARSE + 1).tolist())
             for _ in range(HALVINGS):
@@ -184,7 +179,7 @@ class Sweeper:
 
     @property
     def so_far(self) -> Sweeps:
-        """What is known so far."""
+        """The motions and jumps known so far."""
         up, down = (sorted(way.so_far.values(), key=lambda run: run.value) for way in self._ways.values())
         jumps = sorted((jump for way in self._ways.values() for jump in self._jumps(way)), key=lambda jump: jump.value)
         failures = tuple(sorted(self._failures.copy().items()))
@@ -196,14 +191,17 @@ class Sweeper:
         self._carry_out([partial(self._go_through, part.tolist()) for part in parts])
         up = self._ways[True]
         down = self._ways[False]
-        # the last value of every part, reached from the part above
+        # going down, the last value of every part is reached from the part above
         missing = [run for run in up.ordered if run.value not in down.runs]
         later = {first.value: last for first, last in up.steps}
         self._run_all([(down, run.value, later.get(run.value, run)) for run in missing])
         self._agree()
 
     def _go_through(self, values: Sequence[float]) -> None:
-        """Go up through values from the model's own start, and one step down from each: they share what is built."""
+        """Sweep up through values from the model's own start, and one step down from every value.
+
+        Both runs at a value share its assembled system.
+        """
         up = self._ways[True]
         down = self._ways[False]
         before: ExactRun | None = None
@@ -241,7 +239,7 @@ class Sweeper:
         self._agree()
 
     def _agree(self) -> None:
-        """Do runs again that a nearer neighbour in another motion has come before, until all agree."""
+        """Repeat a run from its nearest neighbour if that shows another motion, until no run has to be repeated."""
         while True:
             jobs: list[Job] = []
             for way in self._ways.values():
@@ -257,7 +255,7 @@ class Sweeper:
             self._run_all(jobs)
 
     def _follow_on(self) -> None:
-        """Follow motions on where both directions differ, or neighbours do, so that chance is excluded."""
+        """Continue runs where the two directions or two neighbours differ, but not clearly, to exclude chance."""
         steps = [(way, first, last) for way in self._ways.values() for first, last in way.steps]
         doubtful = {
             (way.upward, run.value)
@@ -276,13 +274,13 @@ class Sweeper:
         self._carry_out([partial(self._go_on, way, value) for way, value in left])
 
     def _wide_steps(self, way: Way, width: float) -> list[tuple[ExactRun, ExactRun]]:
-        """Steps with a jump that is not narrow yet; the largest changes first, and not all of many."""
+        """Steps wider than a share of the range with a jump: the ``_MOST_JUMPS`` largest changes, largest first."""
         least = width * (self.ends[1] - self.ends[0])
         jumps = sorted(self._jumps(way), key=lambda jump: -abs(jump.before.ratios(jump.after)[jump.clearance]))
         return [(jump.before, jump.after) for jump in jumps[:_MOST_JUMPS] if 2.0 * jump.error > least]
 
     def _jumps(self, way: Way) -> list[Jump]:
-        """The jumps of a direction, in its order: abrupt changes, and where it leaves a range of two motions."""
+        """The jumps of a direction, in its order: abrupt changes, and ends of a range with two coexisting motions."""
         other = self._ways[not way.upward]
         jumps = []
         for first, last in way.decided_steps:
@@ -301,7 +299,7 @@ class Sweeper:
         return jumps
 
     def _run_all(self, jobs: Sequence[Job]) -> None:
-        """Do runs; those at one value one after the other in one thread, for they share what is built."""
+        """Do runs; runs at one value run one after the other in one thread, because they share the assembled system."""
         of_value: dict[float, list[Job]] = {}
         for job in jobs:
             of_value.setdefault(job[1], []).append(job)
@@ -313,7 +311,7 @@ class Sweeper:
         self._carry_out([partial(do, own) for own in of_value.values()])
 
     def _run(self, way: Way, value: float, before: ExactRun | None) -> None:
-        """Follow the motion at a value from the end of another; None: from the model's own start."""
+        """Do the run at a value from the end of another run; None: from the model's own start."""
         model = self.model.with_({self.path: value})
         try:
             period_map = map_of_one_period(model)
@@ -331,7 +329,7 @@ class Sweeper:
         way.runs[value] = run
 
     def _go_on(self, way: Way, value: float) -> None:
-        """Follow the motion at a value on."""
+        """Continue the run at a value, and keep both its parts."""
         model = self.model.with_({self.path: value})
         run = way.runs[value]
         way.followed_on.add(value)
@@ -343,7 +341,7 @@ class Sweeper:
         way.runs[value] = run.with_more(later)
 
     def _go_longer(self, way: Way, value: float) -> None:
-        """Follow the motion at a value for longer: what it was on its way no longer counts."""
+        """Continue the run at a value, and drop its first part, the transition."""
         model = self.model.with_({self.path: value})
         way.longer[value] = way.longer.get(value, 0) + 1
         try:
@@ -352,9 +350,9 @@ class Sweeper:
             self._failures[value] = error.message
 
     def _carry_out(self, jobs: Sequence[Callable[[], None]]) -> None:
-        """Do jobs in threads, and report the progress; runs that are done are kept.
+        """Do jobs in threads, and report the progress; finished runs are kept.
 
-        OutOfTime where the time is over, Cancelled where somebody stops the work.
+        OutOfTime if the time is over, Cancelled if somebody stops the work.
         """
         pool = ThreadPoolExecutor(_cores(), thread_name_prefix="gearrattle-sweep")
         try:
@@ -378,22 +376,22 @@ class Sweeper:
             pool.shutdown(wait=True, cancel_futures=True)
 
     def _tell(self) -> None:
-        """Say what is known so far."""
+        """Report the motions and jumps known so far, in words."""
         because = getattr(self._progress, "because", None)
         if because is not None and self._words is not None:
             because(self._words(self.so_far))
 
 
 def _is_abrupt(first: ExactRun, last: ExactRun) -> bool:
-    """Whether neighbours differ by so much that the motion may have jumped."""
+    """Whether two neighbours differ so much that the motion may have jumped."""
     return bool(np.any(first.differences(last) >= _ABRUPT))
 
 
 def _change(first: ExactRun, last: ExactRun) -> float:
-    """By how much neighbours differ at most."""
+    """Largest logarithm of the ratio of the rms of two neighbours, of all clearances."""
     return float(np.abs(first.ratios(last)).max(initial=0.0))
 
 
 def _cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""What sweeps over a value of a model show: the motions going up and going down, and the jumps between them."""
+"""Records of sweeps over a value of a model: the motions going up and going down, and the jumps between them."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from gearrattle.orbits.exact_runs import ExactRun
 
 @dataclass(frozen=True)
 class Jump:
-    """Between two neighbouring values of a sweep the motion changes abruptly.
+    """An abrupt change of the motion between two neighbouring values of a sweep.
 
     Attributes
     ----------
     upward
         whether the value grows.
     before, after
-        the motions, in the order of the sweep.
+        the motions before and after the jump, in the order of the sweep.
     clearance
         index of the clearance whose rms changes most.
     has_return
-        whether the other direction shows the other motion on one side: the jump back lies elsewhere.
+        whether, on one side of the jump, the sweep in the other direction shows the other motion; then the jump back
+        lies at another value.
     kind, located
-        of the event on a branch with which it was located, and its value [SI]; empty and NaN where it was not.
+        kind and value [SI] of the event on a branch at which the jump lies; empty and NaN if none was located.
     """
 
     upward: bool
@@ -40,31 +41,31 @@ class Jump:
 
     @property
     def value(self) -> float:
-        """The middle of its bracket, or where it was located [SI]."""
+        """The located value, or else the middle between the two values of the sweep [SI]."""
         return 0.5 * (self.before.value + self.after.value) if np.isnan(self.located) else self.located
 
     @property
     def error(self) -> float:
-        """Half the width of its bracket [SI]; 0 where it was located."""
+        """Half the distance between the two values of the sweep [SI]; 0 if the jump was located."""
         return 0.5 * abs(self.after.value - self.before.value) if np.isnan(self.located) else 0.0
 
 
 @dataclass(frozen=True)
 class Sweeps:
-    """What sweeps over a value show.
+    """Motions and jumps that sweeps over a value show.
 
     Attributes
     ----------
     up, down
-        the motions, by ascending values; going up and going down.
+        the motions going up and the motions going down, both by ascending values.
     jumps
-        by ascending values.
+        jumps of both directions, by ascending values.
     ends
-        of the range, ascending [SI].
+        ends of the range, ascending [SI].
     is_complete
         whether all of the work was done.
     failures
-        values at which no run could be followed [SI], and why.
+        values at which a run failed [SI], and why.
     """
 
     up: tuple[ExactRun, ...]
@@ -76,7 +77,7 @@ class Sweeps:
 
     @property
     def of_both(self) -> list[tuple[ExactRun, ExactRun]]:
-        """The motions at the values that both directions have reached: going up, and going down."""
+        """Pairs of motions, going up and going down, at the values that both directions have reached."""
         down = {run.value: run for run in self.down}
         return [(run, down[run.value]) for run in self.up if run.value in down]
 

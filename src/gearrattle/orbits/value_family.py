@@ -1,4 +1,4 @@
-"""The period map of a model as a function of one of its values: the range that users give, and what follows motions."""
+"""The period map of a model as a function of one of its values: reading of the range, family, Continuation."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from gearrattle.model.paths import path_names, value_at
 from gearrattle.model.table import shown
 from gearrattle.wording import listed
 
-_WIDTHS = 1e3  # of a range: the unit of its value is no larger
-_LEAST = 1e-9  # of the larger end: the ends must differ by more
+_WIDTHS = 1e3  # widths of a range: largest unit of its value
+_LEAST = 1e-9  # share of the larger end: the ends must differ by more
 Array = NDArray[np.float64]
 
-_POINTS = 60.0  # steps at least along a range
-_NEXT_TO = 1e-6  # of a range: so far inside its driveline is of the kind that it has along the branch
-_TOGETHER = 3  # drivelines whose coefficients are asked for at once: one and two beside it
+_POINTS = 60.0  # least number of steps along a range
+_NEXT_TO = 1e-6  # share of a range: distance from an end at which the driveline has the clearances of the branch
+_TOGETHER = 3  # drivelines whose coefficients are computed at once: one and its two neighbours
 _HARMONICS = ("torque_sine", "torque_cosine", "error_sine", "error_cosine")
 
 
@@ -97,10 +97,10 @@ def _shown(end: Written) -> str:
 
 
 def unit_of(ends: Sequence[float]) -> float:
-    """Return the scale of a value between two ends [SI]: as much as the larger end, and the width.
+    """Return the unit of a value between two ends [SI]: at least the width, up to the larger end.
 
-    The unit of a narrow range is not its width: along a branch the value would count far more than the state, and its
-    folds would be sharper than motions are known.
+    The width of a narrow range is too small a unit: the parameter would count far more than the state in the arclength,
+    and folds would be sharper than the accuracy of the motions.
     """
     first, last = ends
     width = abs(last - first)
@@ -119,7 +119,7 @@ def check_index(name: str, index: object, ends: tuple[int, int]) -> None:
 def follower_over(
     model: Model, path: str, ends: Sequence[float], cycles: int, *, first: float, step_limit: float | None = None
 ) -> Continuation:
-    """Return what follows motions of a model over a range of the value at a path, in steps up to a limit [SI]."""
+    """Return the Continuation of motions of a model over a range of the value at a path, with a step limit [SI]."""
     unit = unit_of(ends)
     even = abs(ends[1] - ends[0]) / _POINTS
     family = family_of(model, path, first, cycles, unit, largest=max(map(abs, ends)))
@@ -129,10 +129,10 @@ def follower_over(
 def family_of(
     model: Model, path: str, first: float, cycles: int, unit: float, *, largest: float | None = None
 ) -> Family:
-    """Return the family of a model over the value at a path, of which ``first`` is one.
+    """Return the family of a model over the value at a path; ``first`` is one of the values.
 
-    A change by one unit counts as much as a change of the state by the largest corner. Messages write a value as one
-    beside others, of which the largest is given [SI]; None: by itself.
+    In the arclength, a change of the value by one unit counts as much as a change of the state by the largest corner.
+    ``largest`` is the largest value that messages show [SI]; it decides their digits. None: every value by itself.
     """
 
     def system_of(value: float) -> PiecewiseSystem:
@@ -157,7 +157,7 @@ def family_of(
 
 
 def check_alike(family: Family, like: Family) -> None:
-    """Refuse the family of a driveline with other clearances or sliders than another one has.
+    """Refuse a family whose driveline has other clearances or sliders than the driveline of another family.
 
     Raises ConvergenceError: a clearance or a slider is in one of them alone.
     """
@@ -166,7 +166,7 @@ def check_alike(family: Family, like: Family) -> None:
 
 
 def family_like(like: Family, model: Model, path: str, parameter: float) -> Family:
-    """Return the family of a changed driveline near a value; of half-period maps if that of the unchanged one is.
+    """Return the family of a changed driveline near a value; of half-period maps if ``like`` is of such maps.
 
     Raises ConvergenceError: a clearance or a slider is in one of them alone, or the changed driveline has no symmetry.
     """
@@ -180,7 +180,7 @@ def family_like(like: Family, model: Model, path: str, parameter: float) -> Fami
 
 
 def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
-    """Refuse a range that begins where the driveline is of another kind than near it: at a clearance of zero.
+    """Refuse a range if the driveline at its first end has other clearances or sliders than next to it.
 
     Raises ModelError: a clearance or a slider is missing at the first end alone, or is there alone.
     """
@@ -192,7 +192,7 @@ def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
 
 
 def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str]:
-    """Return what is said of a range at whose last end the driveline has other states: no branch leads there."""
+    """Return a note if the driveline at the last end of a range has other sliders: branches end just before it."""
     _, sliders = _changed(model, path, ends[::-1])
     if not sliders:
         return []
@@ -202,7 +202,7 @@ def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str
 
 
 def _changed(model: Model, path: str, ends: tuple[float, float]) -> tuple[set[str], set[str]]:
-    """Elements whose corners, and those whose sliders, exist at the first of two values alone, or near it alone."""
+    """Elements with corners, and with sliders, that exist only at the first of two values or only next to it."""
     first, last = ends
     at, next_to = (assemble(model.with_({path: value})).layout for value in (first, first + _NEXT_TO * (last - first)))
     sliders = {name.partition(".")[0] for name in {*at.auxiliary_names} ^ {*next_to.auxiliary_names}}
@@ -210,7 +210,7 @@ def _changed(model: Model, path: str, ends: tuple[float, float]) -> tuple[set[st
 
 
 def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:
-    """Return the family of a driveline over a factor of all its harmonics: 0 at rest, 1 as it is."""
+    """Return the family of a driveline over a factor of all its harmonics: 0 no excitation, 1 the full one."""
     inputs = system.inputs
 
     def system_of(factor: float) -> PiecewiseSystem:
@@ -232,9 +232,9 @@ def family_of_excitation(system: PiecewiseSystem, cycles: int) -> Family:
 
 
 def is_compiled(system: PiecewiseSystem) -> bool:
-    """Return whether motions of a driveline's variants are followed in compiled code.
+    """Return whether compiled code follows motions of a driveline's variants.
 
-    Many regions alone are no reason against it: a motion visits few of them in a period.
+    The number of regions does not matter, because a motion visits few of them in a period.
     """
     if is_large_for_periods(system) or system.size > MANY_INERTIAS:
         return False

@@ -23,7 +23,7 @@ import numpy as np
 
 from gearrattle.quantities.quantity import Quantity, Row, State, Sums
 from gearrattle.signals import decibels, loose_gears, steady, torque_ratio
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.signals.torque_ratios import changes_drag, largest_ratios
 from gearrattle.trajectory import Trajectory
 
@@ -123,7 +123,7 @@ def add_peaks(trajectory: Trajectory, before: State | None) -> State:
     drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
     miss = np.zeros(peak.size)
     for driver in drivers:
-        miss[driver] = np.max(extremes_missed(samples[:, driver]))
+        miss[driver] = np.max(extreme_errors(samples[:, driver]))
     for driver, value in exact.items():
         peak[driver] = value
     state = {"peak": peak, "miss": miss}

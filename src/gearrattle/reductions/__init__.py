@@ -1,7 +1,7 @@
 """Reductions of a system for a frequency band: a smaller system in a subspace.
 
-Interchangeable parts (``REDUCTIONS``); ``accuracy`` measures what any of them costs. Only lumping gives
-bodies again, and with them a driveline; the others give matrices. All keep the ends of clearances free, so that one
+The methods are interchangeable (``REDUCTIONS``); ``accuracy`` measures their errors. Only lumping results in bodies,
+and so in a driveline; the other methods result in matrices. All methods keep the ends of clearances free, so that one
 basis serves every contact state.
 """
 

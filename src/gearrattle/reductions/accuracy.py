@@ -2,16 +2,16 @@
 
 Frequencies
     |omega_red - omega| / omega of every elastic mode of the full system up to the end of the band, paired by rank (by
-    Courant and Fischer omega_red >= omega), the largest over all ``contact_states``, and from the
-    worst ones on by a search over single contact ratios: a mode may pass the end of the band between two rungs.
+    Courant and Fischer omega_red >= omega); the largest over all ``contact_states``. From the worst states a search
+    over single contact ratios follows, because a mode may pass the end of the band between two of these states.
 Shapes
-    the modal assurance criterion with the mass as weight, (phi^T M T psi)^2, both of unit modal mass, best partner
-    among the reduced modes; all in contact (Allemang and Brown 1982, with M for the identity).
+    the modal assurance criterion with the mass as weight, (phi^T M T psi)^2, both modes of unit modal mass, psi the
+    best partner among the reduced modes; all clearances in contact (Allemang and Brown 1982, with M for the identity).
 Responses
     accelerance from every driven inertia to every inertia watched, on a grid and at the resonances of both systems,
-    closing in on the largest errors; all in contact, the model's own damping. Levels count where the response is above
-    1 % of its peak: in an antiresonance they say nothing. Near a sharp resonance a small shift of frequency is a
-    large error of response: both are given.
+    then on finer grids around the largest errors; all clearances in contact, the model's own damping. Levels count only
+    where the response is above 1 % of its peak, not in an antiresonance. Near a sharp resonance a small shift of
+    frequency is a large error of the response, so the errors of both are given.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from gearrattle.reductions.states import State, contact_states, most_states, nei
 
 Array = NDArray[np.float64]
 
-_GRID = 200  # frequencies of a response: so many in three decades up to the end of the band, and twice as many evenly
-_DECADES = 3.0
-_ROUNDS = 5  # of closing in on the largest errors of a response
-_BETWEEN = 9  # frequencies between two neighbours of the last round
-_AUDIBLE = 0.01  # of a response's peak: below it its level does not count
-_SILENT = 1e-12  # of the largest response: below it lies rounding
-_TOGETHER = 32  # states whose frequencies are found before one may end the search
-_STARTS = 3  # states from which the search for the worst one begins
-_MOST_STATES = 3000  # no search begins beyond, nor beyond ``most_states``
-_SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
+_GRID = 200  # frequencies of a response on a logarithmic grid; twice as many on a linear one
+_DECADES = 3.0  # decades of the logarithmic grid, up to the end of the band
+_ROUNDS = 5  # grids, each finer around the largest errors of the one before
+_BETWEEN = 9  # frequencies between two neighbours of the grid before
+_AUDIBLE = 0.01  # share of a response's peak: a lower level does not count
+_SILENT = 1e-12  # share of the largest response: a smaller response is rounding
+_TOGETHER = 32  # contact states whose frequencies are computed at once
+_STARTS = 3  # contact states from which the search for the worst one begins
+_MOST_STATES = 3000  # number of contact states, as ``most_states``, from which on no search begins
+_SEARCH = (False, False, False, True, True, True)  # whether a round of the search takes fine steps
 
 
 @dataclass(frozen=True)
@@ -54,18 +54,17 @@ class Accuracy:
     frequency_error
         the largest relative error of a frequency in the band, over all contact states.
     worst
-        that frequency of the full system [rad/s]; NaN if no elastic mode lies in the band.
+        frequency of the full system with the largest error [rad/s]; NaN if no elastic mode lies in the band.
     worst_state
-        factors on last slopes there, by element; empty: all in contact.
+        contact state with the largest error: (element, factor on its last slope); empty: all in contact.
     states
         number of contact states compared.
     mac
-        of every elastic mode in the band, all in contact.
+        modal assurance criterion of every elastic mode in the band, all in contact.
     response_error_db
-        largest difference of levels where a response is above 1 % of its peak [dB]; NaN if nothing
-        is driven.
+        largest difference of levels where a response is above 1 % of its peak [dB]; NaN if no inertia is driven.
     response_error_peak
-        largest error of a response over that response's peak in the band; NaN likewise.
+        largest error of a response over its peak in the band; NaN if no inertia is driven.
     """
 
     frequencies: Array
@@ -80,9 +79,7 @@ class Accuracy:
 
 
 def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Worst | None = None) -> Accuracy:
-    """Measure a system reduced by a basis T (n, r) against the full one; responses are those of the inertias that are
-    watched.
-    """
+    """Return the errors of a system reduced by a basis T (n, r); responses are those of the ``watched`` inertias."""
     worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]
     ((full, partners),) = paired(request, basis, [closed])
@@ -94,12 +91,12 @@ def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Wo
 
 
 class Worst(NamedTuple):
-    """The largest relative error of a frequency in the band, that frequency, its state, how many states there are."""
+    """The largest relative error of a frequency in the band."""
 
     error: float
-    frequency: float
-    words: tuple[tuple[int, float], ...]
-    states: int
+    frequency: float  # of the full system [rad/s]
+    words: tuple[tuple[int, float], ...]  # contact state: (element, factor on its last slope)
+    states: int  # number of contact states compared
 
 
 def error_within(request: Request, basis: Array, limit: float) -> Worst | None:
@@ -147,12 +144,12 @@ def _worst_in(request: Request, basis: Array, states: Sequence[State]) -> list[W
 
 
 def _none_in(state: State) -> Worst:
-    """Result where no elastic mode lies in the band."""
+    """The result if no elastic mode lies in the band."""
     return Worst(0.0, np.nan, state.words, 1)
 
 
 def paired(request: Request, basis: Array, states: Sequence[State]) -> Iterator[tuple[Array, Array]]:
-    """Yield, state by state, elastic frequencies of the full system in the band, and those of the same rank reduced."""
+    """Yield for every state the elastic frequencies in the band: full system, and same rank of the reduced one."""
     slopes = np.array([state.stiffness for state in states]).reshape(len(states), len(request.system.laws))
     full = frequencies_of(request.system, slopes, np.eye(request.system.size))
     for omega, reduced in zip(full, frequencies_of(request.system, slopes, basis), strict=True):
@@ -174,7 +171,7 @@ def _assurance(linear: LinearSystem, reduced: LinearSystem, basis: Array, count:
 def _response_errors(
     request: Request, linear: LinearSystem, reduced: LinearSystem, basis: Array, watched: tuple[int, ...]
 ) -> tuple[float, float]:
-    """Largest error of level [dB], and of amplitude over the peak."""
+    """Largest error of a level [dB], and of an amplitude over the peak."""
     if not request.driven:
         return np.nan, np.nan
     end = request.up_to
@@ -199,7 +196,7 @@ def _response_errors(
 
 
 def _refined(errors: Callable[[Array], tuple[Array, Array, Array]], omega: Array) -> tuple[float, float]:
-    """Largest error of level and of amplitude over the peak, closing in on both from a grid."""
+    """Largest error of a level, and of an amplitude over the peak, on grids ever finer around both maxima."""
     level = 0.0
     share = 0.0
     tops = np.zeros(1)

@@ -1,7 +1,7 @@
 """Condensed matrices of a model for a band.
 
-The reductions that give no bodies: full mass matrices, amplitudes for angles. They serve frequencies,
-responses and estimates in every contact state; what can be saved and simulated as a driveline comes from ``reduce``.
+The reduced system is no driveline: its mass matrix is full, and some coordinates are amplitudes of shapes. It serves
+for frequencies, responses and estimates in every contact state. ``reduce`` returns a driveline that can be simulated.
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ class Condensed(Result):
     Attributes
     ----------
     method
-        its name, as ``condense`` takes it.
+        name of the method, as ``condense`` takes it.
     basis
-        (n, r) T: angles of all inertias by the coordinates.
+        (n, r) T: angles of all inertias for unit values of the coordinates.
     inertia_names
-        (n,).
+        (n,) names of the inertias.
     coordinates
-        (r,) name of the inertia whose angle a coordinate is; "" for the amplitude of a shape.
+        (r,) name of the inertia whose angle is the coordinate; "" for the amplitude of a shape.
     clearances
         names of the clearances kept.
     rows
-        (len(clearances), r) their deflections by the coordinates [rad or m].
+        (len(clearances), r) deflections of these clearances for unit values of the coordinates [rad or m].
     mass
         (r, r) T^T J T.
     damping
         (r, r), all elements in their last drive stage.
     stiffness
-        (r, r), likewise.
+        (r, r), all elements in their last drive stage.
     error
-        how far from the full model, over all contact states.
+        errors against the full model, over all contact states.
     notes
-        what the matrices leave out: friction and the clipping of contact damping.
+        effects that the matrices leave out: friction and the clipping of contact damping.
     units
-        of the model, "SI" or "dimensionless".
+        units of the model, "SI" or "dimensionless".
 
     Examples
     --------
@@ -86,7 +86,7 @@ class Condensed(Result):
         return {name: getattr(self, name) for name in ("basis", "rows", "mass", "damping", "stiffness")}
 
     def to_dict(self) -> dict[str, Json]:
-        """Return the whole in JSON types."""
+        """Return all fields in JSON types."""
         return {
             "method": self.method,
             "inertias": list(self.inertia_names),

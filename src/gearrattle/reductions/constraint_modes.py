@@ -1,7 +1,7 @@
-"""Constraint modes: static displacements of the other bodies when masters are moved one by one.
+"""Constraint modes: static displacements of the other bodies when one master after the other is moved.
 
-With the masters held, the others may still have rigid motions (a train without a master); those belong to the basis as
-well, since nothing holds them.
+With the masters held, the other bodies may still have rigid motions (a train without a master). These rigid motions are
+part of the basis as well.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def held(linear: LinearSystem, masters: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Frequencies and shapes of the other coordinates with the masters held, and which those coordinates are."""
+    """Frequencies and shapes of the other coordinates with the masters held, and the indices of these coordinates."""
     others = tuple(i for i in range(len(linear.mass)) if i not in masters)
     if not others:
         return np.zeros(0), np.zeros((0, 0)), ()
@@ -24,7 +24,7 @@ def held(linear: LinearSystem, masters: tuple[int, ...]) -> tuple[Array, Array, 
 
 
 def constraint_modes(linear: LinearSystem, masters: tuple[int, ...]) -> Array:
-    """(n, r) one static shape a master, of unit angle there; then the rigid motions that no master holds."""
+    """(n, r) a static shape for every master, of unit angle there; then rigid motions that no master holds."""
     omega, shapes, others = held(linear, masters)
     size = len(linear.mass)
     basis = np.zeros((size, len(masters)))

@@ -1,4 +1,4 @@
-"""Bodies that turn as one: groups, the ratio of every body to the one that is kept, and the basis they span.
+"""Groups of bodies that turn as one: the ratio of every body to the body kept, and the basis of the groups.
 
 Merging element k means w_k . q = 0: with two entries, q_b = -(w_a / w_b) q_a. Along a group the ratios multiply; round
 a closed loop they must multiply to one, or the loop would lock. J, D and loads then add up with the ratios,
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SAME = 1e-9  # ratios this close are one
+SAME = 1e-9  # relative difference up to which two ratios are equal
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Grouping:
     Attributes
     ----------
     owner
-        (n,) the body kept of every body's group.
+        (n,) for every body the body kept of its group.
     ratio
         (n,) q_i = ratio_i q_owner.
     """
@@ -51,15 +51,16 @@ class Grouping:
         return basis
 
     def turned(self, old: int, new: int) -> Grouping:
-        """Return the same group with another of its bodies kept."""
+        """Return the grouping with the body ``new`` kept instead of ``old`` in their group."""
         scale = self.ratio[new]
         pairs = [(new, r / scale) if o == old else (o, r) for o, r in zip(self.owner, self.ratio, strict=True)]
         return Grouping(tuple(o for o, _ in pairs), tuple(1.0 if i == new else r for i, (_, r) in enumerate(pairs)))
 
 
 def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
-    """Group the bodies that merged elements tie together, by their rows of W (m, n) with two entries each, the first
-    body of each group kept; None if a loop would lock.
+    """Group the bodies that merged elements connect; the first body of a group is kept; None if a loop would lock.
+
+    Merged elements have two entries in their rows of W (m, n).
     """
     owner = list(range(rows.shape[1]))
     ratio = [1.0] * len(owner)

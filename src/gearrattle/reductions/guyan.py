@@ -1,4 +1,4 @@
-"""Guyan's static condensation: the other coordinates follow the masters as they would at rest.
+"""Guyan's static condensation: the other coordinates, the slaves, follow the masters as in static equilibrium.
 
     q_s = -K_ss^-1 K_sm q_m
 

@@ -13,7 +13,7 @@ import numpy as np
 from gearrattle.assembly import assemble
 from gearrattle.json_types import json_value
 from gearrattle.orbits import Branch, Orbit
-from gearrattle.orbits.stability import CHANGES, Loss, Range, losses_of, ranges_of, slices_of
+from gearrattle.orbits.stability_ranges import CHANGES, Range, StabilityLoss, losses_of, ranges_of, slices_of
 from gearrattle.report.event_families import families_of
 from gearrattle.report.motion_at_point import motion_at_point
 from gearrattle.report.moving_table import moving_table
@@ -59,7 +59,7 @@ class BranchesPage(ModelPresentation[Branch]):
         return ranges_of(self.result)
 
     @cached_property
-    def _losses(self) -> list[Loss]:
+    def _losses(self) -> list[StabilityLoss]:
         return losses_of(self.result)
 
     @cached_property
@@ -107,12 +107,12 @@ class BranchesPage(ModelPresentation[Branch]):
             return [value_words(self.result, jump) for jump in sweeps.jumps if jump.upward == upward]
         return self._words([loss for loss in self._losses if loss.jumps and loss.upward == upward])
 
-    def _words(self, losses: Sequence[Loss], *, with_kind: bool = False) -> list[str]:
+    def _words(self, losses: Sequence[StabilityLoss], *, with_kind: bool = False) -> list[str]:
         """Values of losses of stability, each once; of three or more that lie near each other the range."""
         branch = self.result
         shown = measure(self.result)
         width = branch.narrow * abs(branch.range[1] - branch.range[0])
-        groups: list[list[Loss]] = []
+        groups: list[list[StabilityLoss]] = []
         for loss in sorted(losses, key=lambda one: one.value):
             if groups and loss.value - groups[-1][-1].value < width:
                 groups[-1].append(loss)

@@ -10,7 +10,7 @@ from gearrattle.assembly import assemble
 from gearrattle.errors import GearRattleError
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import losses_of
+from gearrattle.orbits.stability_ranges import losses_of
 from gearrattle.orbits.value_family import is_compiled
 from gearrattle.report.plots.branches_figure import measure
 from gearrattle.report.plots.numerals import numeral

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.json_types import json_value
 from gearrattle.model.path_labels import in_shown_unit
 from gearrattle.orbits import RunUpJumps
-from gearrattle.orbits.jumps import Jump
+from gearrattle.orbits.run_up_jumps import RunUpJump
 from gearrattle.report.branches_page import BranchesPage
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.axis_names import Measure
@@ -108,7 +108,7 @@ class RunUpJumpsPage(ModelPresentation[RunUpJumps]):
         rows = tuple(self._row(jump) for jump in self.result.jumps)
         return Table(head, rows, frozenset({0, 1, 6, 7}), "Jumps beside those of the branches", _NOTE)
 
-    def _row(self, jump: Jump) -> tuple[str, ...]:
+    def _row(self, jump: RunUpJump) -> tuple[str, ...]:
         factor = self._shown.factor
         return (
             _way(jump.upward),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from gearrattle.orbits import Branch
-from gearrattle.orbits.stability import Range
+from gearrattle.orbits.stability_ranges import Range
 from gearrattle.wording import listed
 
 _MOST_SAID = 4

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.exact_statistics import Statistics
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.windows import steady
@@ -27,8 +27,8 @@ Exactly = tuple[Sequence[int], Statistics]
 
 @dataclass(frozen=True)
 class Moments:
-    """Of q signals: weight in sample intervals; mean, sums of central powers, extremes and by how much they may be
-    passed between samples (``missed``), both end samples, (q,)."""
+    """Moments of q signals: weight in sample intervals; then, (q,) each, mean, sums of central powers, extremes, error
+    of the extremes between samples (``levels.extreme_errors``), first and last sample."""
 
     weight: float
     mean: Array
@@ -57,7 +57,7 @@ class Moments:
             fourth=fourth,
             low=values.min(axis=0),
             high=values.max(axis=0),
-            miss=np.maximum(*extremes_missed(values)),
+            miss=np.maximum(*extreme_errors(values)),
             first=values[0],
             last=values[-1],
         )

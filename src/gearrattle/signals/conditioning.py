@@ -35,8 +35,8 @@ DECIBELS = 80.0
 _DESIGN = DECIBELS + 6.0
 REACH = 30
 """Half the width of the kernel, in intervals of the lower rate: half its main lobe is then 0.048 of that rate."""
-_MOST_AT_ONCE = 2_000_000  # entries of the kernel's table
-_ARRAYS = 3  # arrays of the uniform samples that are needed at once
+_MOST_AT_ONCE = 2_000_000  # largest number of entries in the kernel's table
+_ARRAYS = 3  # number of arrays as long as the uniform samples that exist at once
 
 
 def resample(values: Array, interval: float, first: float, wanted: Array, rate: float) -> Array:

@@ -17,16 +17,16 @@ Array = NDArray[np.float64]
 
 MOST_REPLACED = 0.25
 """Part of the samples: falls that take more are refused."""
-_AROUND = (9, 31)  # steps whose median is the usual one; more where the falls take longer
+_AROUND = (9, 31)  # numbers of steps whose median is the usual step: for short and for long falls
 _SCATTER_OVER = 61
 _FEWEST_IN_A_TURN = 20
 _COARSE = 0.2  # of the span: how far a step must be from the usual one where a turn has fewer samples
 _FAR = (0.01, 0.1)  # of the span: a step this far from the usual one may lie in a fall; 6 times the usual distance
 _REST = 1e-4  # of the span: where the ringing of a filter has died away; or 4 times the usual distance
 _REST_OF_STEP = 0.02  # or this part of the usual step
-_HIDDEN = 3  # steps before and after those that still move
-_RINGS = 20  # steps, at most
-_WHOLE = 0.1  # of the span: how closely a fall must sum up to it
+_HIDDEN = 3  # steps before and after those that still move, which a filter may hide
+_RINGS = 20  # largest number of steps of the ringing of a filter
+_WHOLE = 0.1  # share of the span by which the sum over a fall may differ from the span
 
 
 class FallError(ValueError):

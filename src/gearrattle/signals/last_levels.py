@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.signals.levels import extremes_missed, rms, rms_missed
+from gearrattle.signals.levels import extreme_errors, rms, rms_error
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, IntArray, Trajectory
 from gearrattle.wording import counted
@@ -55,8 +55,8 @@ def _put_sampled(state: dict[str, Array], trajectory: Trajectory, bodies: IntArr
     samples = steady(trajectory).closed(trajectory.acceleration)[-(count * per_cycle + 1) :, bodies]
     for c in range(count):
         part = samples[c * per_cycle : (c + 1) * per_cycle + 1]
-        below, above = extremes_missed(part)
-        levels = (part.min(axis=0), part.max(axis=0), rms(part), below, above, rms_missed(part))
+        below, above = extreme_errors(part)
+        levels = (part.min(axis=0), part.max(axis=0), rms(part), below, above, rms_error(part))
         for name, level in zip(_LEVELS, levels, strict=True):
             state[name][c, bodies] = level
 

@@ -39,15 +39,16 @@ def peak_to_peak(signal: Array) -> Array:
 
 
 def thinned(samples: Array) -> list[Array]:
-    """Return every second, then every fourth of samples (N, ...), from whichever these begin; none of fewer than 8.
+    """Return every second sample, then every fourth sample of (N, ...), from every first sample; none if N < 8.
 
-    What they tell differs from what all tell, by more than the error of all where this falls with the interval.
+    Where the error falls with the sample interval, thinned samples differ from all samples by more than the error of
+    all samples; so the difference bounds it.
     """
     return [samples[first::step] for step in (2, 4) for first in range(step)] if len(samples) >= 8 else []
 
 
-def rms_missed(signal: Array) -> Array:
-    """Return (...) the estimated error of ``rms``: its largest difference from the rms of ``thinned`` samples."""
+def rms_error(signal: Array) -> Array:
+    """Return (...) the estimated error of ``rms``: the largest difference between it and the rms of ``thinned``."""
     periodic = signal[:-1]
     largest = np.max(np.abs(signal), axis=0)
     scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)
@@ -55,27 +56,27 @@ def rms_missed(signal: Array) -> Array:
     return np.asarray(scale * np.max(np.abs(levels - levels[0]), axis=0), dtype=np.float64)
 
 
-def extremes_missed(signal: Array) -> tuple[Array, Array]:
-    """Return (...) by how much smallest and largest value may be passed between samples, estimated.
+def extreme_errors(signal: Array) -> tuple[Array, Array]:
+    """Return two estimates (...): how far the signal falls below its smallest, and rises above its largest sample.
 
-    The larger of what ``thinned`` samples would miss of them, and of what a parabola through an extreme and its
-    neighbours rises above it. A spike shorter than a sample interval is lost to any estimate.
+    Each is the larger of two estimates: the error of the extreme of every fourth sample, and ``parabola_rise``. No
+    estimate sees a spike that is shorter than the sample interval.
     """
-    bent = missed(signal)
+    rise = parabola_rise(signal)
     count = len(signal) // 4
     if count < 2:
-        return bent, bent
-    parts = signal[: 4 * count].reshape(count, 4, *signal.shape[1:])  # every second sample holds every fourth
+        return rise, rise
+    parts = signal[: 4 * count].reshape(count, 4, *signal.shape[1:])  # parts[:, k]: every fourth sample, from k on
     lost_low = parts.min(axis=0).max(axis=0) - signal.min(axis=0)
     lost_high = signal.max(axis=0) - parts.max(axis=0).min(axis=0)
-    return np.maximum(lost_low, bent), np.maximum(lost_high, bent)
+    return np.maximum(lost_low, rise), np.maximum(lost_high, rise)
 
 
-def missed(samples: Array) -> Array:
-    """Return (...,) by how much the extremes of samples (N + 1, ...) may be passed between two of them.
+def parabola_rise(samples: Array) -> Array:
+    """Return (...,) an estimate of how far a signal passes the extremes of its samples (N + 1, ...) between them.
 
-    A parabola through an extreme sample and its neighbours rises above it by at most an eighth of their second
-    difference. That is an estimate, which holds where the samples resolve the peak at all.
+    A parabola through an extreme sample and its two neighbours passes that sample by at most an eighth of their second
+    difference. The estimate holds where several samples lie on the peak.
     """
     if len(samples) < 3:
         return np.zeros(samples.shape[1:])

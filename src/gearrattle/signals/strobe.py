@@ -71,11 +71,11 @@ class Groups:
     Attributes
     ----------
     label
-        (M,) group of every orbit, the largest group first; -1 where there was none.
+        (M,) group of every orbit, numbered by descending size; -1 without an orbit.
     first
-        of every group, the index of the orbit that stands for it.
+        for every group the index of the orbit that represents it.
     within
-        the largest distance of an orbit from the one that stands for its group.
+        the largest distance of an orbit from the representative of its group.
     """
 
     label: IntArray

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.trajectory import Array
 
 
@@ -26,9 +26,9 @@ class Summary:
     second, fourth
         <(x - <x>)^2>, <(x - <x>)^4>.
     miss
-        by how much low and high may be passed between two samples; 0 where they are exact.
+        estimated error of low and high between samples; 0 if these are exact.
     column
-        which of the gathered signals it is; -1 for one that was summarised whole.
+        index among the signals summed up in chunks; -1 for a signal summarised as a whole.
     """
 
     mean: float
@@ -72,5 +72,5 @@ def summary_of(samples: Array) -> Summary:
     square = (samples - mean) ** 2
     second, fourth = (float(np.trapezoid(values)) / scale for values in (square, square**2))
     return Summary(
-        mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extremes_missed(samples)))
+        mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extreme_errors(samples)))
     )

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.signals.driveline_constants import LooseGear, loose_gears, torque_ratio
-from gearrattle.signals.levels import extremes_missed
+from gearrattle.signals.levels import extreme_errors
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -50,7 +50,7 @@ def largest_of_samples(layout: Layout, gear: LooseGear, acceleration: Array, spe
     largest = float(np.max(ratio))
     if not np.isfinite(largest):
         return LargestRatio(largest, 0.0)
-    return LargestRatio(largest, float(extremes_missed(ratio)[1]))
+    return LargestRatio(largest, float(extreme_errors(ratio)[1]))
 
 
 def largest_ratios(trajectory: Trajectory) -> dict[int, LargestRatio]:

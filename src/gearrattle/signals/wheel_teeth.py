@@ -31,11 +31,11 @@ Gaps = tuple[int, ...] | tuple[tuple[int, ...], ...]
 """How many teeth are left out at each gap, or the numbers of the teeth left out, gap by gap; empty: a full wheel."""
 
 SHARE = 0.02
-"""Of the pulses: more that are lost or too many are refused; one is always repaired."""
-_AROUND = 7  # intervals whose median is the unit of the one in their middle
-_AGREES = 0.35  # logarithm of an interval over the wheel's that still agrees
-_GAP_AGREES = 0.5  # of teeth: the stricter limit at a gap
-_DOUBTFUL = 0.5  # beyond it an interval that is left as it is gets reported
+"""Largest share of the pulses that may be lost or too many; one fault is always repaired."""
+_AROUND = 7  # number of intervals whose median is the unit of the interval in their middle
+_AGREES = 0.35  # largest logarithm of a measured interval over the wheel's interval if the two agree
+_GAP_AGREES = 0.5  # the same at a gap, as a difference in teeth
+_DOUBTFUL = 0.5  # logarithm from which on an interval that is not repaired is reported
 _NEAR = 0.25  # largest misfit of a reading with pulses lost or too many, as a logarithm
 _TEETH_OFF = 0.45  # largest misfit in teeth: beyond it the number of lost ones is not known
 _CERTAIN = 6  # intervals of a reading that are kept; those after it only decide between readings

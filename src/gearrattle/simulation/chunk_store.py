@@ -1,11 +1,11 @@
-"""The store of a long motion: a folder with one netCDF file a chunk, and the state to go on with.
+"""The store of a long motion: a folder with one netCDF file for every chunk, and the state at its end.
 
-    chunk-000001.nc, chunk-000002.nc, ...    every finished chunk, a run of its own
-    state.npz                                the march after the last of them, what has been judged, and whose it is
+    chunk-000001.nc, chunk-000002.nc, ...    every finished chunk, as a run
+    state.npz                                state of the solver after the last chunk, sums of the criteria, owner
 
-Every file appears whole, by renaming, the state after its chunk: whatever ends the program, the state names the last
-chunk that counts, and a chunk beyond it is computed again. A store is of one model, one set of settings and one set of
-versions, for only these give the same bits; any other is refused.
+Every file is written completely and then renamed, first the chunk, then the state. So, even if the program is killed,
+the state names the last valid chunk; a chunk beyond it is computed again. A store belongs to one model, one set of
+settings and one set of versions, because only these reproduce the same bits; any other is refused.
 """
 
 from __future__ import annotations
@@ -46,10 +46,12 @@ class State:
     ----------
     owner
         format, model, settings and versions, as lines of text.
+    chunks, done
+        number of finished chunks, and of finished periods.
     march
-        snapshot of the march (``solvers.Extensible``).
+        snapshot of the solver (``solvers.Extensible``).
     sums
-        over what the criteria judge, packed (``quantities.Sums``); empty if nothing yet.
+        packed sums of the criteria (``quantities.Sums``); empty before the first.
     """
 
     owner: str
@@ -60,7 +62,7 @@ class State:
 
 
 class Store:
-    """A folder that keeps the chunks of one long motion; its state is that after the last whole chunk, None before."""
+    """A folder that keeps the chunks of one long motion; ``state`` is that after the last chunk; None before."""
 
     def __init__(self, folder: Path, owner: str, state: State | None) -> None:
         self.folder = folder
@@ -191,7 +193,7 @@ def read_state(folder: Path) -> State | None:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except (MemoryError, PermissionError, ModelError):
         raise
-    except Exception as error:  # what reads the parts of a damaged archive complains as it likes
+    except Exception as error:  # reading a damaged archive may raise anything
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, rule, "remove the folder, or choose another")) from None
     return State(owner, chunks, done, parts["march"], parts["gathered"])

@@ -1,8 +1,9 @@
 """Initial state of a run, as ``simulation.initial`` names it.
 
-``steady``: the equilibrium under the means, and every free train turns as in its periodic rigid response
-(``engine.system.rigid_motion``), along a sweep that of the first speed. A train whose means do not balance, or that a
-record drives, has no such response and begins as ``static``: in the equilibrium, with velocities zero.
+``steady``: the equilibrium under the mean torques, with every free train turning as in its periodic rigid response
+(``engine.system.rigid_motion``); in a sweep of the speed, as at the first speed. A train whose mean torques do not
+balance, or that a record drives, has no such response and begins as ``static``: in the equilibrium, with velocities
+zero.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from gearrattle.engine.system.rigid_motion import is_accelerated, rigid_response
 from gearrattle.model import Initial
 
 Array = NDArray[np.float64]
-_MOST_NAMED = 3
+_MOST_NAMED = 3  # most trains that a note names
 
 
 def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
@@ -45,7 +46,7 @@ def start_of(initial: str | Initial | None, driveline: Driveline) -> tuple[Array
 
 @kept
 def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """The start with velocities zero, except for what prescribed motions carry along."""
+    """Angles, velocities and notes of the static start: velocities zero, except for prescribed motions."""
     model = driveline.model
     named, rest = named_equilibrium(driveline)
     if not model.motions:
@@ -56,7 +57,7 @@ def _static(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
 
 @kept
 def _steady(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
-    """The start with which every train turns as in its rigid response, and which trains have none."""
+    """Angles, velocities and notes of the steady start; the notes name the trains without a rigid response."""
     model = driveline.model
     at_rest, at_once, notes = _static(driveline)
     _, rest = named_equilibrium(driveline)
@@ -78,7 +79,7 @@ def _steady(driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
 
 
 def _begins_at_rest(reason: str, first: list[str]) -> str:
-    """Say which trains, by their first bodies, begin with velocities zero, and why."""
+    """Note on trains, named by their first bodies, that begin with velocities zero, and the reason."""
     more = f" and of {len(first) - _MOST_NAMED} more" if len(first) > _MOST_NAMED else ""
     train = "train" if len(first) == 1 else "trains"
     begins = "begins" if len(first) == 1 else "begin"

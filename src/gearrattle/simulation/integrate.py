@@ -1,4 +1,4 @@
-"""Loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
+"""Loop that drives every solver: time slices, progress, cancelling, failures in words, and the trajectory."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ from gearrattle.slices import slices
 from gearrattle.trajectory import Cost, EventLog, Layout, Sideways, Trajectory
 
 Progress = Callable[[float], None]
-_UNTIL_JUDGED = 2.0  # s
-_SLOW = 60.0  # seconds per cycle: of machines it takes milliseconds
+_UNTIL_JUDGED = 2.0  # time after which a run is checked for being slow [s]
+_SLOW = 60.0  # time of a cycle from which on a run is slow; usually it takes milliseconds [s]
 
 
 def integrate(
     task: Task, layout: Layout, algorithm: str, discard: int = 0, progress: Progress | None = None
 ) -> Trajectory:
-    """Integrate a task and name the result after its driveline; ConvergenceError, with time, state and remedy, if the
-    algorithm becomes unstable or stalls.
+    """Integrate a task; return the trajectory under the names of the driveline.
 
-    ``progress`` is called with the fraction done after every slice; whatever it raises ends the run. Its method
-    ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
+    A ConvergenceError, with time, state and remedy, reports that the algorithm became unstable or stalled.
+
+    ``progress`` is called with the finished fraction after every slice; an exception from it ends the run. Its method
+    ``because``, if it has one, is called once after two seconds: with the reason if a cycle takes minutes, otherwise
+    with an empty text.
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)
@@ -46,16 +48,16 @@ def finish(
     begin: float,
     first_cycle: int = 0,
 ) -> Trajectory:
-    """March a run that has just begun to its end; see ``integrate``.
+    """Drive a solver to the end of its task, and return the trajectory; see ``integrate``.
 
     Parameters
     ----------
     task
-        what it works on; its ``cycles`` are those of this trajectory.
+        the task; its ``cycles`` are those of this trajectory.
     begin
-        clock reading [s] from which its wall time counts.
+        reading of the clock from which the wall time counts [s].
     first_cycle
-        whole cycles before its first sample.
+        number of whole cycles before the first sample.
     """
     because = getattr(progress, "because", None)
     since = time.perf_counter() - COMPILATION.seconds
@@ -75,9 +77,7 @@ def finish(
 
 
 def _reason(position: Position, layout: Layout, least: float, cycles: float) -> str:
-    """Say why a march is slow that has done fewer cycles than the least; empty where it is fast, or the reason is
-    unknown.
-    """
+    """Return why a run with fewer cycles than ``least`` is slow; empty if it is not, or if the reason is unknown."""
     if cycles >= least or position.fastest is None:
         return ""
     return f"a cycle takes minutes: {layout.element_names[position.fastest]} moves very fast for its inertias"
@@ -107,7 +107,7 @@ def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layou
 
 
 def cost_of(motion: Motion, algorithm: str, wall: float) -> Cost:
-    """Return what a motion cost; ``wall``: the time it took [s]."""
+    """Return the cost of a motion; ``wall`` is its computing time [s]."""
     return Cost(
         algorithm=algorithm,
         steps=motion.steps,
@@ -124,16 +124,16 @@ def cost_of(motion: Motion, algorithm: str, wall: float) -> Cost:
 
 
 class Grid(NamedTuple):
-    """Samples a cycle, cycles, cycles before the first sample, and how many of its cycles criteria leave out."""
+    """Output grid of a trajectory."""
 
     samples_per_cycle: int
     cycles: int
-    first_cycle: int
-    discard: int
+    first_cycle: int  # number of cycles before the first sample
+    discard: int  # number of cycles that the criteria leave out
 
 
 def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
-    """Return the trajectory of a motion: everything in it named after the driveline."""
+    """Return the trajectory of a motion, with the names of the driveline."""
     # labels of regions from indices of pieces
     first = layout.region_of_first_piece
     crossings = motion.crossings

@@ -14,10 +14,10 @@ from gearrattle.model import Model
 from gearrattle.wording import counted
 
 FASTEST = 1e15
-"""Decays or radians per period: what is as fast as that changes by rounding alone within the rounding of the period."""
-_SHARE = 0.5  # of the machine's memory
-_MATRICES = 400  # of states x states, that tables take at most: measured 377 with 210 inertias, 325 with 300
-_UNKNOWN = 8 << 30  # bytes, where the machine does not say
+"""Largest rate, in decays or radians per period: above it the rounding of the period itself changes the motion."""
+_SHARE = 0.5  # share of the machine's memory that a run may take
+_MATRICES = 400  # number of states x states matrices in the tables: measured 377 with 210 inertias, 325 with 300
+_UNKNOWN = 8 << 30  # memory if the machine does not say [bytes]
 
 
 @kept
@@ -109,14 +109,14 @@ def check_tables(system: PiecewiseSystem) -> None:
 
 
 def bytes_of_sample(system: PiecewiseSystem) -> int:
-    """Memory a sample takes while a run is made into a trajectory, at most, about [bytes]."""
+    """Largest memory of one sample while a trajectory is made from a run, about [bytes]."""
     inputs = 1 + 2 * system.inputs.count + (0 if system.signals is None else system.signals.chain)
     return 8 * (16 * system.size + 16 * len(system.laws) + 4 * len(system.auxiliaries) + 3 * inputs)
 
 
 @cache
 def memory() -> int:
-    """Memory of this machine, or what its container may take [bytes]."""
+    """Memory of this machine, or the limit of its container [bytes]."""
     limits = [_UNKNOWN]
     if hasattr(os, "sysconf") and {"SC_PHYS_PAGES", "SC_PAGE_SIZE"} <= set(os.sysconf_names):
         limits = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]

@@ -11,12 +11,13 @@ from gearrattle.model import DEFAULTS, Initial, Model
 
 
 def settled(model: Model, arguments: dict[str, Any]) -> Model:
-    """The model with every simulation setting filled in and checked; arguments are None where the call is silent.
+    """Return the model with every simulation setting filled in and checked; an argument of None takes the file's value.
 
-    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling: discard
-    = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start; so is a run of
-    a stated duration, and one with ramps of a torque. The settings of the last call return the same model again, with
-    all its derived values. ModelError for a setting that the file format refuses, and for discard >= cycles.
+    If ``cycles`` is set without ``discard`` at the same level (call or file), at most half of the cycles are discarded:
+    discard = min(discard, cycles // 2). A sweep of the speed, a run of a stated duration and a run with ramps of a
+    torque are simulated to their end and judged from their start. Settings equal to those of the last call return the
+    same model object, with all its derived values. ModelError for a setting that the file format refuses, and for
+    discard >= cycles.
     """
     key = tuple((name, type(value), value) for name, value in arguments.items())
     if not all(isinstance(value, str | int | float | None) for value in arguments.values()):
@@ -32,7 +33,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
 
 @kept
 def _last(_: Model) -> dict[tuple[tuple[str, type, Any], ...], Model]:
-    """Cache of the model as it was settled last, with the arguments of that call."""
+    """Cache of the last model that ``settled`` returned, by the arguments of that call."""
     return {}
 
 

@@ -1,10 +1,12 @@
 """Stream of a motion of any length: chunk by chunk, in the memory of one chunk.
 
-Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
-run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
-order). Chunks are judged as they pass (``quantities.add``), so the verdict on a million cycles needs none of them.
-With a *store* every finished chunk becomes a file beside the state of the march (``chunk_store``): whatever ends the
-program, a later one goes on after the last whole chunk.
+The division into chunks changes no bit: samples, crossings and force integrals are those of one long run. (Only
+crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another order.) The
+sums of the criteria are continued from chunk to chunk (``quantities.add``), so the verdict on a million cycles needs no
+earlier chunk.
+
+With a *store* every finished chunk becomes a file beside the state of the solver (``chunk_store``). However the program
+ends, a later program goes on after the last complete chunk.
 """
 
 from __future__ import annotations
@@ -30,8 +32,9 @@ from gearrattle.simulation.simulate import Plan, prepare
 from gearrattle.wording import counted
 
 MOST_SAMPLES = 100_000
+"""Number of samples of a chunk, about, by default."""
 MOST_CYCLES = 5000
-"""A chunk has about so many samples, and at most so many cycles, unless the caller says otherwise."""
+"""Largest number of cycles of a chunk by default."""
 
 
 def stream(
@@ -122,7 +125,7 @@ def stream(
 
 
 def _length(chunk: int | None, plan: Plan) -> int:
-    """Periods a chunk; ModelError unless they are a whole number from 1 on."""
+    """Number of periods of a chunk; ModelError unless it is an integer from 1 on."""
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
     if problems := argument_problems({"chunk": (Count(1), chunk)}):
@@ -131,7 +134,7 @@ def _length(chunk: int | None, plan: Plan) -> int:
 
 
 def _begun(plan: Plan, chunk: int) -> Extensible:
-    """The march, ready for the first chunk; ModelError if the algorithm cannot go on where it ended."""
+    """The solver, ready for the first chunk; ModelError if it cannot continue a run after its end."""
     task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
     march = SOLVERS[plan.algorithm](task)
     if not isinstance(march, Extensible):
@@ -141,9 +144,10 @@ def _begun(plan: Plan, chunk: int) -> Extensible:
 
 
 class Stream:
-    """A long motion under way: iterate over it for the runs of its chunks, in order, each of them once.
+    """A long motion: an iterator over the runs of its chunks, in order.
 
-    The time of a run is that of the whole motion; its ``discard`` is how much of it the criteria leave out.
+    The time of a run counts from the begin of the whole motion; its ``discard`` is the number of its cycles that the
+    criteria leave out.
 
     Attributes
     ----------
@@ -178,7 +182,7 @@ class Stream:
         self._progress = progress
         self._store = store
         self._sums: Sums | None = None
-        self._ready = True  # the march has room for the next chunk
+        self._ready = True  # whether the solver is prepared for the next chunk
         state = None if store is None else store.state
         if state is not None:
             self.done = state.done
@@ -212,13 +216,13 @@ class Stream:
             raise StopIteration
         if self._store is not None:
             self._store.check_there()
-        # begin the next chunk, unless a failed call has begun it
+        # prepare the next chunk, unless a failed call has done so
         plan = self._plan
         cycles = self._next
         if not self._ready:
             self._march.extend(cycles)
             self._ready = True
-        # march and name the chunk
+        # compute the chunk
         discard = min(max(plan.discard - self.done, 0), cycles)
         run = plan.run(
             finish(
@@ -232,7 +236,7 @@ class Stream:
                 first_cycle=self.done,
             )
         )
-        # judge it, and store it before it counts
+        # add it to the sums of the criteria, and store it before it counts
         sums = add(run.trajectory, self._sums)
         if self._store is not None:
             self._store.keep(run, self._march.snapshot(), sums.packed(), self.done + cycles)

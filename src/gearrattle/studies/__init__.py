@@ -1,9 +1,9 @@
-"""Studies of many variants of one driveline: maps and tolerances. A study that was stopped goes on from what it kept.
+"""Studies of many variants of one driveline: maps and tolerances. A stopped study can be continued.
 
-``study`` is the call. ``plan`` lists the cases, ``outputs`` what is kept of each; ``case_runs`` computes a chunk of
-them, ``schedulers`` distribute the chunks, ``study_store`` keeps the results, ``prepared`` carries a study out.
-``kinds`` holds the kinds of studies that a study file may ask for. ``regime_boundary``, ``probability`` and
-``sensitivity`` evaluate the Dataset.
+``study`` is the function that users call. ``plan`` lists the cases, ``outputs`` the values kept of each case;
+``case_runs`` computes a chunk of cases, ``schedulers`` distribute the chunks, ``study_store`` keeps the results,
+``prepared`` carries a study out. ``kinds`` holds the kinds of studies in study files. ``regime_boundary``,
+``probability`` and ``sensitivity`` evaluate the Dataset.
 """
 
 from gearrattle.studies.basins_study import basins

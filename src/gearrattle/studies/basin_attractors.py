@@ -1,18 +1,17 @@
 """Attractors of a basin study: the settled motions, and the one that every initial state leads to.
 
-Periodic motions are distinguished by their orbits (``signals.strobe``): orbits nearer than ``same`` are one motion. The
-exact periodic motion of each group is found by shooting from the end of one of its cases: period, verdict and
-multipliers are those of that motion, not of the cases, which only come near to it. Groups from which shooting leads to
-the same motion are one attractor. Where it leads to none that is stable and near, period and verdict are those of the
-cases, and the attractor is not ``verified``.
+Periodic motions are distinguished by their orbits (``signals.strobe``): cases whose orbits are nearer than ``same`` are
+one group. Shooting from the end of one case gives the exact periodic motion of the group. Period, verdict and
+multipliers are those of this motion, because the cases only come near to it. Groups with the same periodic motion are
+one attractor. If shooting leads to no stable motion nearby, period and verdict are those of the cases, and the
+attractor is not ``verified``.
 
-Motions that are not periodic are not forced into classes: all chaotic motions are one class, because points cannot
-distinguish two of them, and undecided motions are reported as such. A body that floats within its gap may do so
-anywhere: such motions have neighbours that repeat as well, and those of one period and verdict are one *family*,
-reported as one attractor.
+All chaotic motions form one class, because points cannot distinguish two of them. Undecided motions are reported as
+undecided. A body that floats within its gap may do so anywhere: such motions have neighbours that repeat as well. All
+of them with the same period and verdict form one *family*, reported as one attractor.
 
-The share of an attractor is that of all initial states whose case was computed, undecided ones among them. For drawn
-points Wilson's interval is given with it (``signals.wilson_interval``); a grid is no sample and has none.
+The share of an attractor refers to all initial states whose case was computed, undecided ones included. Drawn points
+have Wilson's interval of the share (``signals.wilson_interval``); a grid is no random sample and has no interval.
 """
 
 from __future__ import annotations
@@ -47,11 +46,11 @@ ATTRACTOR = "attractor"
 CHAOS = 0
 UNSETTLED = -1
 NOTHING = -2
-MOST = 300  # groups whose distances are looked at
+MOST = 300  # largest number of groups whose distances are computed
 EXACT = 1e-6
-"""Motions found by shooting that are nearer than this, in units of their size, are one."""
+"""Largest distance of two results of shooting that are the same motion, in units of their size."""
 FAR = 1e300
-"""``between`` where there is one attractor, or none."""
+"""Value of ``between`` if there are fewer than two attractors."""
 _MEANING = "1, 2, ...: the attractor of that number; 0: chaotic; -1: undecided; -2: no result"
 
 

@@ -1,8 +1,8 @@
-"""Outputs that need metrics or samples, of cases computed together: each case is judged when the loop has finished it.
+"""Outputs that need metrics or samples, of cases computed together, evaluated as soon as the loop has finished a case.
 
-The loop (``solvers.variants``) marches a case and hands it over with the samples of its last cycles: the eight over
-which levels of accelerations are taken, the steady part, or none, where crossings suffice. Crossings before these
-cycles are in its tallies. So no cycle before them is sampled, and the case is judged as the last chunk of a long
+The loop (``solvers.variants``) integrates a case and returns it with the samples of its last cycles: of the eight
+cycles for the levels of accelerations, of the steady part, or of none if crossings suffice. Crossings before these
+cycles are counted in tallies. So earlier cycles need no samples, and a case is evaluated like the last chunk of a long
 motion.
 """
 
@@ -44,7 +44,7 @@ def is_followed(output: Output) -> bool:
 
 @dataclass(frozen=True)
 class Followed:
-    """Evaluation of each case that the loop has followed."""
+    """Evaluation of the cases that the loop has integrated."""
 
     outputs: Sequence[Output]
     model: Model

@@ -1,10 +1,10 @@
 """Cases of one structure computed together in the compiled loop over variants (``solvers.variants``).
 
-A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variant_assembly``), marched and
-judged without a model, a system or a trajectory of their own, to the same bits as one at a time. Metrics and outputs
-that need samples are taken of each case as it comes out of the loop (``studies.batch_outputs``). The rest is computed
-case by case: figures of a whole run or a function of the user's, other algorithms, cases of another structure, cases
-that fail.
+The cases of a chunk differ in a few numbers. So they are assembled together (``assembly.variant_assembly``), integrated
+and evaluated without a model, a system or a trajectory for each case; the results have the same bits as one case at a
+time. Metrics and outputs that need samples are computed when a case leaves the loop (``studies.batch_outputs``).
+Computed case by case are: outputs of a whole run or of a user's function, other algorithms, cases of another
+structure, cases that fail.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 Values = dict[str, NDArray[Any]]
 
 FEWEST = 4
-"""Cases that are worth a loop of their own."""
-_STRUCTURES = 3  # of a chunk's cases, tried one after the other
+"""Least number of cases that are computed together."""
+_STRUCTURES = 3  # largest number of structures tried in a chunk
 _STARTS = {"steady": STEADY, "static": STATIC, "zero": AS_GIVEN}
 _COUNTED = ("crossings per cycle", "function calls")
 

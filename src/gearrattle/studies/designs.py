@@ -1,11 +1,12 @@
-"""Designs of experiments: the points of the unit cube at which a study of scattering values is computed, by method.
+"""Designs of experiments: the points of the unit cube at which a study with random parameter values is computed.
 
     latin-hypercube, sobol, random    points independent of each other, for probabilities and rank correlations
-    saltelli                          two such samples A and B, and A with one column of B at a time: n (d + 2) points
-    saltelli-pairs                    B with one column of A at a time as well: n (2 d + 2) points
+    saltelli                          two samples A and B of n points, and A with one column from B: n (d + 2) points
+    saltelli-pairs                    as well as these, B with one column from A: n (2 d + 2) points
     one-at-a-time                     the model itself, then every value at its lower and at its upper end: 2 d + 1
 
-From Saltelli's points follow Sobol' indices of first and total order, from the pairs those of second order
+d is the number of values that vary. The points of ``saltelli`` give Sobol' indices of first and total order, those of
+``saltelli-pairs`` the indices of second order as well
 (A. Saltelli, Making best use of model evaluations to compute sensitivity indices, Computer Physics Communications 145,
 2002, pp. 280-297); SALib makes them, from a scrambled sequence of Sobol', block by block: A, AB_1 to AB_d (BA_1 to
 BA_d), B.
@@ -32,31 +33,31 @@ ONE_AT_A_TIME = "one-at-a-time"
 
 @dataclass(frozen=True)
 class Design:
-    """Method that chooses points.
+    """Method that chooses points; a function of the number d of varied values and the number of samples.
 
     Attributes
     ----------
     shares
-        of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
+        function (d, samples, seed) that returns the points, (cases, d) in 0 to 1; NaN stands for the model's own value.
     cases
-        how many cases come of d values and a count.
-    counted
-        whether it takes a count.
-    paired
-        whether the count must be a power of two.
+        function (d, samples) that returns the number of cases.
+    takes_samples
+        whether the number of samples can be chosen.
+    needs_power_of_two
+        whether the number of samples must be a power of two.
     independent
-        of d values and all cases: which of them are an independent sample.
+        function (d, cases) that returns the indices of the cases that form an independent sample.
     """
 
     shares: Callable[[int, int, int], Array]
     cases: Callable[[int, int], int]
-    counted: bool = True
-    paired: bool = False
+    takes_samples: bool = True
+    needs_power_of_two: bool = False
     independent: Callable[[int, int], NDArray[np.intp]] = lambda _, cases: np.arange(cases)
 
 
 def block(method: str, d: int) -> int:
-    """Number of cases that a base point of Saltelli's has among d values; 0 for other methods."""
+    """Number of cases for every sample in a design of Saltelli with d values; 0 for other methods."""
     return {SALTELLI: d + 2, PAIRS: 2 * d + 2}.get(method, 0)
 
 
@@ -97,7 +98,7 @@ def _one_at_a_time(d: int, _count: int, _seed: int) -> Array:
 
 
 def _ends(step: int, cases: int) -> NDArray[np.intp]:
-    """A and B: the first and the last of every block."""
+    """Indices of the samples A and B: the first and the last case of every block of ``step`` cases."""
     first = np.arange(0, cases - step + 1, step)
     return np.sort(np.concatenate([first, first + step - 1]))
 
@@ -109,17 +110,17 @@ DESIGNS: Mapping[str, Design] = {
     SALTELLI: Design(
         lambda d, n, seed: _saltelli(d, n, seed, pairs=False),
         lambda d, n: n * (d + 2),
-        paired=True,
+        needs_power_of_two=True,
         independent=lambda d, cases: _ends(d + 2, cases),
     ),
     PAIRS: Design(
         lambda d, n, seed: _saltelli(d, n, seed, pairs=True),
         lambda d, n: n * (2 * d + 2),
-        paired=True,
+        needs_power_of_two=True,
         independent=lambda d, cases: _ends(2 * d + 2, cases),
     ),
     ONE_AT_A_TIME: Design(
-        _one_at_a_time, lambda d, _: 2 * d + 1, counted=False, independent=lambda _, __: np.arange(0)
+        _one_at_a_time, lambda d, _: 2 * d + 1, takes_samples=False, independent=lambda _, __: np.arange(0)
     ),
 }
 """Name of a method -> design."""
@@ -127,28 +128,28 @@ DESIGNS: Mapping[str, Design] = {
 
 SAMPLES = Count()
 """Number of points drawn."""
-METHODS = tuple(name for name, design in DESIGNS.items() if design.counted and not design.paired)
-"""Those whose points are independent of each other."""
+METHODS = tuple(name for name, design in DESIGNS.items() if design.takes_samples and not design.needs_power_of_two)
+"""Methods whose points are independent of each other."""
 METHOD = Choice(METHODS)
 
 
 def design_of(method: str, samples: int, varied: int) -> Design:
-    """Return a design that suits a number of samples and of values that scatter.
+    """Return the design of a method, checked for a number of samples and a number ``varied`` of values that vary.
 
-    ModelError: there is no such method, or the number does not suit; all that is wrong.
+    A ModelError lists every problem: an unknown method, a number of samples that the method does not take.
     """
     problems = argument_problems({"samples": (SAMPLES, samples)})
-    whole = not problems
+    is_count = not problems  # samples is an integer >= 0
     unknown = argument_problems({"method": (Choice(tuple(DESIGNS)), method)})
     problems += unknown
     design = DESIGNS["random" if unknown else method]
-    if design.counted and bool(varied) != bool(samples):
+    if design.takes_samples and bool(varied) != bool(samples):
         rule = "what scatters needs a number of samples, and samples something that scatters"
         problems.append(Problem("samples", shown(samples), rule))
-    elif not design.counted and (samples or not varied):
+    elif not design.takes_samples and (samples or not varied):
         rule = f"{method} takes no number: it has the model and two cases for every value that scatters"
         problems.append(Problem("samples", shown(samples), rule, "leave it out" if samples else "let values scatter"))
-    elif design.paired and whole and samples & (samples - 1):
+    elif design.needs_power_of_two and is_count and samples & (samples - 1):
         lower = 1 << (samples.bit_length() - 1)
         rule = "must be a power of two, so that Sobol's sequence is balanced"
         problems.append(Problem("samples", shown(samples), rule, f"{lower} or {2 * lower}"))

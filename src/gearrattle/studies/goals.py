@@ -38,11 +38,11 @@ class Quantity:
     Attributes
     ----------
     output, subject
-        where it stands in the Dataset; the subject is empty for an output without.
+        name of the output in the Dataset, and its subject; an empty subject for an output without subjects.
     of
-        a function of the Model instead; None for an output.
+        function of the Model that returns the number; None for an output.
     unit
-        of it; "" for a plain number.
+        unit of the number; "" for a plain number.
     """
 
     label: str

@@ -58,8 +58,8 @@ MOST = 1_000_000
 DESIGNS = Count(4, MOST)
 TIMES = Count(1, MOST)
 """Number of designs of a generation, and number of generations."""
-_STARTING = 3.0  # seconds until the fresh processes of a generation are warm
-_PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
+_STARTING = 3.0  # time to start the processes of a generation [s]
+_PAYS = 10.0  # time of a generation below which starting processes takes longer than it saves [s]
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class Optimization:
     Attributes
     ----------
     size
-        designs of a generation, and generations.
+        number of designs in a generation, and number of generations.
     seconds
-        time that one design takes, computed with the others of its generation [s].
+        time of one design, computed together with its generation [s].
     alone
-        time that a single audited run takes [s].
+        time of a single audited run [s].
     """
 
     model: Model
@@ -437,9 +437,9 @@ class _Shifted:
     Attributes
     ----------
     number, of
-        of the generation, from 0, and how many there are.
+        number of the generation, from 0, and number of generations.
     taken
-        what those before took [s].
+        time of the generations before [s].
     """
 
     progress: Progress

@@ -45,21 +45,21 @@ class Output:
     dimension
         "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number per case.
     unit
-        by subject it applies to, for they may differ; SI.
+        SI unit for every subject to which the output applies.
     words
-        what codes stand for; empty for numbers.
+        meanings of the codes; empty for numbers.
     criterion
-        the criterion or metric whose quantity it is; empty if none's.
+        the criterion or metric that has the quantity; empty if there is none.
     only
-        the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
+        the subjects to which the output applies; empty for all. It has no value (``nothing``) for the others.
     gaps
-        of codes, the subjects that can separate in some case: only these can rattle.
+        for codes: the subjects that can separate in some case; only these can rattle.
     absent
-        what a case that ran has where its motion lacks the quantity.
+        value of a case that ran and whose motion lacks the quantity.
     lacking
-        what such a motion lacks ("no impact"); empty for what every motion has.
+        words for that lack ("no impact"); empty for a quantity of every motion.
     error
-        of sampling, in words; empty where it is not known what the value comes from.
+        error by sampling, in words; empty if it is not known.
     over_all
         whether it is the largest value over all stable motions of a case (``stable_motion_outputs``).
     modes

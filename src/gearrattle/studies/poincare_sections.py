@@ -80,9 +80,9 @@ class Section:
     Attributes
     ----------
     tested
-        of those the period is asked of: deflections and rates of all clearances.
+        names of the quantities that decide the period: deflections and rates of all clearances.
     scale
-        what counts as one, by name.
+        unit of every quantity, by name.
     """
 
     names: tuple[str, ...]
@@ -225,17 +225,18 @@ class Sections(Outputs):
     Attributes
     ----------
     points
-        periods kept of the section, the last ones.
+        number of last periods whose points are kept.
     tolerance
-        of the period's test, in the units of the section.
+        tolerance of the test for a period, in the units of the section.
     most
-        largest period number looked for.
+        largest period number that is tested.
     states
-        the most relative states of any case; 0 keeps no Floquet multipliers. Those that a case lacks are NaN.
+        largest number of relative states of a case, for the Floquet multipliers, NaN beyond those of a case; 0: none
+        are kept.
     inertias
-        whose last angles and velocities are kept; empty for none.
+        inertias whose final angles and velocities are kept; empty for none.
     own_units
-        of the exponent, of angles and of velocities at the end.
+        units of the exponent, and of the final angles and velocities.
     """
 
     section: Section = Section((), (), {}, Fraction(0))

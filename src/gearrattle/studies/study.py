@@ -197,7 +197,7 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
     if design.cases(len(vary), samples) > MOST * 100:
         raise ModelError(Problem("samples", shown(samples), f"more than {MOST * 100} cases cannot be held"))
     varied = [distribution.varied for distribution in distributions]
-    base = None if design.counted else np.array([_own_value(one, model) for one in varied])
+    base = None if design.takes_samples else np.array([_own_value(one, model) for one in varied])
     return Samples.of(varied, sampled(distributions, samples, method, seed, base), method, model)
 
 

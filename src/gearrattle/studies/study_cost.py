@@ -24,14 +24,14 @@ from gearrattle.studies.case_batches import FEWEST, batched, can_follow
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples
 
-_TRIED = 0.5  # seconds that cases alone would take
-MOST_TRIED = 32  # cases by which the time of one is measured
-_TOO_LONG = 2.0  # seconds of a case alone: no further case is tried then
-_OPENING = 0.2  # seconds to lay out a study, measured
-_KEEPING = 0.02  # seconds to keep a chunk, measured
+_TRIED = 0.5  # time of the cases for the estimate, if computed one by one [s]
+MOST_TRIED = 32  # largest number of cases for the estimate
+_TOO_LONG = 2.0  # time of one case from which on no further case is computed for the estimate [s]
+_OPENING = 0.2  # measured time to create the files of a study [s]
+_KEEPING = 0.02  # measured time to store a chunk [s]
 _GOLDEN = 0.6180339887498949
-_BELIEVED = 0.5  # share of the work after which its own pace alone is believed, and the estimate no more
-_ALMOST = 0.95  # share of a chunk under way that is counted at most where it is unknown
+_BELIEVED = 0.5  # finished share from which on only the measured pace counts, not the estimate
+_ALMOST = 0.95  # largest finished share assumed for a chunk whose progress is unknown
 
 
 def spread(count: int, most: int) -> Iterator[int]:

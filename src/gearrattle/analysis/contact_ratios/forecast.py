@@ -41,16 +41,16 @@ Complex = NDArray[np.complex128]
 # searches begin at so many equal steps from this share of the largest slope to all of it,
 LOWEST = 0.02
 FINEST = 24
-MOST_STARTS = 32  # or fewer, that all combinations may be tried
+MOST_STARTS = 32  # largest number of starts
 FEWEST_SAMPLES = 512
-SAME = 1e-5  # fixed points this near are one
+SAME = 1e-5  # distance up to which two fixed points are the same
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
-_RELAXED = 25  # iterations before Newton's take over
-_MOST_SOUGHT = 32  # clearances beyond which no motions are sought: a matrix an order, and hundreds of orders
+_RELAXED = 25  # damped iterations before Newton's method
+_MOST_SOUGHT = 32  # clearances beyond which no motions are computed: every one of hundreds of orders needs a matrix
 _MANY = 12  # clearances beyond which Newton's steps are by Krylov's method
-_MOST_KRYLOV = 20  # of these steps
-_FEW_KRYLOV = 6  # how many of them where the search need not be thorough
-_PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
+_MOST_KRYLOV = 20  # largest number of these steps
+_FEW_KRYLOV = 6  # the same if the search need not be thorough
+_PERIODS_WITHOUT_PERIOD = 61  # length of the samples of orders without a common period, in periods
 
 
 @dataclass(frozen=True)

@@ -36,10 +36,10 @@ Complex = NDArray[np.complex128]
 FEWEST = 64
 MOST = 512
 ABOVE = 1.5
-"""Orders kept: so many times the order of the fastest mode in contact, within bounds."""
-SETTLED = 1e-6  # change of every clearance's oscillation, as a share of it
-MARGIN = 1e-3  # a multiplier may lie so far beyond one and still be the rigid body's, in rounding and interpolation
-_SAMPLES = 4  # a harmonic
+"""Highest order kept over the order of the fastest mode in contact, within bounds."""
+SETTLED = 1e-6  # relative change of every clearance's oscillation at which the iteration ends
+MARGIN = 1e-3  # excess of a multiplier over one that rounding and interpolation may give for a rigid motion
+_SAMPLES = 4  # samples for every harmonic
 _DAMPED = 0.5
 _MOST_DAMPED = 200
 _RUNAWAY = 1e3

@@ -1,4 +1,8 @@
-"""Multipliers of a periodic motion: the eigenvalues of the gradient of its period map."""
+"""Multipliers of a periodic motion: the eigenvalues of the gradient of its period map.
+
+They decide the stability of one motion (``orbits.orbit.is_stable``); ranges of stability along a branch are in
+``orbits.stability_ranges``.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Covariance of residuals that are not independent, and the errors of least squares with it.
 
-A covariance of N residuals is held as what it is made of: blocks of k residuals that go with each other and with those
-of the next block, and F' F of few rows F, where something is common to many (a calibration, runs of a simulation).
+The covariance of N residuals is stored as a sum of two parts: a block tridiagonal matrix, because residuals of a block
+of k correlate with each other and with those of the next block; and F' F with few rows F, for errors common to many
+residuals (a calibration, the runs of a simulation).
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ class Covariance:
     Attributes
     ----------
     within
-        (b, k, k) of a block.
+        (b, k, k) covariance within every block.
     neighbour
-        (b - 1, k, k) of a block, in rows, with the next one, in columns.
+        (b - 1, k, k) covariance of every block (rows) with the next block (columns).
     factor
-        (f, N) rows F: F' F is added.
+        (f, N) F.
     """
 
     within: Array

@@ -1,9 +1,10 @@
 """Choice of the lines of a recorded motion that are compared with a simulated one.
 
-The choice must not depend on the noise in the lines. Of lines chosen by their measured size, more are chosen that noise
-has raised, and a fit to them is biased. The search has lines by both sizes (``of_both``), as a start may be far off.
-The final fit has the lines that are strong in the fitted motion (``of_fitted``), and those measured lines that it
-cannot explain: of a true model there are none.
+The choice must not depend on the noise in the lines. If lines were chosen by their measured amplitude, those that noise
+has raised would be preferred, and the fit would be biased. During the search lines are chosen by the measured and the
+simulated amplitude (``of_both``), because a start may be far from the data. The final fit uses the lines that are
+strong in the fitted motion (``of_fitted``), and measured lines that this motion cannot explain; a true model leaves no
+such lines.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Complex = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 
 _BY_CHANCE = 1e-4
-"""Probability that a line is taken for one that the fitted motion cannot explain, though it is."""
+"""Probability that a line which the fitted motion explains is counted as unexplained."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,9 @@ class Chosen:
     by_rms
         (m,) indices of channels whose rms is compared as well.
     phases
-        whether phases are, or amplitudes alone.
+        whether phases are compared; otherwise only amplitudes.
     delay
-        of the clocks [s]; None: fitted.
+        delay between the clocks [s]; None: fitted.
     """
 
     line: Indices

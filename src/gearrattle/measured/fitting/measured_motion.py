@@ -1,7 +1,7 @@
-"""What measured motions have in common: values with standard errors, and residuals against a simulated motion.
+"""Base of measured motions: values with standard errors, and residuals against a simulated motion.
 
-Lines of a mean cycle (``recorded``) and orders over speed (``run_up_residuals``) are such motions. Each measured
-amplitude gives a row in phase with it and, where phases are compared, one in quadrature.
+Lines of a mean cycle (``recorded``) and orders over speed (``run_up_residuals``) are measured motions. Each measured
+amplitude gives a residual in phase with it and, if phases are compared, a second one in quadrature.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 Samples = Any
-"""What is kept of one simulation: its cycles, or its blocks."""
+"""Data kept of one simulation: its cycles, or its blocks."""
 Compared = Any
-"""What of it is compared."""
+"""Values of these data that are compared."""
 
 
 class Measured(ABC):

@@ -1,8 +1,8 @@
 """``fit_motion``: the parameters of a rough model whose motion agrees best with a recorded one.
 
-One motion is simulated at every start; those that fit best and lie apart are followed by the search that modes and
-responses are fitted by. Where the simulated motion does not repeat itself, what the search ends with is settled on a
-response surface (``surface``).
+One motion is simulated at every start. From the starts that fit best and differ enough, local least-squares searches
+begin, as in the fits of modes and responses (``multi_start``). Where the simulated motion does not repeat itself, the
+best minimum is refined on a response surface (``surface``).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gearrattle.measured.fitting.run_up_motion import run_up_motion, run_up_prob
 from gearrattle.measured.fitting.run_up_residuals import MeasuredRunUp
 from gearrattle.measured.fitting.steady_motion import steady_motion
 from gearrattle.measured.fitting.surface import Surface, settle
-from gearrattle.measured.identification.estimates import Progress, Searched, Settings, estimates
+from gearrattle.measured.identification.estimates import Progress, SearchResult, Settings, estimates
 from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.free_parameters import free_parameters
 from gearrattle.measured.identification.multi_start import Effort, Minimum, search, spread_out
@@ -37,13 +37,13 @@ from gearrattle.wording import counted
 Array = NDArray[np.float64]
 
 FOLLOWED = 3
-"""Starts that are followed, of those that were tried."""
-_SMOOTH = Effort(40, 1e-4, 1e-2)
-_JUMPING = Effort(10, 1e-2, None, settles=False)
-_NEARBY = Effort(40, 1e-4, None, settles=False)
-_WORSE = 10.0  # times the best chi-square: a start of a motion that does not settle is not followed
-_APART = 0.15  # of the width of the bounds: starts nearer to a better one are in its valley
-_EXPECTED = 10  # evaluations of a local search, for the progress alone
+"""Largest number of starts from which a local search begins."""
+_SMOOTH = Effort(evaluations=40, tolerance=1e-4, roughly=1e-2)  # motions that repeat themselves
+_JUMPING = Effort(evaluations=10, tolerance=1e-2, roughly=None, settles=False)  # motions that do not
+_NEARBY = Effort(evaluations=40, tolerance=1e-4, roughly=None, settles=False)  # second search, from a minimum
+_WORSE = 10.0  # times the best chi-square: no search from a worse start, if motions do not repeat themselves
+_APART = 0.15  # share of the width of the bounds: a start nearer than this to a better start is left out
+_EXPECTED = 10  # evaluations of a local search, only for the progress
 
 
 def fit_motion(
@@ -79,7 +79,7 @@ def fit_motion(
     # the least-squares problem, its search and the notes of it
     problem = MotionProblem(measured, simulator, model, parameters, settings.prior, steps.count)
     steps.count()
-    searched, judged, said = _searched(problem, settings.starts, settings.seed)
+    result, judged, said = _minima(problem, settings.starts, settings.seed)
     if settings.profile and isinstance(judged, Surface):
         settings = replace(settings, profile=False)
         said = [
@@ -90,10 +90,10 @@ def fit_motion(
     of_records = [note for pair in zip(pairings, recordings, strict=True) for one in pair for note in one.notes]
     said = [*notes, *said, *dict.fromkeys(of_records)]
     # standard errors and intervals at the minimum
-    fitted = estimates(model, judged, parameters, searched, settings, notes=said)
+    fitted = estimates(model, judged, parameters, result, settings, notes=said)
     if isinstance(judged.of.recorded, MeasuredRunUp):
         names = [channel.name for channel in pairings[0].simulated]
-        fitted = replace(fitted, tracks=judged.of.recorded.tracks(judged.of.motion(searched.minima[0].x), names))
+        fitted = replace(fitted, tracks=judged.of.recorded.tracks(judged.of.motion(result.minima[0].x), names))
     if settings.progress is not None:
         settings.progress(1.0)
     return fitted
@@ -128,13 +128,13 @@ class Steps:
             self._progress(self._done / self._all)
 
 
-def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched, Judged, list[str]]:
-    """Return the minima, the problem by which the best of them is judged, and notes on the search."""
+def _minima(problem: MotionProblem, starts: int, seed: int) -> tuple[SearchResult, Judged, list[str]]:
+    """Return the minima, the problem that gives the errors of the best minimum, and notes on the search."""
     # the noise of a motion that does not repeat itself, at the start
     origin = np.zeros(len(problem.parameters.paths))
     if problem.jitter(origin) > ROUGH:
         problem = problem.scattering(origin, seed)
-    # one simulation at every start; the best ones that lie apart are followed
+    # one simulation at every start; the best starts that differ enough are chosen
     points, failed, reason = _tried(problem, starts, seed)
     if not points:
         raise ConvergenceError(f"none of {counted(starts, 'start')} has a motion: {reason}", remedy="narrower bounds")
@@ -143,8 +143,8 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
         problem = problem.scattering(points[0][1], seed)
         points = sorted(((problem.chi_square(point), point) for _, point in points), key=lambda one: one[0])
         points = [(chi, point) for chi, point in points if chi <= _WORSE * points[0][0]]
-    followed = _apart(points, problem.parameters.box)
-    # local searches, with the step of the differences by the jitter
+    followed = _distinct_starts(points, problem.parameters.box)
+    # local searches; the jitter decides the step of the difference quotients
     differences = problem.differences(problem.jitter(followed[0]))
     effort = _JUMPING if rough else _SMOOTH
     minima, lost = search(differences.residuals, followed, problem.parameters.box, effort)
@@ -152,32 +152,32 @@ def _searched(problem: MotionProblem, starts: int, seed: int) -> tuple[Searched,
     if failed:
         said.append(f"{counted(failed, 'start')} had no motion that could be compared: {reason}")
     # choose the compared lines anew at the best minimum
-    searched = problem
+    before = problem
     problem = problem.judged_at(minima[0].x)
     after = problem.jitter(minima[0].x)
-    # a motion that scatters is settled on a response surface
+    # refine the minimum of a motion that does not repeat itself on a response surface
     if after > ROUGH:
         problem = problem.scattering(minima[0].x, seed)
         best, judged = settle(problem.differences(problem.jitter(minima[0].x)), minima[0])
-        return Searched((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
+        return SearchResult((best, *_anew(judged.of, minima[1:])), len(followed), lost), judged, said
     # otherwise search again where residuals or compared lines have changed
-    jumped = rough or differences.step > 3.0 * problem.step(after)  # the start's motion jumps, the best one's does not
-    if jumped or not problem.recorded.compares_as(searched.recorded):
+    jumped = rough or differences.step > 3.0 * problem.step(after)  # now the motion repeats itself
+    if jumped or not problem.recorded.compares_as(before.recorded):
         differences = problem.differences(after)
         effort = _SMOOTH if jumped else _NEARBY
         again, _ = search(differences.residuals, [minima[0].x], problem.parameters.box, effort)
         minima = (replace(again[0], times=minima[0].times), *_anew(problem, minima[1:]))
-    return Searched(minima, len(followed), lost, _SMOOTH), differences, said
+    return SearchResult(minima, len(followed), lost, _SMOOTH), differences, said
 
 
 def _anew(problem: MotionProblem, minima: Sequence[Minimum]) -> list[Minimum]:
-    """Return minima with their chi-square in the standard errors of the best one."""
+    """Return minima with chi-square recomputed by a problem, ascending."""
     judged = [replace(minimum, chi_square=problem.level(minimum.x)) for minimum in minima]
     return sorted(judged, key=lambda minimum: minimum.chi_square)
 
 
 def _tried(problem: MotionProblem, starts: int, seed: int) -> tuple[list[tuple[float, Array]], int, str]:
-    """Return chi-square at every start that has a motion, the best first; how many have none, and why."""
+    """Return (chi-square, start) where a motion exists, the best first; the number of starts that fail, and why."""
     tried: list[tuple[float, Array]] = []
     reason = ""
     for point in spread_out(problem.parameters.box, starts, seed):
@@ -188,8 +188,8 @@ def _tried(problem: MotionProblem, starts: int, seed: int) -> tuple[list[tuple[f
     return sorted(tried, key=lambda one: one[0]), starts - len(tried), reason
 
 
-def _apart(tried: Sequence[tuple[float, Array]], box: tuple[Array, Array]) -> list[Array]:
-    """Return the best starts that lie in different valleys."""
+def _distinct_starts(tried: Sequence[tuple[float, Array]], box: tuple[Array, Array]) -> list[Array]:
+    """Return the best starts, each farther than ``_APART`` from the better ones; at most ``FOLLOWED``."""
     chosen: list[Array] = []
     for _, point in tried:
         if len(chosen) == FOLLOWED:

@@ -1,4 +1,4 @@
-"""The least-squares problem of a recorded motion: one simulation a point, derivatives by central differences.
+"""The least-squares problem of a recorded motion: one simulation at every point, derivatives by central differences.
 
 How smooth the residuals are is measured, not assumed (J. J. More, S. M. Wild 2011, SIAM J. Sci. Comput. 33, 1292): the
 second difference of the residuals over a step of 1e-7 is rounding where the motion settles, and of the size of the
@@ -33,13 +33,13 @@ ROUGH = 0.05
 """Jitter of the residuals, in standard errors, from which on they are not smooth."""
 STEPS = 1e-4, 0.1
 """Smallest and largest step of the logarithms."""
-_TINY = 1e-7  # step of the logarithms over which jitter shows
-_NOTHING = 1e-6  # of the longest row of a Jacobian: shorter is rounding
+_TINY = 1e-7  # step of the logarithms for the jitter
+_NOTHING = 1e-6  # share of the longest row of a Jacobian: a shorter row is rounding
 _NEIGHBOURS = 8
-_ROUNDING = 1e-10  # of a row
+_ROUNDING = 1e-10  # share of a row that is rounding
 _BENT = 0.5  # standard errors of the data
-_FAR = 0.5  # standard error of a logarithm above which no straight line is expected
-_SURE = 1.6  # times the value by noise alone
+_FAR = 0.5  # standard error of a logarithm above which the residuals are not expected to be linear
+_SURE = 1.6  # ratio to the value by noise alone
 
 
 class Simulates(Protocol):

@@ -62,19 +62,19 @@ class Recorded(Measured):
     Attributes
     ----------
     channels
-        of the C columns, as measured.
+        measured channels of the C columns.
     lowest
-        end of the band [Hz].
+        lower end of the band [Hz].
     period
-        of the model [s].
+        period of the model [s].
     base
         order of the first line.
     noise
         (m,) mean square of the stated noise.
     calibration
-        (C,) relative standard uncertainty.
+        (C,) relative standard uncertainty of every channel.
     scatter
-        (N,) standard error of every row of the simulated motion; zero of one that repeats itself.
+        (N,) standard error of every row of the simulated motion; zero for a motion that repeats itself.
     """
 
     channels: tuple[Channel, ...]

@@ -39,12 +39,12 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SHARED = 1.0 / 6.0
-"""Of the noise of a block, that the next one has as well."""
+"""Share of a block's noise that the next block has in common with it."""
 _WINDOW = 24  # blocks over which the scatter is averaged
-_LEAST = 1e-4  # of the largest amplitude of a channel: error of blocks at two samplings
-_INDEPENDENT = 0.9  # degrees of freedom of the mean square of overlapping complex second differences, a difference
+_LEAST = 1e-4  # share of a channel's largest amplitude: error of blocks with different sampling rates
+_INDEPENDENT = 0.9  # degrees of freedom for every overlapping complex second difference, in their mean square
 TWO_SIDED = 1.96
-"""Standard errors to either side that hold 95 %."""
+"""Standard errors to either side of a 95 % interval."""
 _DRIFT = 0.1  # rad at the highest order
 _SURE = 4.0  # standard errors
 
@@ -70,9 +70,9 @@ class MeasuredRunUp(Measured):
     noise
         (B, m, m) covariance of every block.
     simulated_noise
-        (B, m, m) of the simulated blocks; zero of a motion without scatter.
+        (B, m, m) covariance of every simulated block; zero for a motion without scatter.
     misfit
-        (B, m) measured less fitted, of sizes without phases; None before there is a fit.
+        (B, m) measured minus fitted amplitudes, of absolute values if phases are not compared; None before the fit.
     """
 
     channels: tuple[Channel, ...]

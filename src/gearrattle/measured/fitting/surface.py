@@ -1,13 +1,13 @@
 """A response surface for residuals that jump: a parabola by least squares over runs around a point.
 
-A motion that does not settle has averages that scatter from run to run, however near the parameters. A search on them
-ends at whichever of many runs happened to fit best, which may be several standard errors off. So the residuals of K
-runs over a region u = (x - c) / h within -1 ... 1 are replaced by
+A motion that does not repeat itself has averages that scatter from run to run, however small the change of the
+parameters. A search on such averages ends at the run that fits best by chance, which may lie several standard errors
+from the minimum. So the residuals of K runs over a region u = (x - c) / h within -1 ... 1 are replaced by
 
-    r(u) = r_0 + sum_p (a_p u_p + b_p u_p^2),
+    r(u) = r_0 + sum_p (a_p u_p + b_p u_p^2).
 
-whose errors are known from what the parabola leaves (G. E. P. Box, K. B. Wilson 1951, J. R. Stat. Soc. B 13, 1). The
-region follows the minimum and shrinks to some standard errors.
+The deviations of the runs from this parabola give its errors (G. E. P. Box, K. B. Wilson 1951, J. R. Stat. Soc. B 13,
+1). The region follows the minimum and shrinks to some standard errors.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 8
-_WIDE = 4.0  # standard errors that a region reaches at least to either side
-_NARROW = 0.01  # logarithms that a region reaches at least to either side
-_CLEAR = 2.0  # times the scatter of all rows together: change of the residuals wanted over a region
-_SHRUNK = 0.3  # of the region before, at least
-_BENDS = 1.5  # times the scatter of neighbouring runs: with larger residuals the parabola bends too little
-_CENTRAL = 0.4  # of a region, within which the minimum is to lie
-_LEAST_STEEP = 0.1  # of a squared slope that is not its scatter
-_RUNS = 6, 24  # runs a coefficient: at first, and at most where a parameter is not noticed
+_ROUNDS = 8  # largest number of regions, one after the other
+_WIDE = 4.0  # least half width of a region, in standard errors
+_NARROW = 0.01  # least half width of a region, as a logarithm
+_CLEAR = 2.0  # wanted change of the residuals over a region, over the scatter of all rows together
+_SHRUNK = 0.3  # least width of a region over that of the region before
+_BENDS = 1.5  # ratio of the parabola's residuals to the scatter of neighbouring runs at which the parabola is too flat
+_CENTRAL = 0.4  # share of a region in which the minimum must lie
+_LEAST_STEEP = 0.1  # least share of a squared slope that is not scatter
+_RUNS = 6, 24  # runs for every coefficient: at first, and at most if the residuals do not depend on a parameter
 
 
 @dataclass(frozen=True)
@@ -46,15 +46,15 @@ class Surface(Judged):
     Attributes
     ----------
     centre, half
-        (P,) of the region.
+        (P,) centre and half width of the region.
     coefficients
-        (1 + 2 P, N) of the parabola in u.
+        (1 + 2 P, N) coefficients of the parabola in u.
     inverse
-        (1 + 2 P, 1 + 2 P) of the normal matrix.
+        (1 + 2 P, 1 + 2 P) inverse of the normal matrix.
     left
-        (K, N) what it leaves.
+        (K, N) residuals of the runs minus the parabola.
     weight
-        (N,) of the rows: their standard errors hold that of the runs' mean as well.
+        (N,) weights of the rows, whose standard errors include that of the mean of the runs.
     """
 
     centre: Array

@@ -30,7 +30,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """How values are searched and judged, whatever was measured; meanings as of ``fit``.
+    """Settings of the search and of its evaluation, for data of any kind; meanings as of ``fit``.
 
     A ModelError has all settings that no search can have.
     """
@@ -52,7 +52,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Searched:
+class SearchResult:
     """Result of a search."""
 
     minima: tuple[Minimum, ...]
@@ -65,14 +65,14 @@ def estimates(
     model: Model,
     problem: DataProblem,
     parameters: Parameters,
-    searched: Searched,
+    result: SearchResult,
     settings: Settings,
     *,
     notes: Sequence[str],
 ) -> Fit:
     """Return the fit at the best minimum: errors, intervals, open combinations and notes."""
     # residuals, and the directions without information, at the best minimum
-    minima = searched.minima
+    minima = result.minima
     best = minima[0]
     rows, jacobian = problem.data_residuals(best.x)
     null = null_space(jacobian)
@@ -90,7 +90,7 @@ def estimates(
     if settings.profile:
         rises = LEVEL * _widened(problem, best, spread, scale)
         progress = settings.progress
-        ends = _profiles(problem, parameters, best.x, (spread, rises), effort=searched.effort, progress=progress)
+        ends = _profiles(problem, parameters, best.x, (spread, rises), effort=result.effort, progress=progress)
     # the parameters, those on a bound named
     values = parameters.values(best.x)
     words = {-1: "lower", 0: "", 1: "upper"}
@@ -122,10 +122,10 @@ def estimates(
             )
             for m in minima
         ),
-        starts=searched.starts,
+        starts=result.starts,
         undetermined=open_ones,
         chance=None if problem.assumed or freedom <= 0 else problem.chance(best.x, freedom),
-        notes=(*_notes(problem, parameters, searched, (scale, freedom)), *problem.remarks(best.x, open_ones), *notes),
+        notes=(*_notes(problem, parameters, result, (scale, freedom)), *problem.remarks(best.x, open_ones), *notes),
     )
 
 
@@ -179,10 +179,10 @@ def _profiles(
     return intervals
 
 
-def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, numbers: tuple[float, int]) -> list[str]:
+def _notes(problem: DataProblem, parameters: Parameters, result: SearchResult, numbers: tuple[float, int]) -> list[str]:
     """Return notes for any data: assumed errors, large residuals, rival minima, bounds."""
     (scale, freedom) = numbers
-    minima = searched.minima
+    minima = result.minima
     # standard errors that were assumed, or that the residuals exceed
     notes = []
     if problem.assumed:
@@ -204,8 +204,8 @@ def _notes(problem: DataProblem, parameters: Parameters, searched: Searched, num
             f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
     # searches that failed, and parameters on a bound
-    if searched.failed:
-        notes.append(f"{searched.failed} of the starts did not converge.")
+    if result.failed:
+        notes.append(f"{result.failed} of the starts did not converge.")
     if any(m for m in minima[0].at_bound):
         paths = [path for path, at in zip(parameters.paths, minima[0].at_bound.tolist(), strict=True) if at]
         notes.append(f"on a bound: {', '.join(paths)}; widen it, unless it is known to hold.")

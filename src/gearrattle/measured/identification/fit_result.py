@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 UNLIKELY = 0.01
 """A probability of chi-square below this means that the model does not explain the data."""
 FAR = 5.0
-"""Residuals of so many assumed standard errors mean the same."""
+"""A residual larger than so many assumed standard errors means the same."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Fit(Result):
     undetermined
         combinations of parameters that the data leave open.
     notes
-        what the user must know.
+        sentences that the user must know.
     chance
         probability of a chi-square this large or larger, if the model were right; None where standard errors were
         assumed, or no degree of freedom is left.

@@ -34,9 +34,9 @@ Array = NDArray[np.float64]
 
 FEWEST = 40
 """Samples that a loop must have."""
-_TURN = 0.05  # of the range: a smaller way back is no turn
-_REACH = 0.03  # of the range: a leg ends so near the ends of the loop
-_GAP = 0.1  # of the torque's range: largest gap of a closed loop where it meets itself
+_TURN = 0.05  # share of the angle's range: a smaller way back is no turn
+_REACH = 0.03  # share of the angle's range: largest distance of a leg's end from the end of the loop
+_GAP = 0.1  # share of the torque's range: largest gap between begin and end of a closed loop
 _JOINED = "the test began between its ends: its last samples are joined to its first ones"
 
 

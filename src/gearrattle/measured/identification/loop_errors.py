@@ -7,7 +7,7 @@ integrated autocorrelation time tau of the residuals,
 
 (Y. Bard, Nonlinear Parameter Estimation, 1974, ch. 7; A. Sokal, Monte Carlo Methods in Statistical Mechanics, 1997,
 sec. 3). At the true law, with white noise, this is the bound of Cramer and Rao. The jump of the torque where friction
-is released has no derivative and is left out of A; ``loop_jumps`` tells what it adds. Reaches that were given by the
+is released has no derivative and is left out of A; ``loop_jumps`` computes what it adds. Reaches that were set by the
 default count as unknown. The bootstrap (H. R. Kunsch, The Jackknife and the Bootstrap for General Stationary
 Observations, Annals of Statistics 17, 1989, pp. 1217-1241) sees jumps: it adds blocks of residuals to the fitted torque
 and fits again, with the same stages.

@@ -34,12 +34,12 @@ from gearrattle.measured.identification.loop_slopes import carried, slopes_in
 
 Array = NDArray[np.float64]
 
-_WIDE = 8.0  # standard errors without the jump that are searched
-_ROOM = 0.02  # of the range: the most that is searched
-_PLACES = 400  # the most
-_FLAT = 1e-5  # of the highest density: what lies beyond is left out
+_WIDE = 8.0  # half width of the search, in standard errors without the jump
+_ROOM = 0.02  # largest half width of the search, as a share of the range
+_PLACES = 400  # largest number of places that are tried
+_FLAT = 1e-5  # share of the highest density: places with a lower density are left out
 SHARES = (np.arange(7) + 0.5) / 7
-"""Up to which shares of the density of a reach those lie that are looked at."""
+"""Quantiles of the density of a reach at which the density of the break is computed."""
 
 
 class _Near(NamedTuple):

@@ -27,7 +27,7 @@ from gearrattle.measured.identification.loop_search import LEAST, RATIOS, REACH,
 Array = NDArray[np.float64]
 
 _STEPS = 40
-_GAIN = 1e-4  # of the variance: a smaller one ends the steps
+_GAIN = 1e-4  # fall of the sum of squares, as a share of the variance, at which the steps end
 # damping
 _WEAKEST = 1e-9
 _STRONGEST = 1e6
@@ -36,7 +36,7 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class Polish:
-    """Constants of the final least squares of a law: sliders that it has not, and sliders whose reach is kept."""
+    """Constants of the final least squares of a law: sliders that the law lacks, sliders whose reach is fixed."""
 
     moments: Moments
     without: frozenset[Slider] = frozenset()

@@ -31,21 +31,19 @@ from gearrattle.measured.identification.loop_law import (
 )
 
 MOST = 6
-"""Stages that a side may have."""
-_CELLS = 300  # of each way
-LEAST = 0.02  # of the loop's range: no stage is narrower
-REACH = 0.01  # of the loop's range: where sliders' reaches begin
-# of the range: bounds of reaches
-SHORTEST = 2e-4
-LONGEST = 0.25
+"""Largest number of stages of a side."""
+_CELLS = 300  # cells of each way
+LEAST = 0.02  # least width of a stage, as a share of the loop's range
+REACH = 0.01  # first reach of a slider in the search, as a share of the loop's range
+SHORTEST = 2e-4  # least reach, as a share of the range
+LONGEST = 0.25  # largest reach, as a share of the range
 _NOTHING = 1e-6
-_WORTH = 2.0  # by which BIC must fall: less is not worth more than a bare mention (Kass and Raftery, 1995, p. 777)
-# values tried at once: over all the room, then ever closer
-_FIRST = 24
-_TRIALS = 9
-_CLOSE = 5e-4  # of the range: how closely breaks are searched
-_CLOSE_LOG = 0.15  # how closely the logarithms of reaches are searched
-RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
+_WORTH = 2.0  # least fall of BIC for a further stage (Kass and Raftery, 1995, p. 777)
+_FIRST = 24  # values tried at once in the first search, between the neighbours
+_TRIALS = 9  # values tried at once in the finer searches
+_CLOSE = 5e-4  # resolution of the search for breaks, as a share of the range
+_CLOSE_LOG = 0.15  # resolution of the search for the logarithms of reaches
+RATIOS = (8.0, 20.0)  # first ratios of stick stiffness to slope
 
 
 class Search:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from gearrattle.assembly import left_out, refuse_motions
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_file import Data, read_data
-from gearrattle.measured.identification.estimates import Searched, Settings, estimates
+from gearrattle.measured.identification.estimates import SearchResult, Settings, estimates
 from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.free_parameters import coefficients, free_parameters, unused
 from gearrattle.measured.identification.measured_modes import State
@@ -63,5 +63,5 @@ def fit_modes(
     check_modes(problem)
     points = starts_of(problem.residuals, parameters.box, settings.starts, settings.seed)
     minima, failed = search(problem.residuals, points, parameters.box, progress=settings.progress)
-    searched = Searched(minima, settings.starts, failed)
+    searched = SearchResult(minima, settings.starts, failed)
     return estimates(model, problem, parameters, searched, settings, notes=left_out(model))

@@ -21,10 +21,10 @@ from gearrattle.measured.identification.identifiability import gain, null_space,
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
 
-_BLUNT = 0.1  # change of a logarithm that counts as a standard error of a blunted datum
-_SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
-_EDGE = 1e-6  # of the width of a bound: closer is on it
-_NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it
+_BLUNT = 0.1  # change of a logarithm that changes a blunted datum by one standard error
+_SAME = 1e-3  # change of a logarithm, or a tenth of its standard error: nearer minima are the same
+_EDGE = 1e-6  # share of the width of the bounds: a nearer parameter is on the bound
+_NEAR = 1e-3  # share of the width of the bounds: a nearer parameter that presses outward is put onto the bound
 _LEVEL = 1e-9  # relative change of chi-square that projection may make
 
 
@@ -35,13 +35,14 @@ class Effort:
     Attributes
     ----------
     evaluations
-        of residuals and Jacobian, at most, on each of its two ways.
+        largest number of evaluations of residuals and Jacobian, in each of the two passes of a search.
     tolerance
-        relative change of chi-square and of the parameters that ends it.
+        relative change of chi-square and of the parameters at which the second pass ends.
     roughly
-        the same on the first way, that with blunted data; None: the second way alone.
+        the same for the first pass, with blunted data; None: no first pass.
     settles
-        whether a search that uses up its evaluations has failed; residuals that jump let none settle.
+        whether a search that uses up its evaluations has failed; False for residuals that jump, with which no search
+        converges.
     """
 
     evaluations: int
@@ -50,8 +51,8 @@ class Effort:
     settles: bool = True
 
 
-EXACT = Effort(1500, 1e-15, 1e-6)
-"""For residuals whose Jacobian is exact."""
+EXACT = Effort(evaluations=1500, tolerance=1e-15, roughly=1e-6)
+"""Effort for residuals whose Jacobian is exact."""
 
 
 @dataclass(frozen=True)
@@ -141,8 +142,9 @@ def local(
 ) -> Array | None:
     """(P,) where a local search from a start ends; None if it does not converge.
 
-    From a rough start the way is walked twice: first with every datum's weight cut so that a tenth in the parameters is
-    worth about a standard error, so that sharp data do not carve valleys too narrow to follow; then as it is.
+    From a rough start the search has two passes. In the first, the weight of every datum is reduced so that a change of
+    a parameter by a tenth changes the datum by about one standard error: precise data would make valleys too narrow to
+    follow. The second pass has the full weights.
     """
     inside = np.clip(start, *_inside(box))
     try:

@@ -1,4 +1,4 @@
-"""Packed numbers and missing values of HDF5 and netCDF: the attributes of a variable on its numbers.
+"""Packed numbers and missing values in HDF5 and netCDF, as the attributes of a variable describe them.
 
 A value is ``scale_factor`` times the stored number plus ``add_offset``. Stored numbers equal to ``_FillValue`` or
 ``missing_value``, or outside of ``valid_range``, ``valid_min`` and ``valid_max``, are gaps. Conventions: CF 1.11,
@@ -17,7 +17,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.recording import Array
 
 PIECE = 250_000
-"""Numbers that are changed at once: what is needed with them is small against a long record."""
+"""Numbers converted at once: temporary arrays of this size are small against a long record."""
 ATTRIBUTES = (
     *("scale_factor", "add_offset", "_FillValue", "missing_value"),
     *("valid_range", "valid_min", "valid_max", "_Unsigned"),
@@ -39,18 +39,14 @@ _FILLS = {
 
 
 class Packing(NamedTuple):
-    """Conversion of stored numbers to values.
-
-    The ranges are the least and the greatest that count, of the stored numbers and of the values. ``wraps`` is added to
-    stored numbers below zero; 0.0: nothing.
-    """
+    """Conversion of stored numbers to values; a number outside of a range is a gap."""
 
     scale: float = 1.0
     offset: float = 0.0
-    missing: tuple[float, ...] = ()
-    stored_range: tuple[float, float] = (-np.inf, np.inf)
-    value_range: tuple[float, float] = (-np.inf, np.inf)
-    wraps: float = 0.0
+    missing: tuple[float, ...] = ()  # stored numbers that are gaps
+    stored_range: tuple[float, float] = (-np.inf, np.inf)  # least and greatest valid stored number
+    value_range: tuple[float, float] = (-np.inf, np.inf)  # least and greatest valid value
+    wraps: float = 0.0  # added to stored numbers below zero: 2^bits where signed numbers stand for unsigned ones
 
     @property
     def scales(self) -> bool:
@@ -63,7 +59,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
     A ModelError refuses a scale or an offset that is no finite number, and a scale of zero.
     """
-    # scale and offset; numbers that are stored as signed and meant unsigned
+    # scale and offset; unsigned numbers that the file stores as signed ones
     scale = _factor(attributes, "scale_factor", 1.0, location)
     offset = _factor(attributes, "add_offset", 0.0, location)
     unsigned = kind.kind == "i" and _text(attributes.get("_Unsigned", "")).lower() == "true"
@@ -117,7 +113,7 @@ def _outside(numbers: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
 
 
 def _factor(attributes: Mapping[str, Any], name: str, default: float, location: str) -> float:
-    """Return a scale or an offset; one that cannot be read is an error."""
+    """Return a scale or an offset; a ModelError refuses an attribute that is no finite number."""
     if name not in attributes:
         return default
     numbers = _numbers(attributes[name])
@@ -129,7 +125,7 @@ def _factor(attributes: Mapping[str, Any], name: str, default: float, location: 
 
 
 def _numbers(value: Any) -> Array:
-    """Return the numbers of an attribute; none if it has none."""
+    """Return the numbers of an attribute; an empty array if it holds none."""
     try:
         return np.asarray(_text(value) if isinstance(value, str | bytes) else value, np.float64).reshape(-1)
     except (TypeError, ValueError):

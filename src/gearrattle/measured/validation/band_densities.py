@@ -28,8 +28,8 @@ from gearrattle.trajectory import Array
 _LONGEST = 4
 _SEGMENTS = 4
 _HANN = (1.0, 4.0 / 9.0, 1.0 / 36.0)  # squared correlations of bins 0, 1, 2 apart
-_LAGS = 8  # segments
-_ROUNDING = 1e-12  # of the power: a band with less on both sides is left out
+_LAGS = 8  # largest lag, in segments
+_ROUNDING = 1e-12  # share of the power: a band with less power in both records is left out
 
 
 @dataclass(frozen=True)

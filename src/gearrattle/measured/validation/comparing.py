@@ -30,9 +30,9 @@ from gearrattle.signals.conditioning import PASSED
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-_AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
-_FOLDED = 5.0  # %: more is reported
-_EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
+_AS_GOOD = 0.1  # largest fall from the highest correlation of delays among which the one with least scatter is taken
+_FOLDED = 5.0  # share of aliasing from which on it is reported [%]
+_EXACT_TOLERANCE = 1e-12  # tolerance of the exact algorithm if the model has none
 
 
 @dataclass(frozen=True)

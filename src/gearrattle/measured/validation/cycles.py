@@ -1,8 +1,9 @@
-"""Both records as cycles: one band, one number of samples in a cycle, trends treated alike.
+"""Both records as cycles, with the same band, the same number of samples in a cycle, and the same removal of trends.
 
-Each record is resampled by the same windowed sinc to S samples in its own period (``signals.conditioning``), so what
-lies below 0.4 of the new rate passes in both alike; a lower limit is one Butterworth high pass of fourth order, run
-forwards and backwards over both. What filters spoil at the ends of a record is left out.
+Each record is resampled by the same windowed sinc to S samples in its own period (``signals.conditioning``). So
+frequencies below 0.4 of the new rate pass unchanged in both records. A lower limit of the band is a Butterworth high
+pass of fourth order, run forwards and backwards over both records. The ends of a record, where filters are not
+accurate, are left out.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from gearrattle.wording import counted
 FEWEST = 8
 """Cycles: with fewer, scatter cannot be estimated. The paper's levels are of a span of eight."""
 FEWEST_SAMPLES = 4
-_KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
-_SETTLED = 1.5  # periods of a high pass after which its start is forgotten
+_KERNEL = 30.0  # half width of the windowed sinc, in samples at the new rate
+_SETTLED = 1.5  # duration of a high pass's transient, in periods of its cutoff
 _HIGH_PASS = 4
-_ROUNDING = 1e-12  # of a signal: a smaller rest without its trend is rounding
+_ROUNDING = 1e-12  # share of a signal: after removal of the trend a smaller rest is rounding
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,9 @@ class Setting:
     Attributes
     ----------
     lowest
-        of the frequencies compared [Hz]; 0: no high pass.
+        lower end of the band compared [Hz]; 0: no high pass.
     trend
-        what is taken away: "none", "mean" or "linear".
+        trend that is removed: "none", "mean" or "linear".
     """
 
     samples: int
@@ -51,13 +52,13 @@ class Cycles:
     Attributes
     ----------
     values
-        (N, S, C) in the band, trend treated.
+        (N, S, C) values in the band, with the trend removed.
     whole
-        (N, S, C) the same with mean and trend and without a high pass.
+        (N, S, C) values with mean and trend, without a high pass.
     start
         time of the first sample by the record's clock [s].
     period
-        by the same clock [s].
+        length of a cycle by the same clock [s].
     """
 
     values: Array

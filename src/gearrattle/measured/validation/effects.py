@@ -9,21 +9,21 @@ from gearrattle.comparison.comparison_record import Record
 
 @dataclass(frozen=True)
 class Effect(Record):
-    """What one parameter does to one level.
+    """Effect of one parameter on one level.
 
     Attributes
     ----------
     channel
-        measured one.
+        name of the measured channel.
     measure
         "rms" or "peak-to-peak".
     value
         change of the simulated level by one standard error of the parameter [% of the measured level].
     error
-        standard error of that, from the scatter of the runs [%].
+        standard error of ``value``, from the scatter of the runs [%].
     needed
-        by how many of its standard errors the parameter alone would have to be off to explain the whole
-        difference; NaN where the effect is not seen, less than two of its errors.
+        error of the parameter, in its standard errors, that alone would explain the whole difference; NaN if the
+        effect is less than twice its own standard error.
     """
 
     channel: str
@@ -40,15 +40,15 @@ class Parameter(Record):
     Attributes
     ----------
     path
-        in the model.
+        path in the model.
     value, standard_error
-        as stated [SI].
+        stated value and standard error [SI].
     shift
-        by how many standard errors the levels pull it, all parameters together [1].
+        most probable error of the parameter, given the levels, in its standard errors [1].
     left
-        standard error after the levels, as a share of the stated one [1].
+        standard error given the levels, as a share of the stated standard error [1].
     effects
-        on every level.
+        effects on every level.
     """
 
     path: str
@@ -61,26 +61,26 @@ class Parameter(Record):
 
 @dataclass(frozen=True)
 class Explained(Record):
-    """What the parameters could explain, together and each alone.
+    """The differences that uncertain parameters explain, together and each alone.
 
     Attributes
     ----------
     parameters
-        each one.
+        P uncertain parameters.
     stated
-        (P, P) their correlations as stated.
+        (P, P) stated correlations of the parameters.
     estimated
-        (P, P) their correlations after the levels have been looked at.
+        (P, P) correlations of the parameters given the levels.
     channels
-        whose rms was used.
+        names of the C channels whose rms was used.
     before
-        (C,) 100 ln(measured / simulated) of these [%].
+        (C,) 100 ln(measured / simulated) of the rms [%].
     after
-        (C,) what is left of it at the shifts [%].
+        (C,) the same after the parameters are shifted [%].
     chi_square
-        (2,) squares of both in standard errors of all but the parameters, added up.
+        (2,) sum of squares of ``before`` and of ``after``, in standard errors from all sources but the parameters.
     runs
-        behind the effects.
+        number of runs with drawn parameters.
     """
 
     parameters: tuple[Parameter, ...]

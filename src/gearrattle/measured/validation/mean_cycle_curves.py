@@ -1,4 +1,4 @@
-"""The mean cycles of both records on one clock, from the model's time zero on, and their spectra: for figures."""
+"""Curves for figures: the mean cycles of both records, from the model's time zero on, and their spectra."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
     measured, simulated = cycles
     turns = (measured.start + delay) / measured.period, simulated.start / simulated.period
     means = [_turned(cycle.values.mean(axis=0), turn) for cycle, turn in zip(cycles, turns, strict=True)]
-    spread = [_turned(cycle.values.std(axis=0), turn, lines=False) for cycle, turn in zip(cycles, turns, strict=True)]
+    spread = [
+        _turned(cycle.values.std(axis=0), turn, by_harmonics=False) for cycle, turn in zip(cycles, turns, strict=True)
+    ]
     return [
         Curves(
             means[0][:, c],
@@ -30,10 +32,13 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
     ]
 
 
-def _turned(cycle: Array, turn: float, *, lines: bool = True) -> Array:
-    """(S, C) a cycle that begins at a phase, from phase zero on: by its lines, or by straight lines between samples."""
+def _turned(cycle: Array, turn: float, *, by_harmonics: bool = True) -> Array:
+    """(S, C) samples from phase zero on, of a cycle whose samples begin at phase ``turn`` [cycles].
+
+    It is interpolated by its harmonics, or else by straight lines between samples.
+    """
     samples = len(cycle)
-    if lines:
+    if by_harmonics:
         k = np.arange(samples // 2 + 1)
         moved = np.fft.rfft(cycle, axis=0) * np.exp(-2j * np.pi * k * (turn % 1.0))[:, None]
         return np.asarray(np.fft.irfft(moved, samples, axis=0))

@@ -20,10 +20,10 @@ from gearrattle.trajectory import Array
 
 MOST = 12
 """Number of orders reported per channel: the strongest."""
-_PRESENT = 3.0  # standard errors
+_PRESENT = 3.0  # least amplitude of a line that counts as present, in standard errors
 _STRONG = 3
-_SMALL = 0.01  # of the strongest line
-_ROUNDING = 1e-9  # of the strongest line: a smaller line does not count
+_SMALL = 0.01  # least amplitude of a line that counts, as a share of the strongest line
+_ROUNDING = 1e-9  # share of the strongest line: a smaller line is rounding
 
 
 @dataclass(frozen=True)

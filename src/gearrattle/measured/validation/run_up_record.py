@@ -27,19 +27,19 @@ class RunUp(Result, Record):
     Attributes
     ----------
     model
-        its name.
+        name of the driveline.
     sources
-        of the measurements.
+        sources of the measurements.
     algorithm
-        of the simulation.
+        algorithm of the simulation.
     turns
-        in a block.
+        turns of the shaft in a block.
     units
-        of the model.
+        units of the model.
     tracks
-        a channel and order each.
+        one for every channel and order.
     notes
-        what the user must know.
+        sentences that the user must know.
 
     Examples
     --------

@@ -18,7 +18,7 @@ from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
 from gearrattle.orbits import Branch
 from gearrattle.orbits.family_ends import EDGE
-from gearrattle.orbits.stability import CHANGES, Course, courses_of, slices_of
+from gearrattle.orbits.stability_ranges import CHANGES, Course, courses_of, slices_of
 from gearrattle.report.plots.axis_names import Measure, measure_at
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.corner_marks import units_of

@@ -1,16 +1,20 @@
-"""Along branches of periodic motions: ranges of one stability, and where a motion jumps.
+"""Along branches of periodic motions: parameter ranges with one stability, and events at which a motion jumps.
 
-A branch is walked from node to node: its points, and the events between them. The stability changes at an event: a
-fold, a period doubling, a symmetry breaking, a Neimark-Sacker bifurcation. Between a point and the nearest such event
-it is that of the point, between two of them that of the motion halfway. Where no event was located a range ends halfway
-between two points. At a fold the parameter turns back, so a range ends at every fold: over each range the parameter
-only grows, or only falls. A range without width, such as that of a vertical branch, does not count.
+Whether one motion is stable follows from its multipliers (``engine.periodic.multipliers``, ``orbit.is_stable``). This
+module joins the points of a branch to ranges.
 
-Where the parameter runs over a fold the motion jumps, and so it does where a slider is released with its torque
-(``release``). Which way the fold lies follows from the next motion that differs from it by more than rounding: a
-grazing may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion
-goes on along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads
-backwards or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
+The nodes of a branch are its points and the events between them. The stability changes at an event: a fold, a period
+doubling, a symmetry breaking, a Neimark-Sacker bifurcation. Between a point and the nearest such event, motions have
+the stability of the point; between two such events, the stability of the motion halfway. Where no event was located, a
+range ends halfway between two points. At a fold the parameter turns back, so a range ends at every fold: over each
+range the parameter only grows, or only falls. A range without width, as on a vertical branch, is left out.
+
+When the parameter passes a fold, the motion jumps; it also jumps where a slider is released with its torque
+(``RELEASE``). The direction in which the parameter meets the fold follows from the next motion that differs from it by
+more than rounding, because a grazing may lie at the fold itself. When the parameter passes a period doubling or a
+symmetry breaking, another branch begins there. If that branch is stable just beyond the event, the motion follows it (a
+*soft* loss of stability). If that branch is unstable, leads backwards or is vertical, the motion jumps (a *hard* loss).
+Whether the motion jumps at a Neimark-Sacker bifurcation is not known.
 """
 
 from __future__ import annotations
@@ -36,8 +40,8 @@ if TYPE_CHECKING:
 
 CHANGES = frozenset({FOLD, DOUBLING, BREAKING, NEIMARK_SACKER, EDGE})
 """Events at which the stability may change."""
-_NO_WIDTH = 1e-9  # of the range, and arclength: what differs by less is one, as along a vertical branch
-_SAME = 1e-6  # of swings: motions that differ by less are one
+_NO_WIDTH = 1e-9  # share of the parameter's range, and an arclength: smaller differences count as none
+_SAME = 1e-6  # share of the largest swing: motions whose swings differ by less are the same motion
 
 
 @dataclass(frozen=True)
@@ -45,48 +49,47 @@ class Range:
     """Neighbouring points of a branch with the same stability and no fold between them."""
 
     branch: int  # number of the branch
-    begin: float  # values of the parameter at its two ends, in the order of the branch [SI]
-    end: float
-    stable: bool  # whether the motions are
-    points: int  # how many
-    cause: str  # of its end: the kind of an event, or what else ends it
+    begin: float  # value of the parameter at the end that the branch reaches first [SI]
+    end: float  # value of the parameter at the other end [SI]
+    stable: bool  # whether the motions are stable
+    points: int  # number of points
+    cause: str  # why the range ends: the kind of an event, or other words
 
 
 @dataclass(frozen=True)
-class Loss:
-    """An event at which stable motions end, or become unstable, as the value slowly goes one way."""
+class StabilityLoss:
+    """An event at which stable motions end or become unstable while the parameter slowly grows, or slowly falls."""
 
-    event: int  # its row in ``Branch.events``
+    event: int  # row of the event in ``Branch.events``
     branch: int  # number of the branch
-    kind: str  # of the event
-    value: float  # of the parameter [SI]
-    upward: bool  # whether it is met with a growing value
-    jumps: bool | None = True  # whether the motion jumps there; None: that is not known
+    kind: str  # kind of the event
+    value: float  # parameter at the event [SI]
+    upward: bool  # whether a growing parameter meets the event
+    jumps: bool | None = True  # whether the motion jumps at the event; None: not known
 
 
 @dataclass(frozen=True)
 class Course:
-    """A branch from node to node."""
+    """A branch as a sequence of N nodes: its points, and the events between them."""
 
-    # its N points and events: a point and -1, or the point before an event and the event
-    nodes: tuple[tuple[int, int], ...]
-    value: NDArray[np.float64]  # (N,) of the parameter [SI]
-    kinds: tuple[str, ...]  # N kinds of events; empty for points
-    stable: tuple[bool, ...]  # (N - 1,) whether motions are, between every node and the next
+    nodes: tuple[tuple[int, int], ...]  # (point, -1) for a point; (point before the event, event) for an event
+    value: NDArray[np.float64]  # (N,) parameter at every node [SI]
+    kinds: tuple[str, ...]  # (N,) kind of the event; empty for points
+    stable: tuple[bool, ...]  # (N - 1,) whether motions between a node and the next node are stable
 
     def points_of(self, first: int, end: int) -> int:
-        """How many of the nodes from ``first`` up to ``end`` are points."""
+        """Number of points among the nodes from ``first`` up to, without, ``end``."""
         return sum(not kind for kind in self.kinds[first:end])
 
 
 def slices_of(branch: Branch) -> list[slice]:
-    """Return the points of every branch."""
+    """Return for every branch the slice of its points among the points of all branches."""
     ends = np.cumsum([0, *(len(curve.points) for curve in branch.curves)]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
 def courses_of(branch: Branch) -> list[Course]:
-    """Return every branch from node to node."""
+    """Return the nodes of every branch, and the stability between them."""
     values = branch.data["value"].values
     events = branch.events
     kinds = events["kind"].tolist()
@@ -102,14 +105,14 @@ def courses_of(branch: Branch) -> list[Course]:
             own = of_steps.get(i, [])
             nodes += [(i, -1), *((i, e) for e in own)]
             steps += _stability_of_step(branch, number, i, own) if i + 1 < part.stop else []
-        steps += steps[-1:] * (len(nodes) - 1 - len(steps))  # what happens at the very end
+        steps += steps[-1:] * (len(nodes) - 1 - len(steps))  # events at the last point
         value = np.array([values[i] if e < 0 else event_values[e] for i, e in nodes])
         courses.append(Course(tuple(nodes), value, tuple(kinds[e] if e >= 0 else "" for _, e in nodes), tuple(steps)))
     return courses
 
 
 def _stability_of_step(branch: Branch, number: int, point: int, events: Sequence[int]) -> list[bool]:
-    """Whether motions are stable before, between and after the events of a step."""
+    """Whether motions are stable between neighbouring nodes of a step, which leads from a point to the next point."""
     if not events:
         return [bool(branch.data["stable"].values[point])]
     stable = branch.data["stable"].values
@@ -132,7 +135,7 @@ def _stability_of_step(branch: Branch, number: int, point: int, events: Sequence
 
 
 def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
-    """Return the motion halfway between two of a branch; None where nothing lies between them, or it is not found."""
+    """Return the motion halfway between two motions of a branch; None if the two coincide or Newton's method fails."""
     if last.length - first.length <= _NO_WIDTH:
         return None
     try:
@@ -142,7 +145,7 @@ def halfway(curve: Continuation, first: Point, last: Point) -> Point | None:
 
 
 def ranges_of(branch: Branch) -> list[Range]:
-    """Return ranges of one stability that end at folds, branch by branch, in the order of each."""
+    """Return the ranges of one stability between folds: branch by branch, in the order of the branch's points."""
     ranges = list[Range]()
     stable = branch.data["stable"].values
     for number, course in enumerate(courses_of(branch)):
@@ -169,23 +172,23 @@ def _no_width(branch: Branch) -> float:
 
 
 def _change(course: Course, i: int) -> tuple[float, str]:
-    """Where the stability changes or the branch turns back at a node, and by what."""
+    """Parameter at which a range ends at node ``i``, and the kind of event that ends it."""
     if course.kinds[i] in CHANGES or course.kinds[i] == GRAZING:
         return float(course.value[i]), course.kinds[i]
     return float(0.5 * (course.value[i - 1] + course.value[i])), "not located"
 
 
 def _end(branch: Branch, number: int, value: float) -> str:
-    """What ends a branch: the range, the event at which it joins another one, or something else."""
+    """Why a branch ends: end of the parameter range, an event at which it joins another branch, or another reason."""
     if value in branch.range:
         return "end of the range"
     curve = branch.curves[number]
     return curve.events[-1].kind if curve.happens_at(-1) else "end of the branch"
 
 
-def losses_of(branch: Branch) -> list[Loss]:
-    """Return the events at which stable motions end or lose their stability, by their values."""
-    losses = list[Loss]()
+def losses_of(branch: Branch) -> list[StabilityLoss]:
+    """Return the events at which stable motions end or become unstable, by ascending parameter."""
+    losses = list[StabilityLoss]()
     courses = courses_of(branch)
     for number, course in enumerate(courses):
         for i in range(1, len(course.nodes) - 1):
@@ -201,40 +204,40 @@ def losses_of(branch: Branch) -> list[Loss]:
             if is_fold or abs(change) > _no_width(branch):
                 event = course.nodes[i][1]
                 value = float(course.value[i])
-                loss = Loss(event, number, course.kinds[i], value, change >= 0.0)
+                loss = StabilityLoss(event, number, course.kinds[i], value, change >= 0.0)
                 losses.append(replace(loss, jumps=_jumps(branch, courses, loss)))
         losses += _ends_in_release(branch, number, course)
     return sorted(losses, key=lambda loss: loss.value)
 
 
 def _first_change(value: NDArray[np.float64], least: float) -> float:
-    """From the first of (N,) values to the next one that differs by more than rounding."""
+    """Difference between the first of (N,) values and the next value that differs from it by more than ``least``."""
     change = value - value[0]
     return float(change[np.argmax(np.abs(change) > least)])
 
 
-def _ends_in_release(branch: Branch, number: int, course: Course) -> list[Loss]:
-    """The end of a branch whose stable motions let a slider go with its torque there."""
+def _ends_in_release(branch: Branch, number: int, course: Course) -> list[StabilityLoss]:
+    """The end of a branch, if stable motions release a slider with its torque there; otherwise none."""
     event = course.nodes[-1][1]
     if event < 0 or branch.events["grazing"].iloc[event] != RELEASE or not course.stable[-1]:
         return []
     before, end = course.value[-2:].tolist()
-    return [Loss(event, number, GRAZING, end, end >= before)]
+    return [StabilityLoss(event, number, GRAZING, end, end >= before)]
 
 
-def _jumps(branch: Branch, courses: Sequence[Course], loss: Loss) -> bool | None:
-    """Whether the motion jumps at an event; None: not known."""
+def _jumps(branch: Branch, courses: Sequence[Course], loss: StabilityLoss) -> bool | None:
+    """Whether the motion jumps at an event; None if that is not known."""
     if loss.kind == FOLD:
         return True
     beyond = [] if loss.kind == NEIMARK_SACKER else _stable_beyond(branch, courses, loss)
     return not any(beyond) if beyond else None
 
 
-def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> list[bool]:
-    """Of every branch that leaves or ends at an event whether its motions are stable just beyond that."""
+def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: StabilityLoss) -> list[bool]:
+    """For every other branch with an end at an event: whether its motions just beyond the event are stable."""
     swings = branch.data["peak_to_peak"].values
     least = _no_width(branch)
-    apart = _SAME * float(swings.max(initial=0.0))
+    tolerance = _SAME * float(swings.max(initial=0.0))
     own = branch.event_levels[loss.event, 1] - branch.event_levels[loss.event, 0]
     cycles = branch.curves[loss.branch].cycles * (2 if loss.kind == DOUBLING else 1)
     beyond = []
@@ -245,11 +248,10 @@ def _stable_beyond(branch: Branch, courses: Sequence[Course], loss: Loss) -> lis
             nodes = course.nodes[inwards]
             away = course.value[inwards] - loss.value
             stable = course.stable[inwards]
-            if abs(away[0]) > least or np.abs(swings[nodes[0][0]] - own).max() > apart:
+            if abs(away[0]) > least or np.abs(swings[nodes[0][0]] - own).max() > tolerance:
                 continue
-            next_node = int(
-                np.argmax(np.append(away != away[0], True))
-            )  # what happens at the end itself lies before it
-            is_next = next_node < len(nodes) and abs(away[next_node]) > least  # else it is vertical
+            # the first node at another value: events at the end itself come before it; none on a vertical branch
+            next_node = int(np.argmax(np.append(away != away[0], True)))
+            is_next = next_node < len(nodes) and abs(away[next_node]) > least
             beyond.append(bool(is_next and stable[next_node - 1] and (away[next_node] > 0.0) == loss.upward))
     return beyond

@@ -1,25 +1,25 @@
-"""Where a run leaves a motion that has ended, or has become unstable.
+"""Jumps of a run-up: the speed at which a run leaves a motion that has ended, or has become unstable.
 
-Events at which motions end are the losses of stability of ``stability``; those from which a stable motion leads on
-are left out. A run was on the motion that ends if, at the start of one of the periods before that, its state is nearer
-to that motion than to any other one, stable or not, and would settle there, held at this speed. So it
-does not matter how far the run lags behind the motion, or how it or the branch is sampled. Beside a fold a run that
-lags may have passed the unstable motion already, so periods ever farther before it are tried.
+*Events.* A motion ends at a loss of stability (``stability_ranges``). An event from which a stable motion leads on is
+left out.
 
-Where a run leaves a motion is found by the shape of its deflections, not by their swing: a motion that folds often goes
-on to one with nearly the same swing, and a run that lags has another swing than either. The run and the motions are
-compared part by part of a period (``branch_parts``); deflections of a clearance count by the largest swing of the
-motions that are stable at the event.
+*Whether the run was on the ended motion.* At the start of some period before the event, the state of the run must be
+nearer to that motion than to any other motion, stable or unstable, and must settle on that motion at constant speed. So
+the answer does not depend on the lag of the run, nor on the sampling of run and branch. Near a fold a lagging run may
+have passed the unstable motion already, so periods ever farther before the event are tried.
 
-The jump is where the run becomes nearer to another motion, at the speed of the run, than to the motion which has ended:
-to what is left of it, unstable, or else to its end. It is the first part in which it is nearer, and from which on it is
-nearer over a period: parts in which the motions do not differ tell nothing. On the other motion, where that is stable,
-the run must be beyond the event, as it was on the first. Where that one is unstable at the jump, the run settles on it
-only later. A run that is nearer to the other motion already when it passes the event has no delay that could be found.
+*The jump.* Run and motions are compared by the shape of their deflections, not by their swing: at a fold the run often
+jumps to a motion with nearly the same swing, and a lagging run has yet another swing. The period is divided into parts
+(``branch_parts``). The deflections of a clearance are scaled by the largest swing of the motions that are stable at the
+event. The run jumps in the first part in which it is nearer to another motion at its speed than to the ended motion,
+and over the period from that part on stays nearer: one part alone may be one in which the motions do not differ. Beyond
+the event, the ended motion is its unstable continuation, or else its last motion. Where the other motion is stable, the
+run must be on it beyond the event. Where the other motion is unstable at the jump, the run settles on it only later. A
+run that is nearer to the other motion already at the event has no delay.
 
-A jump belongs to one event: the last one before it at which a motion ended that the run was on. So a run that is on the
-motion again where that is stable beyond the event did not jump there, and neither did one that has gone on to another
-motion which ends as well before the jump, or within a period of it.
+*Which event the jump belongs to.* It is the last event before the jump at which a motion ended that the run was on. A
+run did not jump at an event if beyond it the motion becomes stable again and the run is on that motion; nor if the run
+went on to another motion, which also ends before the jump, or within a period T of it.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ from gearrattle.model import Model
 from gearrattle.orbits.attractors import Attractor, passes_to_settle
 from gearrattle.orbits.branch_parts import BranchPart, DeflectionsAlong
 from gearrattle.orbits.orbit import Orbit
-from gearrattle.orbits.stability import Loss, losses_of
+from gearrattle.orbits.stability_ranges import StabilityLoss, losses_of
 
 if TYPE_CHECKING:
     from gearrattle.orbits.branch import Branch
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-_SAME_STATE = 1e-4  # of the units of a motion: states that differ by less are one
-_MOST_PASSES = 2000  # of a motion in which a run is held, where another motion of the part needs no more
-_SHARES = (0.125, 0.25, 0.5)  # of the width of a part, from the end that the run passes last
-_SAME = 1e-6  # of the swings at an event: motions that differ by less are copies
-_NEAR = 0.5  # of the distance of two motions: a run is near to one of them, or has left it
+_SAME_STATE = 1e-4  # in the units of a motion: states that differ by less are the same state
+_MOST_PASSES = 2000  # passes of the period map in which a motion must settle; slower motions only if all are slower
+_SHARES = (0.125, 0.25, 0.5)  # shares of the width of a part, from the end that the run passes last
+_SAME = 1e-6  # share of the swings at an event: motions that differ by less are copies
+_NEAR = 0.5  # share of the distance between two motions: a run farther than this from one of them has left it
 _BLOCK = 256  # parts of a run that are compared at once
-_TINY = 1e-9  # of the largest scale: a swing below it is rounding
+_TINY = 1e-9  # share of the largest scale: a smaller swing is rounding
 _NONE_KNOWN = "no other stable motion is known there"
 NOT_ON = "the run was not on the motion that ends there"
 _NOT_YET = "the run ends before it jumps"
@@ -63,24 +63,24 @@ _ELSEWHERE = "the run leaves for no stable motion that is known"
 _AGAIN = "the run is still on the motion where that is stable again"
 _ANOTHER = "the run goes on to another motion, which ends as well before it jumps"
 _LEFT_LATER = frozenset({"", _NOT_YET, _ELSEWHERE})
-"""Where there is a jump, or one of these words, the run was on the motion up to its end."""
+"""``RunUpJump.words`` of a run that was on the motion up to its end."""
 
 
 @dataclass(frozen=True)
 class RunParts:
-    """A run in parts of a period."""
+    """A run, divided into Q parts; every period T has the same number of parts."""
 
     upward: bool  # whether the speed grows
     per_period: int  # parts of a period T
     value: Array  # (Q,) in the middle of every part [SI]
     deflection: Array  # (Q, M, K) at M instants of every part, evenly spread from its begin on [rad or m]
-    starts: Array  # (P,) at the starts of the periods T, in the order of the run [SI]
+    starts: Array  # (P,) value at the starts of the periods T, in the order of the run [SI]
     # gives, for a value and a period map, the state at the start of the period in which the value is reached
     state_before: Callable[[float, PeriodMap], State]
 
     @property
     def grid(self) -> tuple[int, int]:
-        """The instants of a period: how many parts it has, and how many instants every part."""
+        """Number of parts in a period, and number of instants in a part."""
         return self.per_period, self.deflection.shape[1]
 
     def passed(self, value: float) -> NDArray[np.bool_]:
@@ -89,18 +89,18 @@ class RunParts:
 
 
 class _Compared(NamedTuple):
-    """What a run is compared with at a value."""
+    """The motions with which a run is compared at one value of the branch's parameter."""
 
-    value: float  # of the branch [SI]
+    value: float  # the parameter [SI]
     own: Orbit  # the motion of the part
-    passes: int  # after which motions have settled in it
+    passes: int  # number of its periods after which a nearby motion has settled on it
     all: tuple[Orbit, ...]  # motions of all branches
 
 
 def was_on(branch: Branch, run: RunParts, part: BranchPart, beyond: float | None = None) -> bool:
-    """Return whether a run was on a motion of a part, beyond a value.
+    """Return whether a run was on the motion of a part, at some value in the part; ``beyond`` a value if it is set.
 
-    Motions that settle too slowly are left out, unless all of those that are tried do.
+    Values at which motions settle too slowly are left out, unless motions do so at every value tried.
     """
     slowly = list[_Compared]()
     is_slow = True
@@ -119,7 +119,10 @@ def was_on(branch: Branch, run: RunParts, part: BranchPart, beyond: float | None
 
 
 def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iterator[float]:
-    """Values in a part beyond a value, at starts of periods if it has any: the last, and each next one twice as far."""
+    """Values in a part at which periods start: of the last, second, fourth, eighth ... period from its end.
+
+    If no period starts in the part, values at some shares of its width.
+    """
     low = float(part.value[0])
     high = float(part.value[-1])
     if beyond is not None:
@@ -135,7 +138,7 @@ def _values_tried(run: RunParts, part: BranchPart, beyond: float | None) -> Iter
 
 
 def _compared_at(branch: Branch, part: BranchPart, value: float) -> _Compared | None:
-    """The motion of a part at a value, and all that are known there; None: Newton's method gives none."""
+    """The motion of a part at a value, and the motions of all branches there; None if Newton's method finds none."""
     lengths = sorted((part.nodes[0].length, part.nodes[-1].length))
     own = list[tuple[Orbit, Point]]()
     orbits = list[Orbit]()
@@ -151,7 +154,7 @@ def _compared_at(branch: Branch, part: BranchPart, value: float) -> _Compared | 
 
 
 def _is_on(run: RunParts, compared: _Compared) -> bool:
-    """Whether a run is nearest to a motion, and settles there."""
+    """Whether the state of a run is nearest to the motion of the part, and settles on it."""
     motion = Attractor(compared.own)
     state = run.state_before(compared.value, motion.orbit.period_map)
     try:
@@ -164,7 +167,7 @@ def _is_on(run: RunParts, compared: _Compared) -> bool:
 
 
 @dataclass(frozen=True)
-class Jump:
+class RunUpJump:
     """An event at which a motion ends, or becomes unstable, and that a run passes.
 
     Attributes
@@ -172,21 +175,21 @@ class Jump:
     upward
         whether the speed grows.
     kind
-        of the event.
+        kind of the event.
     end
         value at the event [SI].
     value
-        value at which the run jumps: it leaves the motion that has ended [SI]; NaN where it does not.
+        value at which the run leaves the ended motion [SI]; NaN if it does not jump.
     delay
-        the speed that the run passes in between, never negative [rad/s].
+        change of the speed between event and jump, never negative [rad/s].
     periods
-        the number of periods T in between.
+        number of periods T between event and jump.
     clearance
-        in whose deflection the two motions differ most.
+        name of the clearance in whose deflection the two motions differ most.
     words
-        why there is no jump; empty where there is one.
+        why there is no jump; empty if there is one.
     settles
-        value from which on the motion that it leaves for is stable, not before the jump [SI]; NaN without one.
+        value from which on the motion after the jump is stable, at or beyond the jump [SI]; NaN without a jump.
     """
 
     upward: bool
@@ -202,21 +205,21 @@ class Jump:
 
 @dataclass(frozen=True)
 class _Ending:
-    """A loss of stability, and the other motions."""
+    """A motion that ends at a loss of stability, and the stable motions to which a run can jump."""
 
-    loss: Loss  # where the motion ends
-    copies: tuple[BranchPart, ...]  # it and those with the same swings that end there, such as its mirror image
+    loss: StabilityLoss  # event at which the motion ends
+    copies: tuple[BranchPart, ...]  # the ended motion, and others with the same swings, such as its mirror image
     others: tuple[BranchPart, ...]  # stable motions with other swings
-    scale: Array  # (K,) by which swings of the clearances compare [rad or m]
+    scale: Array  # (K,) scale of the deflections of every clearance [rad or m]
 
     def decisive(self, other: Array) -> int:
-        """The clearance whose swing differs most, relatively, between the ended motion and one with (K,) swings."""
+        """Index of the clearance whose swing relatively differs most between the ended motion and (K,) other swings."""
         swing = self.copies[0].at(self.loss.value)
         larger = np.maximum(np.maximum(swing, other), _TINY * self.scale)
         return int(np.argmax(np.abs(other - swing) / larger))
 
     def nearest(self) -> BranchPart | None:
-        """The other stable motion that is nearest to the ended one, at its end; None: none is known there."""
+        """The other stable motion nearest to the ended motion, at the event; None if none is known there."""
         end = self.loss.value
         swing = self.copies[0].at(end)
         at_end = [one for one in self.others if one.reaches(end)]
@@ -230,24 +233,24 @@ def speed_of(model: Model, path: str, value: float) -> float:
 
 
 def periods_between(model: Model, speeds: tuple[float, float], rate: float) -> float:
-    """Return the periods T that a run takes from one speed to another [rad/s] at a rate with its sign [rad/s^2]."""
-    turned = period_of(model).period * model.excitation.omega  # by the reference shaft in a period T [rad]
-    return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (turned * rate)
+    """Return the number of periods T of a run between two speeds [rad/s]; the rate is below zero for a run-down."""
+    angle = period_of(model).period * model.excitation.omega  # of the reference shaft in a period T [rad]
+    return 0.5 * (speeds[1] ** 2 - speeds[0] ** 2) / (angle * rate)
 
 
-def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[Jump]:
-    """The losses of stability that a run passes, in its order; those of copies of a motion once."""
+def jumps_of(branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> list[RunUpJump]:
+    """Return the losses of stability that a run passes, in the order of the run; copies of a motion count once."""
     return _Jumps(branch, run, motions, rate).all()
 
 
 def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
-    """Whether motions have the same swings at the end of one of them."""
+    """Whether two motions have the same swings at the value ``end``."""
     swing = own.at(end)
     return one.reaches(end) and bool(np.allclose(one.at(end), swing, rtol=_SAME, atol=_TINY * float(swing.max())))
 
 
 class _Jumps:
-    """A run and the motions of a branch, which ``rate`` passes [rad/s^2]."""
+    """Jumps of one run over the motions of a branch; ``rate`` is the change of the speed [rad/s^2]."""
 
     def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
         self._branch = branch
@@ -255,13 +258,13 @@ class _Jumps:
         self._motions = motions
         self._rate = rate
         self._sign = 1.0 if run.upward else -1.0
-        # the motions of every line, unstable ones included
+        # the motions of every line between two folds, unstable ones included
         of_line = {line: [one for one in motions if one.line == line] for line in {one.line for one in motions}}
         self._courses = {line: DeflectionsAlong(branch, parts, run.grid) for line, parts in of_line.items()}
 
-    def all(self) -> list[Jump]:
-        """Return the jumps in the order of the run; a jump belongs to the last event before it."""
-        ended = list[tuple[Loss, list[BranchPart]]]()
+    def all(self) -> list[RunUpJump]:
+        """Return the jumps in the order of the run; every jump belongs to the last event before it."""
+        ended = list[tuple[StabilityLoss, list[BranchPart]]]()
         upward = self._run.upward
         losses = [loss for loss in losses_of(self._branch) if loss.upward == upward and loss.jumps is not False]
         for loss in losses if upward else losses[::-1]:
@@ -274,8 +277,8 @@ class _Jumps:
         jumps = [self._jump(self._ending(loss, owns)) for loss, owns in ended]
         return [self._once(one, jumps[k + 1 :]) for k, one in enumerate(jumps)]
 
-    def _ending(self, loss: Loss, copies: Sequence[BranchPart]) -> _Ending:
-        """A loss with the other stable motions; copies of the ended one, and what leaves it there, are left out."""
+    def _ending(self, loss: StabilityLoss, copies: Sequence[BranchPart]) -> _Ending:
+        """The ended motion and the other stable motions, without its copies and without parts of its line."""
         own = copies[0]
         others = tuple(
             one
@@ -287,13 +290,13 @@ class _Jumps:
         least = max(_TINY * float(scale.max()), np.finfo(float).tiny)
         return _Ending(loss, tuple(copies), others, np.maximum(scale, least))
 
-    def _jump(self, ending: _Ending) -> Jump:
-        """Where the run jumps after a motion has ended."""
+    def _jump(self, ending: _Ending) -> RunUpJump:
+        """The jump of the run after a motion has ended, or why there is none."""
         branch = self._branch
         run = self._run
         loss = ending.loss
         names = assemble(branch.model).layout.clearance_names
-        none = Jump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, "")
+        none = RunUpJump(run.upward, loss.kind, loss.value, np.nan, np.nan, np.nan, "")
         neighbour = ending.nearest()
         if neighbour is None:
             return replace(none, words=_NONE_KNOWN)
@@ -305,7 +308,7 @@ class _Jumps:
             for other in ending.others
             if (value := self._crossing(ending, other)) is not None and was_on(branch, run, other, beyond=loss.value)
         ]
-        # the parts of a line share their crossing: of those that of the part which the run meets first
+        # parts between the same two folds have the same crossing: of these take the part that the run meets first
         first = min(crossings, key=lambda pair: (self._sign * pair[0], self._ahead(pair[1], pair[0])), default=None)
         if self._is_on_again(ending, first[0] if first else float(run.value[-1])):
             return replace(none, words=_AGAIN)
@@ -325,8 +328,11 @@ class _Jumps:
             settles=value + self._sign * ahead if np.isfinite(ahead) else value,
         )
 
-    def _once(self, jump: Jump, later: Sequence[Jump]) -> Jump:
-        """A jump, unless it belongs to a later event: the run was on what ends there, or jumps there within T."""
+    def _once(self, jump: RunUpJump, later: Sequence[RunUpJump]) -> RunUpJump:
+        """The jump; without a value if it belongs to a later event.
+
+        That is so if the run was on the motion that ends at the later event, or jumps there within a period T.
+        """
         if any(
             (one.words in _LEFT_LATER and self._sign * one.end < self._sign * jump.value)
             or self._periods(one.value, jump.value) < 1.0
@@ -336,21 +342,24 @@ class _Jumps:
         return jump
 
     def _periods(self, *values: float) -> float:
-        """The periods T that the run takes from one value to another; NaN where one is."""
+        """Number of periods T of the run between two values; NaN if a value is NaN."""
         if np.isnan(values).any():
             return np.nan
         first, last = (speed_of(self._branch.model, self._branch.path, value) for value in values)
         return abs(periods_between(self._branch.model, (first, last), self._rate))
 
     def _ahead(self, part: BranchPart, value: float) -> float:
-        """How far beyond a value the run meets a part: zero where that is on it, infinite where it has been passed."""
+        """Distance from a value on to a part, in the direction of the run.
+
+        It is zero where the value lies in the part, infinite where the run has passed the part.
+        """
         low = float(part.value[0])
         high = float(part.value[-1])
         begin, end = (low - value, high - value) if self._run.upward else (value - high, value - low)
         return np.inf if end < 0.0 else max(begin, 0.0)
 
     def _is_on_again(self, ending: _Ending, value: float) -> bool:
-        """Whether, beyond the loss and before a value, the motion is stable again and the run on it."""
+        """Whether, between the event and a value, the motion becomes stable again and the run is on it."""
         low, high = sorted((ending.loss.value, value))
         begin = 0 if self._run.upward else -1
         lines = {one.line for one in ending.copies}
@@ -358,9 +367,9 @@ class _Jumps:
         return any(low < one.value[begin] < high and was_on(self._branch, self._run, one) for one in again)
 
     def _lean(self, ending: _Ending, other: DeflectionsAlong, parts: IntArray) -> Array:
-        """How much nearer to another motion than to the one that has ended the run is: a difference of squares.
+        """Squared distance of the run from the ended motion less that from another motion, for every part.
 
-        Where there is no motion on the other course it is as far as can be.
+        It is minus infinity where the other branch has no motion.
         """
         value = self._run.value[parts]
         compared = self._run.deflection[parts], value, parts % self._run.per_period, ending.scale
@@ -368,9 +377,9 @@ class _Jumps:
         return np.where(other.reaches(value), left - other.off(*compared), -np.inf)
 
     def _crossing(self, ending: _Ending, other: BranchPart) -> float | None:
-        """Value at which, beyond the end of a motion, the run becomes nearer to another one than to it; None: nowhere.
+        """Value beyond the event at which another motion becomes nearer to the run than the ended one; None: nowhere.
 
-        Where it is nearer already in the last part before, it is the end.
+        It is the value of the event if the run is nearer already in the last part before the event.
         """
         run = self._run
         end = ending.loss.value
@@ -380,7 +389,7 @@ class _Jumps:
         for begin in np.flatnonzero(run.passed(end))[::_BLOCK].tolist():
             parts = np.arange(max(begin - 1, 0), min(begin + _BLOCK + width, last))
             while True:
-                # the first part in which it is nearer, and from which on it is nearer over a period
+                # the first part in which the run is nearer to the other motion, and nearer over the next period too
                 lean = self._lean(ending, self._courses[other.line], parts)
                 over_period = sliding_window_view(np.concatenate([lean, np.zeros(width - 1)]), width).sum(axis=1)
                 crossed = np.flatnonzero((lean > 0.0) & (over_period > 0.0))
@@ -389,7 +398,7 @@ class _Jumps:
                 k = int(crossed[0])
                 if sum(course.refine(run.value[parts[max(k - 1, 0) : k + width]]) for course in compared):
                     continue
-                # where between it and the part before
+                # interpolate between this part and the part before
                 before = run.value[parts[max(k - 1, 0)]]
                 after = run.value[parts[k]]
                 share = lean[k - 1] / (lean[k - 1] - lean[k]) if k and -np.inf < lean[k - 1] < 0.0 else 1.0
@@ -398,7 +407,7 @@ class _Jumps:
         return None
 
     def _has_left(self, ending: _Ending, neighbour: BranchPart) -> bool:
-        """Whether at its end the run is farther from the ended motion than the middle to its neighbour at the event."""
+        """Whether the run ends farther from the ended motion than half the distance to its neighbour at the event."""
         run = self._run
         parts = np.arange(len(run.value))[-run.per_period :]
         phase = parts % run.per_period
