@@ -49,7 +49,7 @@ class State:
     march
         snapshot of the march (``solvers.Extensible``).
     sums
-        over what the criteria judge, packed (``quantities.Sums``); empty if nothing yet.
+        over what the criteria judge, packed (``quantities.quantity.Sums``); empty if nothing yet.
     """
 
     owner: str

@@ -2,7 +2,7 @@
 
 Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
 run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
-order). Chunks are judged as they pass (``quantities.add``), so the verdict on a million cycles needs none of them.
+order). Chunks are judged as they pass (``evaluation.add``), so the verdict on a million cycles needs none of them.
 With a *store* every finished chunk becomes a file beside the state of the march (``chunk_store``): whatever ends the
 program, a later one goes on after the last whole chunk.
 """

@@ -3,7 +3,7 @@
 Each step tries the longest dyadic h for which no clearance can leave its region: with gap g and its first three
 derivatives exact at the start and |delta''''| <= b for as long as the region lasts (``system.majorant``), a minorant of
 every gap must stay positive over the whole step. If even the finest step is not safe, the deflections over it are
-polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
+polynomials to rounding and the first crossing is the first root (``first_exit.first_exit``). Nothing can be skipped:
 every instant lies in a step proven free of crossings or in a window searched from its beginning.
 
 The kernel works in slices and hands back an ``Outcome`` code, so that its caller can show progress, grow the log,
@@ -335,7 +335,7 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, ``budget`` steps are taken or the caller must act; an ``Outcome`` code.
 
-    The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
+    The arguments are described in ``march_arrays``; march, notes and log change. ``instants``: None where no times are
     known beforehand. A step does not go beyond the next of them, and a crossing behind it does not count yet. Samples
     in a step are noted before it is taken. Scratch is made here, where the compiler sees that nothing else is stored
     in it.

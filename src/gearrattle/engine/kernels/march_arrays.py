@@ -89,7 +89,7 @@ class Samples(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """Notes of the samples that the march passes in a step, see ``notes``."""
+    """Notes of the samples that the march passes in a step, see ``sample_notes``."""
 
     row: IntVector  # (room,) of the first of them
     samples: IntVector  # (room,) how many there are

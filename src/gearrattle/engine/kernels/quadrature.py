@@ -22,7 +22,7 @@ ALL_TERMS = ORDER + 1
 
 
 class Moves(NamedTuple):
-    """Motion of the state in every region; strips as in ``packed``.
+    """Motion of the state in every region; strips as in ``march_arrays``.
 
     Steps are each twice as long as the one before. In a region the state is counted from a shift, from which the forces
     of its clearances grow: products of moments then cancel little.

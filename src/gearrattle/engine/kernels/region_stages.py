@@ -3,7 +3,7 @@
 Compiled into one they would take half a minute; called by their addresses (``_jit.address_of``) they take a few
 seconds, and every caller - a single run, many variants - runs the same machine code.
 
-The result is one slot of ``packed.Regions``.
+The result is one slot of ``march_arrays.Regions``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds."""
+"""Rows written in strips of four, and the tables and series of a region: arrays of ``march_arrays.Regions``."""
 
 from __future__ import annotations
 

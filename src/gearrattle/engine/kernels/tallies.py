@@ -243,7 +243,7 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
 def tally(judged, log, events, window, initial, final, scales, v, out):
     """Write the sums of one motion that was marched to its end.
 
-    log: ``packed.Log``; simultaneous crossings are put into element order.
+    log: ``march_arrays.Log``; simultaneous crossings are put into element order.
     events: how many there are.
     window: begin and end of the steady part [s], both included, and the period.
     initial: (K,) pieces at t = 0.

@@ -75,7 +75,7 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
     of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
 
-    powers: see ``packed``.
+    powers: see ``march_arrays.Regions``.
     chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
     x: part of the finest step.
     """
@@ -155,8 +155,8 @@ def first_crossing(
 ):
     """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
 
-    series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
-    y, u, side: see ``packed.March``.
+    series, forced_series, forced_strips, lower, upper: see ``march_arrays.Regions``.
+    y, u, side: see ``march_arrays.March``.
     band, unsafe: rounding bands (W,) and corners (W, 2).
     gap: scratch (ORDER + 1,).
     reach: the part of it that is searched, a power of two.

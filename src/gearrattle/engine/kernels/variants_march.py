@@ -76,7 +76,7 @@ class Entries(NamedTuple):
     is_loose: int
     angles_from_deflections: int
     respond_rigidly: int
-    evaluate: int  # at the end of a motion: ``sum_crossings``, or ``periods.differentiate``
+    evaluate: int  # at the end of a motion: ``sum_crossings``, or ``whole_periods.differentiate``
     march_on: int
     work_out_samples: int
     zgees: int
@@ -150,7 +150,7 @@ def numbers_of(numbers, v):
 
 @strict
 def _slot_of(entries, thread):
-    """The slot of the region of ``region.pieces``, built if it is new; else MORE_ROOM or IMPOSSIBLE."""
+    """The slot of the region of ``Region.pieces``, built if it is new; else MORE_ROOM or IMPOSSIBLE."""
     workspace = thread.workspace
     regions = thread.regions
     cursor = thread.cursor
@@ -345,9 +345,8 @@ def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cur
 def march_many(entries, cases, thread, out, slices):
     """March variants from where the cursor stands, for so many slices, and evaluate each at its end.
 
-    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``, ``periods.differentiate``
-    to a
-        ``Map``.
+    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``,
+        ``whole_periods.differentiate`` to a ``Map``.
     slices: how many of ``_BUDGET`` steps each.
     Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """

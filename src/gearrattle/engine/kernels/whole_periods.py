@@ -12,7 +12,7 @@ variants beside the one that is marched are laid out in its scales.
 
 If asked, one approach to a corner (``approach``) or all turning points (``direction``, ``depths``) are written too.
 
-Arrays: ``memory_addresses`` (workspace), ``packed`` (regions, march, samples, log), ``variant_arrays``.
+Arrays: ``memory_addresses`` (workspace), ``march_arrays`` (regions, march, samples, log), ``variant_arrays``.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Marched(NamedTuple):
 
     common: Any  # see ``memory_addresses``
     laws: Any
-    regions: Any  # see ``packed``
+    regions: Any  # see ``march_arrays``
     log: Any
     events: int  # crossings
     initial: IntVector  # (K,) pieces of the clearances at its start

@@ -2,7 +2,7 @@
 
 Windows have one length, so short that a Taylor series represents every motion in them to rounding whatever pieces the
 elements are in. In a window every clearance's gap is a polynomial: either its coefficients alone prove that it stays
-open, or its first root is isolated (``polynomial.exit_from``). The earliest over all clearances is the next crossing.
+open, or its first root is isolated (``first_exit.exit_from``). The earliest over all clearances is the next crossing.
 There only that element's piece changes, and only the polynomials near it (``correct``); after a number of crossings,
 and at the window's end, all are made afresh from the states. Nothing can be skipped: every instant lies in a window
 searched from its beginning.
@@ -35,7 +35,7 @@ class Sweep(NamedTuple):
     """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
 
     most: int  # crossings in a window before all is made afresh
-    counts: IntVector  # (SIZE,) integers, see the names above and in ``packed``
+    counts: IntVector  # (SIZE,) integers, see the names above and in ``march_arrays``
     clock: Vector  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
     table: Matrix  # (ORDER + 1, columns)
     errors: Matrix  # (ORDER + 2, E) coefficients of transmission errors
@@ -348,7 +348,7 @@ def _cross(driveline, sweep, log, buffers, c):
 def sweep_on(driveline, sweep, samples, log, buffers, budget):
     """March until all samples are stored or the caller must act.
 
-    sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
+    sweep, samples, log, buffers: see ``Sweep`` and ``march_arrays``; sweep, samples and log change. Samples are columns of a
         table.
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.

@@ -33,7 +33,7 @@ class Works(NamedTuple):
 
 
 class WorkBuffers(NamedTuple):
-    """Present pieces, series and scratch; see ``sweep``."""
+    """Present pieces, series and scratch; see ``window_march.SweepBuffers``."""
 
     now: Vector  # (2,) whole periods and the rest, in periods
     table: Matrix
@@ -141,7 +141,7 @@ def integrate_works(driveline, path, first, last, samples, buffers, works, nodes
     """Integrate every power over the intervals first ... last - 1.
 
     driveline, path, buffers, works: see their types; buffers and works change.
-    samples: see ``packed``; columns of the sweep's table.
+    samples: see ``march_arrays.Samples``; columns of the sweep's table.
     nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
     network = driveline.network

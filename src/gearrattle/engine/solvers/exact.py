@@ -3,7 +3,7 @@
 Inside a region the motion is propagated by tables of the matrix exponential. Crossings are isolated and located to
 rounding (``kernels.march``, ``kernels.taylor_window.first_crossing``, ``kernels.first_exit.first_exit``). Nothing here
 approximates the model: what remains is rounding, amplified by the motion's own sensitivity. Regions come from
-``system.region``, built one at a time when they are first met.
+``system.region_store``, built one at a time when they are first met.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Size:
-    """The sizes of one system's arrays, see ``packed``; counts of rows, and of the strips of four that hold them."""
+    """The sizes of one system's arrays, see ``march_arrays``; counts of rows, and of the strips of four that hold them."""
 
     states: int
     inputs: int

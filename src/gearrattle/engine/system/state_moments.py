@@ -26,7 +26,7 @@ NODES = 4
 NODES_WITH_SIGNALS = 7
 """Nodes that integrate z z' over the shortest step to rounding: with n of them the error is about
 (n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of it (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 25.4.30),
-a = |(h A)^20|^(1/20) <= 1.17 / 2^DEPTH there (``region.finest_level``): below 1e-20 by four. High derivatives of
+a = |(h A)^20|^(1/20) <= 1.17 / 2^DEPTH there (``strips.finest_level``): below 1e-20 by four. High derivatives of
 signals may be larger than such a norm tells."""
 MOST_BYTES = 256 << 20
 """Memory of all steps and their moments; regions for which it does not suffice have fewer of them."""
