@@ -57,7 +57,7 @@ def planned() -> dict[str, Planned]:
     # kernels with the way each is compiled and the types it is called with
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
-        (vectorised, sample_notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
+        (vectorised, sample_notes.store_noted_samples, (Regions, Inputs, Notes, Samples, IntVector)),
         (
             vectorised,
             quadrature.integrate_moments,
@@ -82,7 +82,7 @@ def planned() -> dict[str, Planned]:
         (compact, rigid_response.respond_rigidly, (Coefficients, Frame, Statics, *three)),
         (compact, variant_common.lay_out, (words, Coefficients, Frame, Scales)),
         (compact, region_stages.limit_states, (addresses, words)),
-        (compact, region_stages.work_out, (addresses, int, words)),
+        (compact, region_stages.build_region, (addresses, int, words)),
         (compact, region_stages.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in region_stages.Stages()),
     ]

@@ -42,9 +42,9 @@ from gearrattle.engine.kernels.workspace import (
 class Stages(NamedTuple):
     """The stages; their addresses once they are compiled."""
 
-    stiffest: Any = particular_solutions.stiffest
+    enter_stiffest_pieces: Any = particular_solutions.enter_stiffest_pieces
     accelerate: Any = region_rates.accelerate
-    typical: Any = particular_solutions.typical
+    typical_size: Any = particular_solutions.typical_size
     look: Any = region_rates.look
     split_inputs: Any = particular_solutions.split_inputs
     generate: Any = region_rates.generate
@@ -80,9 +80,9 @@ def stages() -> Stages:
 @strict_entry
 def limit_states(stages, workspace):
     """Write the largest size of a particular solution that is split off; returns the size of an ordinary motion."""
-    call_silent(stages.stiffest, (workspace,))
+    call_silent(stages.enter_stiffest_pieces, (workspace,))
     call_truth(stages.accelerate, (workspace,))
-    size = call_real(stages.typical, (workspace,))
+    size = call_real(stages.typical_size, (workspace,))
     common_at(workspace).limits[LARGEST_STATE] = LARGEST * size
     return size
 
@@ -110,7 +110,7 @@ def _find_schur_form(stages, zgees, workspace):
 
 
 @strict_entry
-def work_out(stages, zgees, workspace):
+def build_region(stages, zgees, workspace):
     """Work the region of ``Region.pieces`` out, up to its tables: BUILT, NOT_FINITE or NO_SCHUR_FORM."""
     # equations of motion in this region: A_r and G_r
     if not call_truth(stages.accelerate, (workspace,)):

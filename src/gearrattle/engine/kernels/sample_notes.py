@@ -56,7 +56,7 @@ def _take(rows, n, out):
 
 
 @kernel
-def work_out(regions, inputs, notes, samples, counts):
+def store_noted_samples(regions, inputs, notes, samples, counts):
     """Store the samples that were noted, and forget the notes."""
     # room for the work
     longest = notes.y.shape[1]

@@ -69,7 +69,7 @@ class Entries(NamedTuple):
     scale: int
     lay_out: int
     limit_states: int
-    work_out: int
+    build_region: int
     pack: int
     accelerate_rigidly: int
     rest: int
@@ -78,7 +78,7 @@ class Entries(NamedTuple):
     respond_rigidly: int
     evaluate: int  # at the end of a motion: ``sum_crossings``, or ``whole_periods.differentiate``
     march_on: int
-    work_out_samples: int
+    store_noted_samples: int
     zgees: int
     stages: Stages
 
@@ -165,7 +165,7 @@ def _slot_of(entries, thread):
         if is_same:
             return slot
     # a new one: build it up to its tables
-    if call_count(entries.work_out, (entries.stages, entries.zgees, workspace)) != BUILT:
+    if call_count(entries.build_region, (entries.stages, entries.zgees, workspace)) != BUILT:
         return IMPOSSIBLE
     # whether there is room for it
     slot = cursor[SLOTS]
@@ -309,7 +309,7 @@ def _march_slice(entries, cases, thread):
         marched = regions, inputs, thread.instants, march, samples, notes, thread.log, _BUDGET
         answer = call_count(entries.march_on, marched)
         if counts[NOTED]:
-            call_silent(entries.work_out_samples, (regions, inputs, notes, samples, counts))
+            call_silent(entries.store_noted_samples, (regions, inputs, notes, samples, counts))
         # what the march asks for: a larger log, the region beyond a corner, the next slice
         if answer == LOG_FULL:
             return MORE_LOG

@@ -348,8 +348,8 @@ def _cross(driveline, sweep, log, buffers, c):
 def sweep_on(driveline, sweep, samples, log, buffers, budget):
     """March until all samples are stored or the caller must act.
 
-    sweep, samples, log, buffers: see ``Sweep`` and ``march_arrays``; sweep, samples and log change. Samples are columns of a
-        table.
+    sweep, buffers: see ``Sweep`` and ``SweepBuffers``; sweep changes.
+    samples, log: see ``march_arrays``; both change. The states of a sample are the columns of the sweep's table.
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.
     """

@@ -40,7 +40,7 @@ def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Size:
-    """The sizes of one system's arrays, see ``march_arrays``; counts of rows, and of the strips of four that hold them."""
+    """The sizes of one system's arrays (``march_arrays``): numbers of rows, and of the strips of four with them."""
 
     states: int
     inputs: int
@@ -153,7 +153,7 @@ class Store:
         """
         slot = len(self.pieces)
         builder = self.builder
-        builder.work_out(pieces)
+        builder.build(pieces)
         capacity = Capacity(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
         if not self._has(capacity):
             self._reserve(capacity)

@@ -32,7 +32,7 @@ from gearrattle.engine.periodic.events.neimark_sacker import (
     may_return,
     pairs_crossed,
 )
-from gearrattle.engine.periodic.events.pattern import View, exchange_between, exchanged_at, time_between
+from gearrattle.engine.periodic.events.pattern_changes import View, exchange_between, exchanged_at, time_between
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between
 from gearrattle.engine.periodic.grazing_depth import with_corner
 from gearrattle.engine.periodic.motion import Touch

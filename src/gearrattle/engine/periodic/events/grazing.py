@@ -4,7 +4,8 @@
 which it is zero is extrapolated from the last motions, and the next motion leaves a little of the way to there, so that
 it does not touch. A motion that cannot be followed tells nothing: the next one is nearer to those that do not touch. At
 last the depth of the motion that is located must be zero. Where there is no depth, as at the bounds of sliders, motions
-that cross are followed instead: their velocity v grows with the square root of the distance, so v^2 is extrapolated.
+that touch are followed instead: the duration of their touch grows with the square root of the distance, so its square
+is extrapolated.
 
 *What it does to the gradient.* A distance s beyond a grazing a bound is crossed there and back; what is entered lasts
 for a time tau ~ √s.
@@ -46,7 +47,7 @@ from gearrattle.engine.periodic import turning_points
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.fold import VERTICAL
 from gearrattle.engine.periodic.events.location import Stretch
-from gearrattle.engine.periodic.events.pattern import View, touch_between
+from gearrattle.engine.periodic.events.pattern_changes import View, touch_between
 from gearrattle.engine.periodic.events.slider_release import is_release
 from gearrattle.engine.periodic.grazing_depth import before_touch, depth, pieces_before, without_touch
 from gearrattle.engine.periodic.motion import Touch
@@ -72,9 +73,8 @@ _MOST = 40  # motions followed
 _NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
 _FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
 _WIDEST_LEFT = 0.5
-# motions that a grazing is extrapolated from: at most by depths, and by velocities
-_FEW = 4
-_ENOUGH = 3
+_FEW = 4  # most depths from which a grazing is extrapolated
+_ENOUGH = 3  # the same for durations of touches; and the least number of values for a result that is accepted
 _FIRST_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
 _OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
 _ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
@@ -278,8 +278,8 @@ class Search:
         self._fewer = view(apart)
         self._more = view(touching)
         self._nearest = apart
-        velocity, touch = touch_between(apart, touching, view)
-        self._velocities = [(self._inner, velocity)]
+        duration, touch = touch_between(apart, touching, view)
+        self._durations = [(self._inner, duration)]
         self._touch = touch
         self._depths: list[_Depth] = []
         self._left = _NEARER
@@ -326,7 +326,7 @@ class Search:
 
     def _is_enclosed(self, share: float) -> bool:
         """Whether a share lies between both sides, and enough motions are known to trust it."""
-        has_enough = len(self._depths) > _ENOUGH or (not self._depths and len(self._velocities) >= _ENOUGH)
+        has_enough = len(self._depths) > _ENOUGH or (not self._depths and len(self._durations) >= _ENOUGH)
         return has_enough and min(self._inner, self._outer) <= share <= max(self._inner, self._outer)
 
     def _expected(self) -> float:
@@ -335,8 +335,8 @@ class Search:
             return _zero_of(self._depths[-_FEW:])
         if self._depths:
             return np.inf
-        shares, velocities = zip(*self._velocities[-_ENOUGH:], strict=True)
-        return _extrapolated(velocities, shares, self._outer)
+        shares, durations = zip(*self._durations[-_ENOUGH:], strict=True)
+        return _extrapolated(durations, shares, self._outer)
 
     def _follow(self, expected: float) -> bool:
         """Follow the next motion, and say whether it helps to locate the expected touch."""
@@ -382,10 +382,10 @@ class Search:
             self._left = min(_WIDEST_LEFT, 4.0 * self._left)
             self._add_depth(share, point)
             return False
-        velocity, touch = touch_between(self._nearest, point, self._view)
+        duration, touch = touch_between(self._nearest, point, self._view)
         self._inner = share
         self._left = max(_NEARER, 0.5 * self._left)
-        self._velocities.append((share, velocity))
+        self._durations.append((share, duration))
         is_other = (touch.watch, touch.upward) != (self._touch.watch, self._touch.upward)
         if is_other or abs(touch.time - self._touch.time) > _ANOTHER:
             self._ask(touch)
@@ -472,12 +472,12 @@ def _zero_of(samples: list[_Depth]) -> float:
     return shares[0]
 
 
-def _extrapolated(velocities: Sequence[float], shares: Sequence[float], outer: float) -> float:
-    """The share at which the velocity is zero: s = s0 + a v^2 + b v^3 through the last samples."""
-    if len(velocities) == 1:
+def _extrapolated(durations: Sequence[float], shares: Sequence[float], outer: float) -> float:
+    """The share at which the duration d of the touch is zero: s = s0 + a d^2 + b d^3 through the last samples."""
+    if len(durations) == 1:
         return 0.5 * (shares[0] + outer)
-    powers = [0, 2, 3][: len(velocities)]
-    matrix = np.array([[v**power for power in powers] for v in velocities])
+    powers = [0, 2, 3][: len(durations)]
+    matrix = np.array([[d**power for power in powers] for d in durations])
     scale = np.abs(matrix).max(axis=0)
     try:
         return float(np.linalg.solve(matrix / scale, np.array(shares))[0] / scale[0])
