@@ -137,7 +137,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     """Extrapolate until a column at or next to the target passes the error test; if ``sure``, compute all columns.
 
     Returns (error, column, calls): error <= 1 if accepted; the last column; the number of evaluations of y'
-        without the slope at the start. ``buffers.longest[1 ... column]`` are the next steps that these columns would allow.
+        without the slope at the start. ``buffers.longest[1 ... column]`` are the next steps that they would allow.
     """
     size = y.size
     table = buffers.table

@@ -133,7 +133,7 @@ class Modes(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Bounds, W of each kind: on fourth derivatives, on fourth derivatives without the fast modes, on the fast modes."""
+    """Bounds, W of each kind: on fourth derivatives; the same without the fast modes; on the fast modes alone."""
 
     used: IntVector  # (1,) J
     rows: ComplexMatrix  # (J, Y)
