@@ -35,7 +35,7 @@ def inputs_at(inputs, cycle, fraction, u):
 
 @kernel
 def chains_at(inputs, interval, since, y, first, scratch):
-    """Write the chains of the signals into y, s = ``since`` after the begin of their interval: q_j = sum_k q_(j+k) (w s)^k / k!."""
+    """Write the chains of the signals into y at s = ``since`` in an interval: q_j = sum_k q_(j+k) (w s)^k / k!."""
     moved = inputs.pace * since
     links = inputs.links
     padded = inputs.chains.shape[2]
