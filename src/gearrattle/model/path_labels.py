@@ -271,7 +271,11 @@ def _row_words(key: str, index: str, table: Mapping[str, Any]) -> str:
         return f"{'stage' if key == 'stages' else 'coast stage'} {_number(index)}"
     rows = table.get(key, ())
     kind = rows[int(index)].get("kind") if index.isdigit() and int(index) < len(rows) else None
-    return f"drag part {_number(index)}" if kind is None else str(kind).replace("-", " ")
+    if kind is None:
+        return f"drag part {_number(index)}"
+    alike = [k for k, row in enumerate(rows) if row.get("kind") == kind]
+    number = f" {alike.index(int(index)) + 1}" if len(alike) > 1 else ""
+    return f"{kind}{number}".replace("-", " ")
 
 
 def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ import pytest
 from gearrattle.engine.periodic.events import grazing
 from gearrattle.engine.periodic.events.grazing import Search
 from gearrattle.engine.periodic.events.location import Stretch
-from gearrattle.engine.periodic.events.pattern import View
+from gearrattle.engine.periodic.events.pattern_changes import View
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits.periodic_search import periodic

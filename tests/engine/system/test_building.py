@@ -133,7 +133,7 @@ def test_a_particular_solution_is_right_to_its_last_digits(seed: int) -> None:
     system = random_chain(seed)
     flow = flow_of(system)
     builder = RegionBuilder(flow)
-    builder.work_out(random_pieces(system, seed))
+    builder.build(random_pieces(system, seed))
     n = flow.states
     count = flow.frequency.size
     region = builder.workspace.region
@@ -159,7 +159,7 @@ def test_a_region_that_is_not_finite_is_refused() -> None:
 
 def holds_schur_form(system: PiecewiseSystem, builder: RegionBuilder, pieces: tuple[int, ...]) -> None:
     """A = basis schur basis^H, schur a triangle."""
-    builder.work_out(pieces)
+    builder.build(pieces)
     schur, basis = builder.workspace.modes.schur.T, builder.workspace.modes.basis.T
     n = len(schur)
     matrix = flow_of(system).generator(pieces)[:n, :n]
@@ -197,4 +197,4 @@ def test_a_schur_form_of_other_orders_of_the_states(refusals: int, monkeypatch: 
     assert count == refusals + 1
     refusals, count = len(builder.workspace.modes.schur), 0
     with pytest.raises(FloatingPointError, match="its eigenvalues are not found"):
-        builder.work_out(pieces)
+        builder.build(pieces)

@@ -51,7 +51,7 @@ def _check(system: PiecewiseSystem) -> None:
     for name in ("first", "stiffness", "damping", "lower", "upper"):
         assert np.array_equal(getattr(laws, name), getattr(want, name)), name
     assert np.array_equal(laws.offset, want.offset / flow.scaling.inputs[0])
-    assert builder.typical == pytest.approx(typical_size(flow), rel=1e-9)
+    assert builder.typical_size == pytest.approx(typical_size(flow), rel=1e-9)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

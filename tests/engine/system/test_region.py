@@ -108,7 +108,7 @@ def test_doubling_keeps_small_increments_accurate_to_their_own_size() -> None:
 def test_blocks_are_invariant_subspaces_that_rebuild_the_generator(seed: int) -> None:
     system = random_chain(seed)
     builder = RegionBuilder(flow_of(system))
-    builder.work_out(random_pieces(system, seed))
+    builder.build(random_pieces(system, seed))
     width, modes = builder.width, builder.workspace.modes
     generator = builder.workspace.free.generator[:width, :width]
     left, right, triangle = (matrix[:width, :width] for matrix in (modes.left, modes.right, modes.triangle))

@@ -1,12 +1,12 @@
 """Kernels compiled side by side: other processes compile what a first run will call later.
 
-numba compiles one kernel at a time in a process, threads or not. So when a kernel of ``PLAN`` is not kept yet, a
-process for every further core, three at most, begins to compile the others into the same folder (``planned``). It asks
-here before each of them, so none is compiled twice: a kernel that this process has called already is refused, and this
-process waits for a kernel that another one is compiling, then loads it. The plan begins with the longest kernel and
-goes on from the end of a run to its start: this process and the others meet in the middle.
+numba compiles one kernel at a time in a process. So when a kernel of ``PLAN`` is missing in the cache, other processes,
+one per further core but three at most, begin to compile the plan into the same cache (``compiled_ahead``). Each asks
+this process before every kernel, so none is compiled twice: a kernel that this process has called is refused, and this
+process waits for a kernel that another one is compiling, then loads it. The plan begins with the kernel that takes
+longest, and then goes from the end of a run to its start: this process goes the other way.
 
-Where there is one core only, where nothing is kept, or once the other processes have ended, all is compiled here.
+With one core, without a cache, or after the other processes have ended, this process compiles all kernels.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ PLAN = (
     "flow_gradient.gradient_segments",
     "sampling.quantities_at",
     "quadrature.integrate_moments",
-    "sample_notes.work_out",
+    "sample_notes.store_noted_samples",
     "region_stages.pack",
-    "region_stages.work_out",
+    "region_stages.build_region",
     "region_stages.limit_states",
     "variant_common.lay_out",
     "strips.fill_forced",
@@ -56,20 +56,20 @@ PLAN = (
     "region_rates.generate",
     "particular_solutions.split_inputs",
     "region_rates.look",
-    "particular_solutions.typical",
+    "particular_solutions.typical_size",
     "region_rates.accelerate",
-    "particular_solutions.stiffest",
+    "particular_solutions.enter_stiffest_pieces",
     "state_scaling.scale",
     "rigid_response.respond_rigidly",
 )
-"""Module and name of what every run with the exact algorithm calls, in the order in which it is compiled ahead."""
+"""Module and name of the kernels of every run with the exact algorithm, in the order in which they are compiled."""
 
 Task = tuple[str, tuple[bool, ...]]
-"""A kernel, and which of its arguments are None: with others it is another code."""
+"""A kernel, and for every argument whether it is None, on which the compiled code depends."""
 
-_LOOK = 0.1  # seconds between two looks at the other process, so that a thread that is to end hears of it
-_MOST = 3  # processes: with more the longest kernel would still take as long
-_PATIENCE = 100.0  # seconds: no kernel takes as long; a process that is stopped is not waited for
+_LOOK = 0.1  # s: between two checks of the other process, so that a thread can be ended in between
+_MOST = 3  # processes: more would not help, because the longest kernel takes as long as all others
+_PATIENCE = 100.0  # s: longest wait for another process, which may be stopped; every kernel takes less
 
 
 def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
@@ -81,8 +81,8 @@ def task_of(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Task:
 class Ahead:
     """Kernels that this process has compiled or loaded, and those that other processes compile for it.
 
-    module: has ``compile_ahead(connection)``, which the others call.
-    processes: the others; empty before they are needed, and where there are none.
+    module: has ``compile_ahead(connection)``, which the other processes call.
+    processes: the other processes; empty before they are needed.
     """
 
     def __init__(self, module: str) -> None:
@@ -94,11 +94,11 @@ class Ahead:
         self._changed = threading.Condition()
 
     def begin(self, name: str) -> None:
-        """Start the other processes if a kernel that has to be compiled is one of the plan; once only."""
+        """Start the other processes if a kernel that must be compiled is in the plan; once only."""
         if self._is_begun or name not in PLAN:
             return
         self._is_begun = True
-        from gearrattle.processes import may_start_others  # here: where all is kept, no other process is needed
+        from gearrattle.processes import may_start_others  # imported here: not needed while the cache has all kernels
 
         if not may_start_others():
             return
@@ -106,7 +106,7 @@ class Ahead:
             for _ in range(min(_cores() - 1, _MOST)):
                 self._start()
         except (OSError, RuntimeError, ValueError):
-            return  # no memory, no handles, no interpreter to start: those that have begun do
+            return  # no memory, handles or interpreter: go on with the processes that have started
 
     def _start(self) -> None:
         """Start a process, and a thread that answers it."""
@@ -142,7 +142,7 @@ class Ahead:
             connection.close()
 
     def _lend(self, connection: Connection, task: Task | None) -> bool:
-        """Note that a process has compiled its kernel, and return whether it may compile the one it asks for."""
+        """Record that a process has compiled its kernel, and return whether it may compile the requested one."""
         with self._changed:
             self._theirs.pop(connection, None)
             is_free = task is not None and task not in self._taken
@@ -163,5 +163,5 @@ def _work(connection: Connection, module: str) -> None:
 
 
 def _cores() -> int:
-    """How many processors this process may use."""
+    """The number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

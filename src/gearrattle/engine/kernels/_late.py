@@ -1,11 +1,11 @@
-"""Kernels that are handed to numba only when they are first called.
+"""Kernels that are passed to numba only when they are first called.
 
-To import numba and to prepare its targets takes half a second, and an object of numba's for each of three hundred
-kernels some hundredths more. Therefore a decorated function is a ``Late``: numba is imported when the first is called,
-and only those that Python calls become objects of numba's. Machine code from the cache needs nothing of what a kernel
-calls; where one must be compiled, the names in its file have to be numba's objects: ``settle``.
+Importing numba and preparing its targets takes half a second, and creating numba objects for three hundred kernels some
+hundredths more. Therefore a decorated function is a ``Late``: numba is imported when the first kernel is called, and
+only kernels that Python calls become numba objects. Machine code from the cache needs no numba objects of the kernels
+it calls. Before a kernel is compiled, ``settle`` replaces the ``Late`` objects in all files by numba objects.
 
-A strict kernel rounds every product and sum by itself, so as plain Python it gives the same bits: ``plainly``.
+A strict kernel rounds every product and sum by itself, so it gives the same bits as plain Python (``plainly``).
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _MODE = _Mode()
 
 
 class Late:
-    """A kernel that is made when it is first called.
+    """A kernel whose numba object is created when it is first called.
 
-    make: makes numba's object.
-    function: as Python; None of what has no plain form.
+    make: creates the numba object.
+    function: the Python function; None: the kernel has no Python form.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class Late:
             _FILES[id(function.__globals__)] = function.__globals__
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run it."""
+        """Call the kernel."""
         return self.__wrapped__(*arguments) if _MODE.is_plain else self.made()(*arguments)
 
     def __getattr__(self, name: str) -> Any:
@@ -74,11 +74,11 @@ class Late:
 
 
 _LATE: dict[int, Late] = {}
-"""By the identity of what was made of it, which it keeps."""
+"""Every ``Late`` by the identity of its numba object, which it keeps alive."""
 
 
 def late(entry: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the one ``Late`` of an entry, given this object or numba's."""
+    """Return the ``Late`` of an entry, which is this object or its numba object."""
     return _LATE.get(id(entry), entry)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from gearrattle.engine.kernels._late import Late
 
 _MAKERS = ("group_reader",)
-"""Those that make a kernel when a file is imported."""
+"""The operations that create a kernel when a file is imported."""
 
 
 def lapack_address(name: str) -> int:

@@ -1,8 +1,8 @@
-"""Machine code from numba's cache, without the LLVM text that lies there beside it.
+"""Machine code from numba's cache, loaded without the LLVM text that is stored with it.
 
-numba reads the text of every kernel that it loads: half of the time that loading takes. It is for kernels that are
-compiled later and call this one, so it is read when one asks. What the text defines is kept with it, for numba wants
-to know the names.
+numba parses the text of every kernel that it loads, which takes half of the loading time. The text is needed only when
+a kernel that calls this one is compiled; so it is parsed then. numba needs the names that the text defines: they are
+stored with it.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ class _Library(JITCodeLibrary):
 
 
 class Kept(CompileResultCacheImpl):
-    """The part of a compiled kernel that is kept."""
+    """What the cache stores of a compiled kernel."""
 
     def reduce(self, data: Any) -> Any:
-        """Return what is kept: as numba does, and the names that are defined."""
+        """Return the data to store: those of numba, and the names that are defined."""
         module = data.library._get_module_for_linking()
         defined = {v.name for some in (module.functions, module.global_variables) for v in some if not v.is_declaration}
         return defined, super().reduce(data)
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:
-        """Return what was kept, ready to run."""
+        """Return the stored kernel, ready to run."""
         defined, ((name, kind, (code, text)), *others) = payload
         target_context.codegen()._engine._defined_symbols.update(defined)
         rebuilt = super().rebuild(target_context, ((name, kind, (code, _no_text())), *others))

@@ -1,9 +1,9 @@
-"""A band-limited signal between its samples, each point with a band of its own.
+"""A band-limited signal between its samples, with a bandwidth for every point.
 
     y_k = sum_i x_i h((i - p_k) / w_k) / sum_i h((i - p_k) / w_k)
 
-h is even, given by a table and straight between its points, and zero beyond its reach. Beyond its ends a signal is
-continued by its point reflections there. The work is the sum of 2 w_k reach.
+h is even, linear between the points of its table, and zero beyond a distance, its reach. Beyond its ends the signal is
+continued by point reflection. The number of terms is the sum of 2 w_k reach.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from gearrattle.engine.kernels._jit import inlined, separate
 
 @inlined
 def _continued(values, i):
-    """A sample, or beyond the ends the point reflection of one."""
+    """The sample i of the continued signal."""
     last = values.size - 1
     if i < 0:
         return 2.0 * values[0] - values[min(-i, last)]
@@ -28,7 +28,12 @@ def _continued(values, i):
 
 @separate
 def banded(values, position, width, table, per_unit):
-    """Values (M,) at positions (M,) in samples, widths (M,) in samples a unit of h; table (T,) with T - 1 steps."""
+    """Values (M,) of the signal.
+
+    position: (M,) in samples.
+    width: (M,) w_k, samples per unit of the argument of h.
+    table: (T,) values of h at multiples of 1 / per_unit.
+    """
     out = np.empty(position.size)
     reach = (table.size - 2.0) / per_unit
     for k in range(position.size):
@@ -40,7 +45,7 @@ def banded(values, position, width, table, per_unit):
         last = int(floor(p + side))
         total = 0.0
         norm = 0.0
-        # the weighted mean of them; beyond the ends the signal is continued
+        # the weighted mean of these samples; beyond the ends the signal is continued
         if first >= 0 and last < values.size:
             for i in range(first, last + 1):
                 u = abs(i - p) * scale

@@ -1,10 +1,10 @@
 """Block diagonalisation of a triangular matrix with well-conditioned transformations (Bavely and Stewart, SIAM J.
 Numer. Anal. 16 (1979) 359).
 
-Eigenvectors of a driveline are useless where eigenvalues meet: rigid and free-flying parts (0 and -drag/J, a Jordan
-block without drag), critical damping, an order on an undamped mode. Here invariant subspaces are split only as long
-as the splitting transformation stays small; what cannot be split stays together in one upper-triangular block.
-Swaps are LAPACK's ztrexc, Sylvester equations its ztrsyl.
+Eigenvectors are ill-conditioned where eigenvalues are close: rigid and free-flying parts (0 and -drag/J, a Jordan block
+without drag), critical damping, an order on an undamped mode. Therefore invariant subspaces are split only while the
+entries of the transformation stay small; the others stay together in an upper-triangular block. Exchanges of
+eigenvalues follow LAPACK's ztrexc, Sylvester equations its ztrsyl.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from gearrattle.engine.kernels.dense import TOP
 from gearrattle.engine.kernels.memory_addresses import bounds_at, free_at, modes_at
 from gearrattle.engine.kernels.workspace import ELIMINATION
 
-_ROUNDING = 2.0**-52
-_SMALLEST = 1e-290
+_ROUNDING = 2.0**-52  # share of the largest entry
+_SMALLEST = 1e-290  # least value of the largest entry
 
 
 @strict
 def eliminate(modes, x, begin, end, size):
-    """Solve T11 X - X T22 = -T12 for what splits rows [begin, end) from those behind; False where an X_ij is large."""
-    # the least distance of two eigenvalues: rounding of the largest entry
+    """Solve T11 X - X T22 = -T12, which splits rows [begin, end) from later ones; return False if an X_ij is large."""
+    # least difference of two eigenvalues: rounding of the largest entry
     most = _SMALLEST
     for i in range(begin, size):
         for j in range(i, end if i < end else size):
@@ -31,7 +31,7 @@ def eliminate(modes, x, begin, end, size):
     least = _ROUNDING * most
     for column in range(end, size):
         for i in range(end - 1, begin - 1, -1):
-            # column by column, each from its last row up
+            # every column from its last row upwards
             total = -modes.triangle[i, column]
             for j in range(i + 1, end):
                 total -= modes.triangle[i, j] * x[j, column]
@@ -50,7 +50,7 @@ def eliminate(modes, x, begin, end, size):
 
 @strict
 def swap(modes, k, begin, size):
-    """Exchange the eigenvalues k and k + 1 by a rotation; rows from ``begin`` on take part."""
+    """Exchange the eigenvalues k and k + 1 by a rotation of the rows from ``begin`` on."""
     # the rotation that exchanges them
     f = modes.triangle[k, k + 1]
     g = modes.triangle[k + 1, k + 1] - modes.triangle[k, k]
@@ -89,7 +89,7 @@ def swap(modes, k, begin, size):
 
 @strict
 def _split(modes, x, begin, end, size):
-    """Carry an elimination out."""
+    """Apply the transformation X."""
     for i in range(begin, end):
         for j in range(end, size):
             entry = x[i, j]
@@ -113,8 +113,8 @@ def _is_coupled(triangle, begin, end, size):
 def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
-    workspace: see ``memory_addresses``; T, V^-1 and V change, where blocks begin is written, rows of bounds are
-    scratch. Returns the number of blocks.
+    workspace: see ``memory_addresses``; T, V^-1 and V are changed, the begins of blocks are written, the rows of the
+    bounds are scratch. Return the number of blocks.
     """
     free = free_at(workspace)
     modes = modes_at(workspace)
@@ -125,13 +125,13 @@ def block_diagonalise(workspace):
     end = TOP
     modes.begins[0] = 0
     while begin < size:
-        # a block begins as one eigenvalue and grows until it splits off
+        # a block begins with one eigenvalue and grows until it can be split off
         end = begin + 1
         while end < size and _is_coupled(modes.triangle, begin, end, size):
             if eliminate(modes, bounds.rows, begin, end, size):
                 _split(modes, bounds.rows, begin, end, size)
                 break
-            # not well-conditioned: the eigenvalue nearest to its mean joins it
+            # ill-conditioned: the eigenvalue nearest to the mean of the block is added to it
             centre = complex(0.0, 0.0)
             for i in range(begin, end):
                 centre += modes.triangle[i, i] / (end - begin)

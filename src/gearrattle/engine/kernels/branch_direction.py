@@ -1,8 +1,8 @@
-"""The change along which a motion keeps the way from its start to its end, and its turning points along that.
+"""The change (du, dp) that keeps the difference of end and start of a motion, and the turning points along it.
 
     (M - I) du + s dp = 0,      row . (du, dp) = 1
 
-M and s are the derivatives of the end of the motion by the state u at its start and by the parameter p.
+u is the state at the start, p the parameter; M and s are the derivatives of the state at the end by u and by p.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from gearrattle.engine.kernels.dense import factorise, substitute
 from gearrattle.engine.kernels.perturbed_motion import write_course
 from gearrattle.engine.kernels.turning_point_depths import write_outside
 
-_IDLE = 1e-9  # a memory that nothing depends on, and that depends on nothing, to so much
+_IDLE = 1e-9  # a memory whose row and column of M - I are below this is not coupled to the motion
 
 
 class Direction(NamedTuple):
@@ -25,19 +25,19 @@ class Direction(NamedTuple):
 
     matrix: Matrix  # (n, n) [[M - I, s], row], overwritten by its factors
     pivots: IntVector  # (n,)
-    change: Vector  # (n,) of the state at the start, balanced, and of p
+    change: Vector  # (n,) of the state at the start, scaled, and of p
 
 
 @strict_entry
 def write_direction(columns, scale, row, memories, direction):
-    """Write the change that keeps the way from start to end, and of which the product with a row is 1.
+    """Write the solution of these equations; return False if they are singular.
 
-    A memory that may be anything, because it is released all along, stays as it is. Returns whether there is a change.
+    The change of a memory that is not coupled to the motion, because its auxiliary is released all along, is zero.
 
-    columns: (N, N + 1) M and s, balanced.
-    scale: (N,) balanced = scale * SI.
+    columns: (N, N + 1) M and s, scaled.
+    scale: (N,) scaled states over states in SI units.
     row: (N + 1,) over the state at the start [SI], and p.
-    memories: how many of the last entries of the state are some.
+    memories: number of memories, the last entries of the state.
     """
     states = scale.size
     matrix = direction.matrix
@@ -51,7 +51,7 @@ def write_direction(columns, scale, row, memories, direction):
         change[i] = 0.0
     matrix[states, states] = row[states]
     change[states] = 1.0
-    # a memory that nothing depends on stays as it is
+    # a memory that is not coupled to the motion: its change is zero
     for i in range(states - memories, states):
         largest = 0.0
         for j in range(states):
@@ -61,7 +61,6 @@ def write_direction(columns, scale, row, memories, direction):
                 matrix[i, j] = 0.0
                 matrix[j, i] = 0.0
             matrix[i, i] = 1.0
-    # solve them
     if not factorise(direction, states + 1):
         return False
     substitute(direction, states + 1, change)
@@ -70,10 +69,10 @@ def write_direction(columns, scale, row, memories, direction):
 
 @strict_entry
 def write_course_along(driven, path, z, columns, scale, row, memories, trace):
-    """Write the turning points of a motion that repeats, with slopes along that change; returns whether there is one.
+    """Write the turning points of a periodic motion, with slopes along that change; return False if there is none.
 
-    driven, path, z, trace: of ``write_course``; ``path.outside`` is written.
-    columns, scale, row, memories: of ``write_direction``.
+    driven, path, z, trace: see ``write_course``; ``path.outside`` is written.
+    columns, scale, row, memories: see ``write_direction``.
     """
     size = scale.size + 1
     direction = Direction(np.empty((size, size)), np.empty(size, np.int64), np.empty(size))

@@ -1,11 +1,11 @@
-"""The right-hand side, its Jacobian and its corners as C functions, for libraries that call back.
+"""The right-hand side, its Jacobian and its corners as C functions, for libraries that take callbacks.
 
-A C library hands a callback one pointer of the caller's: here it leads to a *block* of integers with the field's
-counts and the addresses of its arrays. The library's state is z = y / size, the state in units of an ordinary motion
-(``solvers.vector_field``), so that one tolerance serves all of it. For restarts at corners the block holds a field in
-which every element has one piece only; ``bounds`` are then the corners of the pieces held.
+A C library passes one pointer of the caller to a callback. Here it is the address of a *block* of integers with the
+sizes of the field and the addresses of its arrays. The library's state is z = y / size, in units of an ordinary motion
+(``solvers.vector_field``), so that one tolerance fits all states. For restarts at corners the block holds a field in
+which every element has one piece; ``bounds`` are then the corners of these pieces.
 
-SUNDIALS' own vectors and matrices are opened by the accessors it exports, whose addresses stand first in the block.
+Vectors and matrices of SUNDIALS are read by its accessors, whose addresses are the first words of the block.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gearrattle.engine.kernels.equation_of_motion import Field, derivative, elem
 from gearrattle.engine.kernels.laws import Laws
 
 VECTOR, ENTRIES, INERTIAS, ELEMENTS, DEFLECTIONS, REFERENCES, PIECES, HARMONICS, WATCHED, FIELD = range(10)
-"""Words of a block: two accessors, seven counts, and then the addresses, those of the field's arrays first."""
+"""Words of a block: two accessors, seven sizes, then addresses, first those of the field's arrays."""
 ARRAYS = len(Field._fields) - 1 + len(Laws._fields)
 SIZE, STATE, WAVE, DEFLECTION, RATE, PIECE, FORCE, CLEARANCES, BOUNDS = range(FIELD + ARRAYS, FIELD + ARRAYS + 9)
 LENGTH = BOUNDS + 1
@@ -81,7 +81,7 @@ def _scratch(b):
 
 @kernel
 def _slopes(b, time, z, out):
-    """Write z' to out; 1, which asks for a shorter step, where it is not finite."""
+    """Write z' to ``out``; return 1, a request for a shorter step, if it is not finite, else 0."""
     count = _states(b)
     size = array_at(b[SIZE], (count,), np.float64)
     y = array_at(b[STATE], (count,), np.float64)
@@ -175,7 +175,7 @@ def jacobian(time, z, _slopes_there, matrix, user, _one, _two, _three):
 
 @callback("dppp")
 def corners(time, z, out, user):
-    """CVRootFn: how far inside the piece it holds each clearance is, from its lower and its upper corner."""
+    """CVRootFn: distances of every clearance from the lower and the upper corner of its held piece, positive inside."""
     b = array_at(user, (LENGTH,), np.int64)
     count = _states(b)
     watched = b[WATCHED]

@@ -1,4 +1,4 @@
-"""The kernels that are compiled ahead, each with arguments of the types a run calls it with."""
+"""The kernels that are compiled ahead, each with arguments of the types with which a run calls it."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from gearrattle.engine.kernels.variant_arrays import Coefficients, Crossings, Fr
 class Planned(NamedTuple):
     """A kernel to be compiled ahead."""
 
-    prepare: Callable[..., None]  # compiles it
-    function: Callable[..., Any]  # what it was made of
-    arguments: tuple[Any, ...]
+    prepare: Callable[..., None]  # compiles the kernel
+    function: Callable[..., Any]  # the Python function
+    arguments: tuple[Any, ...]  # samples of the arguments' types
 
 
 def compile_ahead(connection: Connection) -> None:
@@ -54,10 +54,10 @@ def planned() -> dict[str, Planned]:
     words = IntVector
     parts = (extremes.Parts, extremes.Rows)
     three = (Vector, Vector, Vector)
-    # kernels with the way each is compiled and the types it is called with
+    # for every kernel: its compiler, its function, the types of its arguments
     entries: list[tuple[Any, Any, tuple[Any, ...]]] = [
         (vectorised, march.march_on, (Regions, Inputs, None, March, Samples, Notes, Log, int)),
-        (vectorised, sample_notes.work_out, (Regions, Inputs, Notes, Samples, IntVector)),
+        (vectorised, sample_notes.store_noted_samples, (Regions, Inputs, Notes, Samples, IntVector)),
         (
             vectorised,
             quadrature.integrate_moments,
@@ -82,11 +82,11 @@ def planned() -> dict[str, Planned]:
         (compact, rigid_response.respond_rigidly, (Coefficients, Frame, Statics, *three)),
         (compact, variant_common.lay_out, (words, Coefficients, Frame, Scales)),
         (compact, region_stages.limit_states, (addresses, words)),
-        (compact, region_stages.work_out, (addresses, int, words)),
+        (compact, region_stages.build_region, (addresses, int, words)),
         (compact, region_stages.pack, (addresses, words, Regions, int, int)),
         *((compact, stage, _arguments_of(stage)) for stage in region_stages.Stages()),
     ]
-    # prepared, by their names in the plan
+    # by the names in the plan
     known = {}
     for compiled_with, entry, kinds in entries:
         function = getattr(entry, "py_func", entry)
@@ -108,7 +108,7 @@ def _arguments_of(stage: Any) -> tuple[Any, ...]:
 
 
 def _sample(kind: Any) -> Any:
-    """An argument of a type: an array with one entry, a number, a NamedTuple of these; all else stands for itself."""
+    """A sample of a type: an array with one entry, a number, a NamedTuple of these; other objects are returned."""
     if get_args(kind):
         shape, entry = get_args(kind)
         return np.zeros((1,) * len(get_args(shape)), get_args(entry)[0])

@@ -1,9 +1,9 @@
-"""The approach of a deflection to a corner: its extremum near an instant, and how that moves.
+"""The approach of a deflection to a corner: its extremum near an instant, and the slopes of depth and instant.
 
-The extremum is where Newton's method leads, t -> t - (w Z z) / (w Z Z z), w the row of the deflection and z the motion
-(``course``). Its depth moves by w v, its instant by -(w Z v) / (w Z Z z), v the perturbation. Rows over v are carried
-backwards to the start, over a region by exp(Z h) and over a crossing by the transposed jump: so both have slopes by the
-whole state at the start.
+The extremum is located by Newton's method, t -> t - (w Z z) / (w Z Z z), with w the row of the deflection and z the
+motion (``perturbed_motion``). A perturbation v changes its depth by w v and its instant by -(w Z v) / (w Z Z z). These
+rows over v are carried backwards to the start, over a region by exp(Z h) and over a crossing by the transposed jump.
+So the slopes of depth and instant by the whole state at the start are known.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from gearrattle.engine.kernels.perturbed_motion import (
 )
 from gearrattle.engine.kernels.turning_point_depths import ORDER, room_series
 
-_NEAR = 1.0 / 64.0  # periods that an extremum may move in one step of Newton's method
-_FARTHEST = 1.0 / 16.0  # periods from the instant that is asked for
-_ITERATIONS = 30
-_SETTLED = 1e-11
+_NEAR = 1.0 / 64.0  # periods: largest step of Newton's method
+_FARTHEST = 1.0 / 16.0  # periods: largest distance of the extremum from the requested instant
+_ITERATIONS = 30  # most steps of Newton's method
+_SETTLED = 1e-11  # periods: last step of Newton's method
 
 
 class Touched(NamedTuple):
-    """What is written of an extremum near a corner."""
+    """An extremum near a corner, written."""
 
-    number: Vector  # (3,) instant asked for, then that of the extremum [periods]; depth, NaN: none; second derivative
+    number: Vector  # (3,) instant: requested, then of the extremum [periods]; depth, NaN: none; second derivative
     slope: Vector  # (N + 1,) of the depth, by the state at the start [SI] and by p
     time_slope: Vector  # (N + 1,) of the instant
 
 
 class _Extremum(NamedTuple):
-    """An extremum so long after the beginning of an interval."""
+    """An extremum in an interval of the motion."""
 
     interval: int
-    since: float  # [periods]
-    sign: float  # of the way to the corner
-    corner_shift: float
+    since: float  # time since the beginning of the interval [periods]
+    sign: float  # 1: at an upper corner, -1: at a lower one
+    corner_shift: float  # derivative of the corner by the parameter
     row: Vector  # (Z,) deflection over z
     row_shift: Vector
     rate_row: Vector
@@ -87,7 +87,7 @@ def _carry_row(driven, path, trace, extremum, row, region):
                     total[j] += term[j]
             for j in range(states):
                 row[j] = total[j]
-        # memories that are known at the beginning depend on nothing before
+        # memories with a known value at the beginning do not depend on the state before
         for m in range(memories):
             if path.known[i, m] == path.known[i, m]:
                 row[states - memories + m] = 0.0
@@ -102,7 +102,7 @@ def _carry_row(driven, path, trace, extremum, row, region):
 
 @kernel
 def _interval_at(path, time):
-    """The last interval that has begun at an instant of the motion."""
+    """The interval that contains an instant of the motion."""
     i = 0
     while i < path.slot.size - 1 and path.time[i + 1] <= time:
         i += 1
@@ -116,20 +116,20 @@ def _write_slopes(driven, path, trace, extremum, now, scale, region, touched):
     row = extremum.row
     row_shift = extremum.row_shift
     rate_row = extremum.rate_row
-    # the derivatives by the parameter with a fixed start
+    # derivatives by the parameter, for a fixed start
     depth_by_p = dot(row, now.v) + dot(row_shift, now.z) - extremum.corner_shift
     rate_by_p = dot(rate_row, now.v)
     for q in range(now.z.size):
         rate_by_p += row_shift[q] * product(region.rates, q, now.z)
     for q in range(states):
         rate_by_p += row[q] * product(region.shift, q, now.z)
-    # by the state at the start: rows carried backwards, first of the depth, then of the instant
+    # derivatives by the state at the start: the rows of depth and instant, carried backwards
     for j in range(states):
         touched.slope[j] = row[j]
         touched.time_slope[j] = rate_row[j]
     _carry_row(driven, path, trace, extremum, touched.slope, region)
     _carry_row(driven, path, trace, extremum, touched.time_slope, region)
-    # the way that the depth grows, and the second derivative that the rate changes at
+    # signs and factors: depth grows towards the corner, the instant moves by -rate / second derivative
     sign = extremum.sign
     factor = -1.0 / touched.number[2]
     for j in range(states):
@@ -141,11 +141,11 @@ def _write_slopes(driven, path, trace, extremum, now, scale, region, touched):
 
 @strict_entry
 def write_touch(driven, path, z, corner, scale, trace, touched):
-    """Write when the deflection of a clearance has an extremum near an instant, its depth, and the slopes of both.
+    """Write the instant and the depth of an extremum of a deflection near an instant, and the slopes of both.
 
-    z: (Z,) at the start, balanced.
-    corner: (2,) the clearance, and 1 for its upper corner.
-    scale: (N,) balanced = scale * SI.
+    z: (Z,) states and inputs at the start, scaled.
+    corner: (2,) index of the clearance; 1: its upper corner, 0: the lower one.
+    scale: (N,) scaled states over states in SI units.
     """
     # the motion and its change with the parameter, at the beginning of every interval
     k = corner[0]
@@ -155,7 +155,7 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
     change = np.zeros(states + 1)
     change[states] = 1.0
     write_course(driven, path, z, change, trace)
-    # the extremum, by Newton's method in time from the beginning of the interval that it lies in
+    # the extremum, by Newton's method in time; the state is computed from the beginning of its interval
     asked = touched.number[0]
     end = path.time[path.time.size - 1]
     time = asked
@@ -179,17 +179,17 @@ def write_touch(driven, path, z, corner, scale, trace, touched):
             advance(region, none, 1.0, since / count, now, series)
         times_rates(rows[0], region, rows[2])
         times_rates(rows[2], region, rows[3])
-        # a minimum where a maximum is sought, or the reverse: no touch
+        # a minimum near an upper corner, or a maximum near a lower one: no touch
         rate = dot(rows[2], now.z)
         bend = dot(rows[3], now.z)
         if (bend >= 0.0) == (upward == 1):
             return
-        # Newton's step in time, within the neighbourhood
+        # Newton's step in time, at most _NEAR
         change_of_time = min(max(-rate / bend, -_NEAR), _NEAR)
         time += change_of_time
         if abs(time - asked) > _FARTHEST:
             return
-        if abs(change_of_time) < _SETTLED:  # its depth, and how both move
+        if abs(change_of_time) < _SETTLED:  # converged: depth and slopes
             sign = 1.0 if upward == 1 else -1.0
             bound = path.upper[i, k] if upward == 1 else path.lower[i, k]
             touched.number[0] = time

@@ -1,7 +1,7 @@
-"""Crossings of corners in every event-driven march: the rounding band around a corner, and the log.
+"""The rounding band around a corner, and the log of crossings, for all event-driven marches.
 
-After a crossing a clearance *sits* on the corner until it has moved away from it; while it sits, its gap to that corner
-counts as at least a band, so that the same crossing is not found twice and rounding is no crossing.
+After a crossing a clearance *sits* on the corner until it has moved away from it. While it sits, its gap to that corner
+counts as a rounding band at least: so the same crossing is not counted twice, and rounding makes no crossing.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from gearrattle.engine.kernels._jit import inlined
 from gearrattle.engine.kernels.march_arrays import BAND
 
 MOST_STALLED = 10_000
-"""Crossings in a row that do not advance the clock."""
+"""Most successive crossings at one instant."""
 
-_LEAST = 1e-300  # a band of a clearance that does not move
+_LEAST = 1e-300  # band of a clearance that does not move
 
 
 @inlined
 def band_of(fixed, travel):
-    """The rounding band; of a clearance without a scale (fixed 0) relative to how far it moves in a finest step."""
+    """The rounding band; for a clearance without a scale (fixed is 0) relative to its travel in a finest step."""
     return fixed if fixed > 0.0 else max(BAND * travel, _LEAST)
 
 
@@ -29,7 +29,7 @@ def has_left(side, below, above, band):
 
 @inlined
 def lifted(gap, band):
-    """The gap to the corner on which a clearance sits: at least the band."""
+    """The gap to the corner on which a clearance sits, raised by the band."""
     return max(gap, 0.0) + band
 
 

@@ -1,4 +1,4 @@
-"""The change that a crossing makes of the motion in its window: a small motion near the element that crossed."""
+"""The change of the motion in a window by a crossing: a small motion near the element that crosses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BINOMIAL = np.array([[float(comb(j, i)) for j in range(ORDER + 1)] for i in ran
 
 @kernel
 def shifts(by, matrix):
-    """(ORDER + 1, ORDER + 1): row i, times the c_j, is coefficient i of sum c_j (s + by)^j."""
+    """Write a matrix (ORDER + 1, ORDER + 1): row i times (c_j) is coefficient i of sum c_j (s + by)^j."""
     for i in range(ORDER + 1):
         power = 1.0
         for j in range(i, ORDER + 1):
@@ -24,7 +24,10 @@ def shifts(by, matrix):
 
 @kernel
 def jump_series(table, errors, k, error_row, now, corner, change, length, jump, matrix):
-    """(ORDER,) coefficients about now of the change of element k's force, change = (stiffness, damping)."""
+    """Write the coefficients (ORDER,) about ``now`` of the change of element k's force.
+
+    change: changes of its stiffness and of its damping.
+    """
     shifts(now, matrix)
     stiffness, damping = change
     before = 0.0
@@ -40,7 +43,7 @@ def jump_series(table, errors, k, error_row, now, corner, change, length, jump, 
 
 @kernel
 def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, pull):
-    """Coefficients, about the crossing, of the motion that a change of element 0's force makes in the neighbourhood."""
+    """Write the coefficients, about the crossing, of the motion near element 0 by a change of its force."""
     first = near.first
     second = near.second
     first_arm = near.first_arm
@@ -52,7 +55,7 @@ def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, p
         by = length / (j + 1)
         n = active[c, j + 1, 0]
         m = active[c, j + 1, 1]
-        # the moments on the bodies: drag, then the change of every element's force
+        # torques on the bodies: drag, then the changes of the elements' forces
         for i in range(n):
             pull[i] = -drag[i0 + i] * turned[j, i]
         for k in range(m):
@@ -66,14 +69,14 @@ def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, p
             moved[j + 1, 2 * k + 1] = by * f
             pull[a] -= first_arm[e0 + k] * f
             pull[b] -= second_arm[e0 + k] * f
-        # they accelerate the bodies: the next coefficient
+        # the next coefficient of the velocities
         for i in range(n):
             turned[j + 1, i] = by * mobility[i0 + i] * pull[i]
 
 
 @kernel
 def _shifted_row(matrix, i, c, begin, counts, which, times, row):
-    """row = sum_j matrix[i, j] c[j], j from begin on, four at a time; of c[j] counts[j, which] * times columns."""
+    """row = sum_j matrix[i, j] c[j], j from begin on, four at a time; c[j] has counts[j, which] * times columns."""
     for column in range(times * counts[ORDER, which]):
         row[column] = 0.0
     for j in range(ORDER - 3, begin - 4, -4):
@@ -88,17 +91,17 @@ def _shifted_row(matrix, i, c, begin, counts, which, times, row):
 
 @kernel
 def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
-    """Add to a table the motion from ``now`` on that the change of clearance c's force makes.
+    """Add to a table the motion after ``now`` that the change of the force of clearance c makes.
 
     network, near: see ``network_series``.
-    stiffness, damping: (m,) of every element, the present piece of the one that crossed.
-    now: position in the window, from its origin.
-    table: changed; true from ``now`` on.
+    stiffness, damping: (m,) of every element after the crossing.
+    now: time of the crossing from the origin of the window, in windows.
+    table: changed; it holds for times after ``now``.
     room: (2, .) scratch for the neighbourhood's stiffness and damping.
-    moved, turned: (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the columns
-        for what is not felt yet are zero, and stay so.
+    moved: (ORDER + 1, .) scratch; columns of deflections and of force integrals alternate.
+    turned: (ORDER + 1, .) scratch for velocities.
     """
-    # the neighbourhood: elements and inertias that feel the change within the window
+    # the neighbourhood: elements and inertias that the change reaches within the window
     elements = near.element
     inertias = near.inertia
     active = near.active[c]
@@ -109,7 +112,7 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
     m = near.element_start[c + 1] - near.element_start[c]
     i0 = near.inertia_start[c]
     n = near.inertia_start[c + 1] - near.inertia_start[c]
-    # their laws, and room that is zero
+    # the laws of these elements; scratch is set to zero
     k_near = room[0]
     c_near = room[1]
     for k in range(m):
@@ -122,7 +125,7 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
             turned[j, i] = 0.0
     # the motion that the change of the force makes, from zero at the crossing, order by order
     _respond(near, c, e0, i0, length, k_near, c_near, jump, moved, turned, pull)
-    # its polynomials in the window's time: shifted by the instant of the crossing
+    # its polynomials, shifted from the crossing to the origin of the window
     integrals = network.mean.size
     angles = integrals + network.clearances.size
     shifts(-now, matrix)
@@ -138,7 +141,7 @@ def correct(network, near, c, stiffness, damping, now, jump, table, room, moved,
         _shifted_row(matrix, i, turned, i, active, 0, 1, row)
         for k in range(n):
             table[i, inertias[i0 + k]] += row[k]
-        # add angles of reference inertias: velocities integrated once
+        # add the angles of reference inertias: integrals of velocities
         for r in range(places.shape[1]):
             if places[c, r] >= 0:
                 for j in range(ORDER, max(i, 1) - 1, -1):

@@ -1,6 +1,6 @@
-"""Bounds on every clearance's deflection for as long as a region lasts (the derivation is in ``system.majorant``).
+"""Bounds on the watched quantities that hold in a whole region (derivation: ``system.majorant``).
 
-Takes the generator of a region over y = (states, kept inputs) and the Schur form of its states' part; writes rows,
+Input: the generator of a region over y = (states, kept inputs) and the Schur form of the states' block. Output: rows,
 weights and constants of the bounds.
 """
 
@@ -16,12 +16,12 @@ from gearrattle.engine.kernels.signal_drive import add_push, begin_pushes, finis
 from gearrattle.engine.kernels.workspace import FAST, FAST_ROUNDING, HORIZON, SLACK
 
 _HALF = sqrt(0.5)
-_SAME = 1e-9  # of their size: eigenvalues this near count as one
+_SAME = 1e-9  # share of the modulus: eigenvalues with a smaller difference count as equal
 
 
 @strict
 def triangular_form(workspace):
-    """Complex Schur form of M = [A G; 0 S] with its vectors: Schur of A, known eigenvectors of S; chains stay outside.
+    """Complex Schur form of M = [A G; 0 S] without chains, from the Schur form of A and the known eigenvectors of S.
 
     M = ``free.generator`` = V T V^-1; T, V and V^-1 are written.
     """
@@ -42,7 +42,7 @@ def triangular_form(workspace):
             modes.right[i, j] = modes.basis[j, i]
             if j >= i:
                 modes.triangle[i, j] = modes.schur[j, i]
-    # eigenvectors of the oscillators kept: S has the eigenvalues +- i w
+    # eigenvectors of the kept oscillators: S has the eigenvalues +- i w
     harmonics = (width - n - constant) // 2
     if constant:
         modes.right[n, n] = 1.0
@@ -60,7 +60,7 @@ def triangular_form(workspace):
     for i in range(width):
         for j in range(width):
             modes.left[i, j] = modes.right[j, i].conjugate()
-    # what the oscillators push: the coupling between the states and them
+    # the coupling of the states to the oscillators
     for k in range(n):
         for j in range(n, width):
             pushed = complex(0.0, 0.0)
@@ -73,7 +73,7 @@ def triangular_form(workspace):
 
 @strict
 def exponential(scratch, size):
-    """``scratch.one`` = exp of the matrix without negative entries there: Taylor at norm one half, squared up."""
+    """Overwrite ``scratch.one``, without negative entries, with its exponential: Taylor series, then squarings."""
     # scale to a norm of one half
     norm = norm_of_columns(scratch.one, size)
     squarings = max(0, int(ceil(log2(max(min(norm, 1e300), 1e-300)))) + 1)
@@ -88,7 +88,7 @@ def exponential(scratch, size):
         for i in range(size):
             for j in range(size):
                 scratch.three[i, j] += scratch.two[i, j]
-    # square it up again
+    # squarings
     for _ in range(squarings):
         times(1.0, scratch.three, TOP, scratch.three, size, size, scratch.four, TOP)
         copy_rows(scratch.four, TOP, size, size, scratch.three)
@@ -97,9 +97,9 @@ def exponential(scratch, size):
 
 @strict
 def _multiplicity(modes, i, width):
-    """2 for a simple mode above the real axis whose conjugate is there too, 0 for that conjugate, else 1.
+    """2 for a simple eigenvalue above the real axis with a simple conjugate, 0 for that conjugate, else 1.
 
-    A mode within rounding of the real axis is real: it is its own conjugate and counts once.
+    An eigenvalue within rounding of the real axis is real and counts once.
     """
     value = modes.triangle[i, i]
     near = _SAME * modulus(value)
@@ -131,9 +131,9 @@ def _largest_of_inputs(free, rows, i, n, constant):
 
 @strict
 def weigh(workspace, a, b):
-    """One block, [a, b): |delta_k V| exp(G horizon) in row k of the weights, fourth derivatives in rows of the bounds.
+    """Write the weights |delta_k V| exp(G horizon) and the rows of the fourth derivatives for the block [a, b).
 
-    G holds the moduli of the entries above the diagonal and the growth rates on it. Rows are T^4 V^-1, chains added.
+    G holds the moduli of T above the diagonal and the growth rates on it. The rows are T^4 V^-1, with the chains added.
     """
     common = common_at(workspace)
     free = free_at(workspace)
@@ -164,10 +164,10 @@ def weigh(workspace, a, b):
             if size > 0.0:
                 for j in range(a, b):
                     bounds.weights[k, j] += size * scratch.one[i - a, j - a]
-    # signals: follow them or be pushed by them
+    # signals: the deflections follow them, or their modes are excited
     if width > chained:
         push(common, free, modes, bounds, scratch, a, b)
-    # rows of the fourth derivatives: T_b four times, with what chains add each time
+    # rows of the fourth derivatives: T_b four times, with the part of the chains after each time
     for i in range(a, b):
         for j in range(width):
             bounds.rows[i, j] = modes.left[i, j]
@@ -191,10 +191,10 @@ def _has_some(rows, i, begin, end):
 
 @strict
 def gather(workspace):
-    """Write the bounds of one region, whose blocks have been weighed.
+    """Write the bounds of one region from the weights of its blocks.
 
-    Written: the weights on fourth derivatives, on the same without fast modes, on the fast modes; their rows, constants
-    and count; the fast modes' part of every deflection.
+    Written: the weights for the three bounds of ``workspace.Bounds``, their rows, constants and number; the part of the
+    fast modes in every watched quantity.
     """
     common = common_at(workspace)
     region = region_at(workspace)
@@ -208,7 +208,7 @@ def gather(workspace):
     fast = common.limits[FAST]
     clearances = common.corner_scale.size
     finish_pushes(bounds)
-    # sums over the modes begin at zero: constants, and the fast modes' part of every deflection
+    # sums over the modes start at zero
     for k in range(clearances):
         for part in range(3):
             bounds.constant[part * clearances + k] = 0.0
@@ -216,7 +216,7 @@ def gather(workspace):
             free.fast[k, j] = 0.0
     count = 0
     for i in range(chained):
-        # fast modes that decay by themselves: their part of the deflections, bounded by the amplitude
+        # fast modes without excitation: their part of the deflections is bounded by their amplitude
         how_often = _multiplicity(modes, i, chained)
         speed = modulus(modes.triangle[i, i])
         swift = 0.0
@@ -227,7 +227,7 @@ def gather(workspace):
                 form = shape(free, modes, k, i)
                 for j in range(width):
                     free.fast[k, j] += (form * modes.left[i, j]).real
-        # fourth derivatives of inputs alone: constants, the largest over all phases
+        # rows of inputs alone: their largest values over all phases are constants
         if not _has_some(bounds.rows, i, 0, n) and not _has_some(bounds.rows, i, chained, width):
             largest = _largest_of_inputs(free, bounds.rows, i, n, constant)
             for k in range(clearances):
@@ -235,16 +235,16 @@ def gather(workspace):
                 bounds.constant[k] += more
                 bounds.constant[clearances + k] += more
             continue
-        # the others: weights on B_4, on B_4 of the calm motion, and on the fast modes' bound m
-        felt = False
+        # other rows: weights for B_4, for B_4 without fast modes, and for the bound m on the fast modes
+        is_used = False
         for k in range(clearances):
             w = how_often * bounds.weights[k, i]
-            felt = felt or w > 0.0
+            is_used = is_used or w > 0.0
             bounds.weights[k, count] = w
             bounds.weights[clearances + k, count] = 0.0 if swift > 0.0 else w
             bounds.weights[2 * clearances + k, count] = w * swift
-        # rows that no deflection feels are left out
-        if felt:
+        # rows that enter no bound are omitted
+        if is_used:
             for j in range(width):
                 bounds.rows[count, j] = bounds.rows[i, j]
             count += 1
@@ -253,7 +253,7 @@ def gather(workspace):
 
 @strict
 def finish_bounds(workspace):
-    """Add the inputs split off and rounding to the constants; write the quantities watched without the fast modes."""
+    """Add the inputs split off and rounding to the constants; write the watched quantities without the fast modes."""
     common = common_at(workspace)
     region = region_at(workspace)
     free = free_at(workspace)
@@ -262,7 +262,7 @@ def finish_bounds(workspace):
     clearances = common.corner_scale.size
     width = free.width[0]
     for k in range(clearances):
-        # the inputs split off add the constant amplitude of their fourth derivative
+        # the inputs split off: amplitude of their fourth derivative
         fourth = 0.0
         for h in range(count):
             c = region.forced[k, 1 + h]
@@ -271,7 +271,7 @@ def finish_bounds(workspace):
             fourth += w * w * w * w * sqrt(c * c + s * s) * common.amplitude[1 + h]
         bounds.constant[k] += SLACK * fourth
         bounds.constant[clearances + k] += SLACK * fourth
-        # rounding of the fast modes' part, and deflections without it
+        # rounding of the fast modes' part; the watched quantities without that part
         bounds.constant[2 * clearances + k] += SLACK * FAST_ROUNDING
         for j in range(width):
             free.calm[k, j] = free.watched[k, j] - free.fast[k, j]

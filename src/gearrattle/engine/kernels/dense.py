@@ -1,7 +1,7 @@
 """Small dense matrices in plain loops: products, norms, and linear systems with partial pivoting.
 
-Arrays are larger than what is meant: the sizes say how much of them counts. Every operation is rounded by itself
-(``strict``), so results do not depend on what a loop was compiled into.
+Arrays are larger than the matrices in them; the sizes are arguments. Every operation is rounded by itself (``strict``),
+so results do not depend on the compiled form of a loop.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import strict
 
 TOP = np.int64(0)
-"""The first row of an array; a plain 0 would have the function that takes it compiled once more."""
+"""The first row of an array as an integer of 64 bits: a literal 0 is another type, compiled once more."""
 
 
 @strict
@@ -32,11 +32,11 @@ def times(factor, a, first, b, rows, columns, out, out_first):
 
 @strict
 def times_chained(factor, a, first, b, rows, shape, out, out_first):
-    """The product of ``times`` where the last columns are chains, which drive themselves and the states before them.
+    """The product of ``times`` for a matrix b whose last columns are chains.
 
-    factor, a, first, rows, out, out_first: as of ``times``.
-    b: its rows before the chains, then those of the first chain: those of the others are alike.
-    shape: columns, where the chains begin among them, links of a chain.
+    factor, a, first, rows, out, out_first: as in ``times``.
+    b: rows before the chains, then rows of the first chain; rows of the other chains are the same except for a shift.
+    shape: number of columns, first column of the chains, links of a chain.
     """
     width, chained, links = shape
     for i in range(rows):
@@ -57,7 +57,7 @@ def times_chained(factor, a, first, b, rows, shape, out, out_first):
 
 @strict
 def norm_of_chained_columns(matrix, shape):
-    """Largest sum of moduli of a column, of a matrix as ``times_chained`` takes it; nan if there is one."""
+    """Largest column sum of moduli of a matrix b of ``times_chained``; NaN if an entry is NaN."""
     width, chained, links = shape
     largest = 0.0
     for j in range(width):
@@ -74,7 +74,7 @@ def norm_of_chained_columns(matrix, shape):
 
 @strict
 def copy_rows(source, first, rows, columns, out):
-    """Out = rows first ... of another."""
+    """out = rows first ... of ``source``."""
     for i in range(rows):
         for j in range(columns):
             out[i, j] = source[first + i, j]
@@ -82,7 +82,7 @@ def copy_rows(source, first, rows, columns, out):
 
 @strict
 def norm_of_columns(matrix, size):
-    """Largest sum of moduli of a column; nan if there is one."""
+    """Largest column sum of moduli; NaN if an entry is NaN."""
     largest = 0.0
     for j in range(size):
         total = 0.0
@@ -95,10 +95,10 @@ def norm_of_columns(matrix, size):
 
 @strict
 def factorise(solver, size):
-    """P a = L U in place, ``solver.matrix``; False where a pivot is zero."""
+    """Factor ``solver.matrix`` in place, P a = L U; return False if a pivot is zero."""
     matrix = solver.matrix
     for j in range(size):
-        # the pivot of the column, and its row into place
+        # the pivot of the column; exchange of rows
         best = j
         largest = -1.0
         for i in range(j, size):
@@ -114,7 +114,7 @@ def factorise(solver, size):
                 kept = matrix[j, k]
                 matrix[j, k] = matrix[best, k]
                 matrix[best, k] = kept
-        # eliminate below it
+        # elimination below the pivot
         inverse = 1.0 / matrix[j, j]
         for i in range(j + 1, size):
             if matrix[i, j] != 0.0:

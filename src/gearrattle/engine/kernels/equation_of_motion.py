@@ -1,10 +1,10 @@
-"""The right-hand side y' = f(t, y), written straight from the equation of motion: no regions, no matrices.
+"""The right-hand side y' = f(t, y) from the equation of motion, without regions and matrices.
 
     x' = X v,    v' = J^-1 (T(t) - D v - W^T F(delta, delta')),    r' = v[references],    I' = F
 
-with delta = B x - e(t), delta' = W v - e'(t), and F looked up in each element's law. State y = (x, v, r, I): basis
-deflections, velocities, reference angles, force integrals, all in SI. This is the second opinion on the exact engine:
-the two share the laws and nothing else.
+with delta = B x - e(t), delta' = W v - e'(t), and F from the law of every element. The state is y = (x, v, r, I) in SI
+units: basis deflections, velocities, reference angles, force integrals. This code checks the exact engine: the two
+share only the laws.
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ class Field(NamedTuple):
 
 @inlined
 def sine_cosine(turn):
-    """(sin, cos) of 2 pi turn: from the nearest quarter by Taylor series, which end below rounding at an eighth.
+    """(sin, cos) of 2 pi turn, by Taylor series about the nearest quarter turn; errors are below rounding.
 
-    Without branches, and both at once: the library's two calls cost more than the rest of a right-hand side.
+    Both are computed at once and without branches: the two library calls would take more time than the rest of a
+    right-hand side.
     """
     quarter = floor(4.0 * turn + 0.5)
     a = 2.0 * pi * (turn - 0.25 * quarter)
@@ -64,9 +65,9 @@ def sine_cosine(turn):
 
 @kernel
 def element_states(field, time, y, wave, deflection, rate, piece, force, held=False):
-    """Deflection, rate, piece and force of every element; wave receives sines, then cosines of the harmonics.
+    """Deflection, rate, piece and force of every element; ``wave`` receives sines, then cosines of the harmonics.
 
-    A piece is looked up by the deflection, or taken as it is if pieces are held.
+    A piece follows from the deflection; if ``held``, the pieces in ``piece`` are used.
     """
     count = field.cycles.size
     laws = field.laws
@@ -78,7 +79,7 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
     for j in range(count):
         wave[j], wave[count + j] = sine_cosine(field.cycles[j] * turns)
     for k in range(elements):
-        # deflection and rate, transmission error taken off
+        # deflection and rate, minus the transmission error
         d = 0.0
         v = 0.0
         for i in range(r):

@@ -1,4 +1,4 @@
-"""The static equilibrium, see ``system.equilibrium`` for what is minimised and how."""
+"""The static equilibrium; ``system.equilibrium`` describes the minimum problem and its solution."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from gearrattle.engine.kernels.jacobi_eigenvalues import diagonalise
 from gearrattle.engine.kernels.state_scaling import largest_modulus
 
 FOUND, RUNAWAY, LOST = range(3)
-"""Results of the search: an equilibrium; a direction in which the potential falls without end; none found."""
+"""Results of the search: an equilibrium; a direction in which the potential has no lower bound; no convergence."""
 NEGLIGIBLE = 1e-12
-"""A load this small against the sum of all means, on the same shaft, counts as zero."""
+"""Share of the sum of the means' moduli on one shaft below which a load counts as zero."""
 
-_NO_STIFFNESS = 1e-13  # of the stiffest piece of every element
-_MOST_SEARCHES = 2000
-_ROUNDING = 64 * 2.220446049250313e-16
-_REFINEMENT = 1e-6  # of the deflections: a Newton step this short is taken whole, rounding hides its length on the line
+_NO_STIFFNESS = 1e-13  # scaled stiffness that counts as zero; 1 is that of the stiffest pieces
+_MOST_SEARCHES = 2000  # line searches
+_ROUNDING = 64 * 2.220446049250313e-16  # share of a sum of moduli
+_REFINEMENT = 1e-6  # share of the deflections: a shorter Newton step is taken in full, without a line search
 
 
 @strict
 def piece_at(corners, begin, end, deflection):
-    """The piece a deflection lies in; on a corner the upper one."""
+    """The piece in which a deflection lies; on a corner the upper piece."""
     piece = 0
     for c in range(begin, end):
         if corners[c] <= deflection:
@@ -33,7 +33,7 @@ def piece_at(corners, begin, end, deflection):
 
 @strict
 def _headed_for(laws, label, k, delta, travel):
-    """The piece at a deflection; exactly on a corner, the piece the motion heads for."""
+    """The piece at a deflection; exactly on a corner, the piece in the direction of travel."""
     begin = laws.first[k]
     end = laws.first[k + 1] - 1
     piece = piece_at(laws.upper, begin, end, delta)
@@ -46,12 +46,12 @@ def _headed_for(laws, label, k, delta, travel):
 
 @strict_entry
 def accelerate_rigidly(system, motion, acceleration):
-    """(n,) acceleration of the trains that the mean torques do not balance; zero where they do."""
+    """(n,) accelerations of the trains under the mean torques; zero for trains whose mean torques balance."""
     n, trains = motion.shape
     a = np.empty((trains, trains))
     net = np.empty(trains)
     for p in range(trains):
-        # the mean torque on every train; what rounding leaves of a balance is nothing
+        # the mean torque on every train; a sum that is rounding counts as zero
         total = 0.0
         size = 0.0
         for i in range(n):
@@ -83,16 +83,16 @@ def accelerate_rigidly(system, motion, acceleration):
 
 @strict
 def _direct(stiffness, residual, nothing, vectors, direction):
-    """Flat direction if the residual loads one, else the Newton direction (minimum norm); True if it is flat."""
+    """Write a flat direction if the residual loads one, else the shortest Newton direction; True if it is flat."""
     size = residual.size
     is_loaded = False
-    # directions without stiffness first; the Newton direction only where none of them is loaded
+    # first the directions without stiffness; the Newton direction only if the residual loads none of them
     diagonalise(stiffness, vectors, size)
     for want_flat in (True, False):
         for i in range(size):
             direction[i] = 0.0
         for j in range(size):
-            # the part of the residual along each eigenvector
+            # the component of the residual along each eigenvector
             value = stiffness[j, j]
             part = 0.0
             if (value <= _NO_STIFFNESS) != want_flat:
@@ -113,7 +113,7 @@ def _direct(stiffness, residual, nothing, vectors, direction):
 
 @strict
 def _slide(laws, elastic, delta, travel, power):
-    """Step s > 0 along the line at which U stops falling, U' being piecewise linear and never falling; -1: never."""
+    """The step s > 0 to the minimum of U on a line; U' is piecewise linear and never falls; -1: no minimum."""
     begin = 0.0
     while True:
         # the next corner on the line
@@ -125,7 +125,7 @@ def _slide(laws, elastic, delta, travel, power):
                     s = (laws.upper[p] - delta[e]) / travel[e]
                     if begin < s < end:
                         end = s
-        # slope of U' up to there
+        # slope of U' up to that corner
         inside = begin + 0.5 * (end - begin) if end < inf else begin + 1.0 + abs(begin)
         slope = 0.0
         force = 0.0
@@ -142,7 +142,7 @@ def _slide(laws, elastic, delta, travel, power):
             zero = (power - force) / slope
             if zero <= end:
                 return max(begin, zero)
-        # flat and no power left: it stops here
+        # flat, and U' is zero: the step ends here
         elif power - force <= 1e-14 * abs(power):
             return begin if begin > 0.0 else min(end, 1.0)
         if end == inf:
@@ -152,7 +152,7 @@ def _slide(laws, elastic, delta, travel, power):
 
 @strict
 def _load(system, statics, acceleration, load, negligible):
-    """The load g on every deflection sought, and the part of it that counts as rounding."""
+    """Write the load g on every unknown deflection, and the part of it that counts as rounding."""
     for j in range(load.size):
         load[j] = 0.0
         negligible[j] = 0.0
@@ -164,11 +164,11 @@ def _load(system, statics, acceleration, load, negligible):
 
 @strict
 def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
-    """Deflections and pieces at x; from the residual take their forces; scaled stiffness.
+    """Write deflections and pieces at x, subtract the forces from the residual, and write the scaled stiffness.
 
-    ``nothing`` is what rounding the forces makes of the residual, ``allowed`` what rounding the deflections x makes of
-    it as well: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only the
-    first counts, for a stiff element's force acts across it.
+    ``nothing`` is the error of the residual by rounding of the forces; ``allowed`` includes the rounding of the
+    deflections x: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only
+    ``nothing`` counts, because the force of a stiff element has no component along it.
     """
     size = x.size
     elastic = statics.elastic
@@ -180,7 +180,7 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
         nothing[i] = 0.0
         allowed[i] = 0.0
     for e in range(elastic.size):
-        # each element: its deflection and the piece that it lies in or heads for
+        # each element: its deflection and its piece
         delta[e] = 0.0
         terms = 0.0
         for j in range(size):
@@ -190,11 +190,11 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
         p = laws.first[elastic[e]] + pieces[e]
         slope = laws.stiffness[p]
         offset = laws.offset[p]
-        # its force, with what rounding makes of it
+        # its force, and the moduli of the terms, on which its rounding depends
         force = slope * delta[e] + offset
         rough = abs(slope * delta[e]) + abs(offset)
         rougher = slope * terms + abs(offset)
-        # balance and stiffness over the deflections sought
+        # balance and stiffness for the unknown deflections
         for i in range(size):
             residual[i] -= combination[e, i] * force
             nothing[i] += _ROUNDING * (abs(combination[e, i]) * rough)
@@ -211,10 +211,10 @@ def rest(system, label, statics, acceleration, x, travel):
     label: (m,) label of every element's lowest piece.
     acceleration: (n,) from ``accelerate_rigidly``.
     x: (r,) written.
-    travel: (E,) written; after RUNAWAY the elements with an entry that is not zero ran away.
+    travel: (E,) last direction, written; after RUNAWAY: nonzero for the elements whose deflections have no bound.
     Returns FOUND, RUNAWAY or LOST.
     """
-    # room for the work
+    # scratch
     laws = system.laws
     size = x.size
     elastic = statics.elastic
@@ -249,7 +249,7 @@ def rest(system, label, statics, acceleration, x, travel):
         for j in range(size):
             residual[j] = load[j]
         _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
-        # whether it is balanced to rounding
+        # whether the residual is zero to rounding
         is_balanced = True
         for j in range(size):
             nothing[j] = max(nothing[j], negligible[j])
@@ -282,12 +282,12 @@ def rest(system, label, statics, acceleration, x, travel):
             begin = laws.first[k]
             end = laws.first[k + 1] - 1
             stays = stays and piece_at(laws.upper, begin, end, polished) == pieces[e]
-        # found: polished by the last Newton step where that stays in the pieces
+        # an equilibrium: the last Newton step is added if it stays in the pieces
         if is_balanced and not is_flat:
             for j in range(size):
                 x[j] += direction[j] if stays else 0.0
             return FOUND
-        # a step that only refines is taken in full, any other up to where the energy stops falling
+        # a very short step is taken in full, any other up to the minimum of the energy on its line
         is_refined = stays and not is_flat and shift <= _REFINEMENT * distance
         step = 1.0 if is_refined else _slide(laws, elastic, delta, travel, power)
         if step < 0.0:
@@ -299,7 +299,7 @@ def rest(system, label, statics, acceleration, x, travel):
 
 @strict_entry
 def is_loose(laws, statics, x):
-    """Whether a free gap may carry no load: where one rests in it is then a matter of choice."""
+    """Whether an element lies within a gap without stiffness: its deflection in equilibrium is then not unique."""
     for e in range(statics.elastic.size):
         k = statics.elastic[e]
         delta = 0.0

@@ -1,11 +1,11 @@
 """Perturbations of a motion over a region: exponentials of its rates, and their derivatives by a parameter.
 
-With z' = Z(p) z, z = (x, u), perturbations of the start are carried by A alone, the block of the states x. The
+With z' = Z(p) z, z = (x, u), perturbations of the start obey v' = A v, with A the block of the states x. The
 derivative s = dx/dp for a fixed start obeys s' = A s + B z with B = d[A, G]/dp, so that over an interval h
 
     s(h) = exp(A h) s(0) + D(h) z(0),    exp([[A, B], [0, Z]] h) = [[exp(A h), D(h)], [0, exp(Z h)]]
 
-D is the derivative of the exponential in the direction of B. It is made by the same doublings as the exponential:
+D is the derivative of the exponential in the direction of B. It follows by the same doublings as the exponential:
 D(2 h) = exp(A h) D(h) + D(h) exp(Z h).
 
 N. J. Higham, Functions of Matrices, SIAM 2008, section 3.2 and theorem 3.6.
@@ -23,23 +23,23 @@ from gearrattle.engine.kernels.motion_levels import norm_of_square
 from gearrattle.engine.kernels.workspace import PERIOD
 
 _TERMS = 7  # of the Taylor series over the finest step
-_WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first term left out is below 1e-16
-_LEVELS = 60
+_WIDEST = 1.0 / 64.0  # norm of the rates times the finest step: the first omitted term is below 1e-16
+_LEVELS = 60  # most steps of a slot
 
 
 class Steps(NamedTuple):
-    """Tables of all slots: increments over the steps h = 1, 1/2, 1/4 ..., of which a slot has a range."""
+    """Tables of all slots over the steps h = 1, 1/2, 1/4 ...; a slot has the steps ``first`` to ``levels`` - 1."""
 
     increment: Array4  # (S, levels, P, P) exp(Z h) - 1
     moved: Array4  # (S, levels, N, P) D(h)
-    levels: IntVector  # (S,) the finest step of a slot is that of its last level
-    first: IntVector  # (S,) its longest step
+    levels: IntVector  # (S,) one beyond the index of the finest step of a slot
+    first: IntVector  # (S,) index of the longest step of a slot
 
 
 class Carried(NamedTuple):
-    """Perturbations and state carried along a motion, and scratch for products."""
+    """Perturbations and state along a motion, and scratch for products."""
 
-    columns: Matrix  # (N, N + 1) perturbations of the start, balanced; the last column is s
+    columns: Matrix  # (N, N + 1) perturbations of the start, scaled; the last column is s
     z: Vector  # (P,)
     columns_term: Matrix
     z_term: Vector
@@ -49,7 +49,8 @@ class Carried(NamedTuple):
 
 @strict
 def write_levels(common, rates, path, levels, first):
-    """Write the range of steps of every slot: from its longest interval to a step of which a Taylor series is exact.
+    """Write the steps of every slot: from its longest interval to a step over which a Taylor series is exact to
+    rounding.
 
     levels, first: (S,) of ``Steps``, written.
     """
@@ -65,7 +66,7 @@ def write_levels(common, rates, path, levels, first):
         for i in range(path.slot.size):
             if path.slot[i] == slot:
                 longest = max(longest, path.time[i + 1] - path.time[i])
-        # from the longest step within that interval down to one over which a Taylor series is exact
+        # from the longest step within that interval down to one over which a Taylor series is exact to rounding
         levels[slot] = 1
         while norm * 0.5 ** (levels[slot] - 1) > _WIDEST and levels[slot] < _LEVELS:
             levels[slot] += 1
@@ -78,16 +79,16 @@ def write_levels(common, rates, path, levels, first):
 def write_tables(generator, shift, steps, slot):
     """Write the tables of a slot: Taylor series over the finest step, then doublings.
 
-    The inputs are oscillators: their own rows are turned exactly.
+    The rows of the inputs, which are oscillators, are computed by sines.
     """
-    # room for the terms of the series
+    # terms of the series
     states, size = shift.shape
     pairs = (size - states - 1) // 2
     finest = steps.levels[slot] - 1
     h = 0.5**finest
     term = np.zeros((2, size, size))
     moved_term = np.zeros((2, states, size))
-    # the inputs' rows: turned exactly
+    # rows of the inputs, by sines
     for level in range(steps.first[slot], finest + 1):
         increment = steps.increment[slot, level]
         moved = steps.moved[slot, level]
@@ -138,7 +139,7 @@ def write_tables(generator, shift, steps, slot):
 
 @strict
 def _multiply_term(generator, shift, factor, term, moved_term, product, moved_product):
-    """Write the next term of both series: factor times the rates times the last one."""
+    """Write the next term of both series: factor times the rates times the last term."""
     states, size = shift.shape
     # rows of the states
     for i in range(states):
@@ -172,11 +173,11 @@ def _multiply_term(generator, shift, factor, term, moved_term, product, moved_pr
 
 @strict
 def _double(half, half_moved, states, increment, moved):
-    """Write the tables of a step from those of half of it, or add their products to what stands there."""
+    """Add the products in the tables of half a step to the tables of a step."""
     size = half.shape[1]
     pairs = (size - states - 1) // 2
     for i in range(states):
-        # products of the states' rows with those of the states: E E, and E D + D E
+        # products of rows of the states: E E, and E D + D E
         row = increment[i]
         moved_row = moved[i]
         for j in range(states):
@@ -187,7 +188,7 @@ def _double(half, half_moved, states, increment, moved):
             for p in range(size):
                 row[p] += weight * other[p]
                 moved_row[p] += weight * other_moved[p] + moved_weight * other[p]
-        # products with the oscillators' own blocks
+        # products with the blocks of the oscillators
         for c in range(states + 1, states + 1 + pairs):
             s = c + pairs
             row[c] += half[i, c] * half[c, c] + half[i, s] * half[s, c]
@@ -207,11 +208,11 @@ def _dot(matrix, i, z):
 
 @kernel
 def _multiply(rates, shift, columns, z, carried):
-    """Write the products of both kinds of rates with columns and z; those of the inputs are not zero in two places."""
+    """Write the products of the rates, or of the tables, with columns and z; rows of inputs have two entries."""
     states, size = shift.shape
     product = carried.columns_product
     z_product = carried.z_product
-    # the states and their perturbations; the last column is pushed by the shift of the rates
+    # the states and their perturbations; the last column has the term B z
     for i in range(states):
         row = product[i]
         for p in range(states + 1):
@@ -247,7 +248,7 @@ def _step(increment, moved, carried):
 
 @kernel
 def _add_series(generator, shift, h, carried):
-    """Carry over h shorter than the finest step, by Taylor series."""
+    """Carry over a time h shorter than the finest step, by Taylor series."""
     columns = carried.columns
     z = carried.z
     term = carried.columns_term
@@ -285,10 +286,10 @@ def carry(steps, slot, generator, shift, h, carried):
 
 @kernel
 def cross(common, k, jump, corner_shift, deflection, deflection_shift, carried):
-    """Kick the velocities where the damping of element k jumps at a corner that moves with the parameter.
+    """Apply the jump of the perturbations of the velocities where the damping of element k jumps at a corner.
 
-    Every perturbation kicks them in proportion to how it moves the deflection (``system.perturbation_growth``), and so
-    does p.
+    The jump is in proportion to the perturbation of the deflection (``system.perturbation_growth``). In the last
+    column, s, the change of the corner with the parameter is subtracted from it.
     """
     columns = carried.columns
     z = carried.z

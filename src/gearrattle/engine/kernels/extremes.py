@@ -1,9 +1,9 @@
-"""Extremes, moments and time above a level of rows times the state, through the parts of a motion.
+"""Extremes, moments and time above a level of quantities (rows times the state) over the parts of a motion.
 
-Through a part every row is a power series of time (``system.row_series``). A part whose first four terms, and a bound
-on all others, do not pass the extremes seen so far is left out. Values at Chebyshev points of an interval bound what
-lies between them (Ehlich, Zeller 1964, Math. Z. 86, 41-44: a polynomial of degree d exceeds its values at 2 d + 1 such
-points by the factor 2^(1/2) at most); the few parts that pass by these as well are searched for turning points.
+Over a part every quantity is a power series of time (``system.row_series``). Its first four terms and a bound on all
+others bound its values; a part whose bounds lie within the extremes so far is skipped. A closer bound follows from the
+values at Chebyshev points (Ehlich, Zeller 1964, Math. Z. 86, 41-44: a polynomial of degree d exceeds its values at
+2 d + 1 such points by the factor 2^(1/2) at most). The few parts that remain are searched for turning points.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from gearrattle.engine.kernels._jit import loose
 from gearrattle.engine.kernels.arrays import BoolMatrix, BoolVector, IntVector, Matrix, Vector
 
 FEW = 4
-"""Terms by which most parts are left out."""
-_EXCESS = 1.5  # by which values pass the middle of those at Chebyshev points: 2^(1/2), and a reserve
+"""Terms of a series in the first bound."""
+_EXCESS = 1.5  # factor on the half-range of the values at Chebyshev points: 2^(1/2) with a margin
 
 
 class Parts(NamedTuple):
@@ -25,40 +25,43 @@ class Parts(NamedTuple):
 
     duration: Vector  # (K,) in periods
     region: IntVector  # (K,)
-    start: IntVector  # (K,) the sample whose state the series starts from, or -1 - the carried state
-    backward: BoolVector  # (K,) whether that is the state at the end of the part
+    start: IntVector  # (K,) index of the sampled state from which the series starts; -1 - i: carried state i
+    backward: BoolVector  # (K,) whether that state is at the end of the part
     whole: BoolVector  # (K,) whether the part is the whole interval
     samples: Matrix  # (t, Z) sampled states z
-    carried: Matrix  # (C, Z) states carried on to parts without one
+    carried: Matrix  # (C, Z) states at the start of parts without a sample, carried there from the part before
 
 
 class Rows(NamedTuple):
-    """Power series of q rows in every region; flat arrays by block, then row."""
+    """Power series of q rows in every region. An interval between samples is divided into equal blocks.
 
-    blocks: IntVector  # (R,) of an interval
-    block: Vector  # (R,) their length, in periods
+    Flat arrays are ordered by block, then row; ``first...`` is the begin of a region in a flat array.
+    """
+
+    blocks: IntVector  # (R,) number of blocks of an interval
+    block: Vector  # (R,) length of a block, in periods
     terms: IntVector  # (R,) highest power P
-    cells: IntVector  # (R,) of a block: in each a rate changes its sign once at most
+    cells: IntVector  # (R,) equal cells of a block: within a cell the rate changes its sign at most once
     first: IntVector  # (R,) where the coefficients of a region begin
-    coefficients: Vector  # (P + 1, Z) of each block and row
+    coefficients: Vector  # (P + 1, Z) for every block and row
     first_rest: IntVector  # (R,)
-    rest: Vector  # (Z,) of each block and row: sums of the moduli of the coefficients from the power ``FEW`` on
+    rest: Vector  # (Z,) for every block and row: sums of the moduli of the coefficients from the power ``FEW`` on
     points: IntVector  # (R,) Chebyshev points of a block
     first_look: IntVector  # (R,)
-    looks: Vector  # (2, points, Z) of each block and row: the row at each point after the state, and before it
-    moving: BoolMatrix  # (R, q) whether a row is not 0 there
+    looks: Vector  # (2, points, Z) for every block and row: the row at the points after the state, and before it
+    moving: BoolMatrix  # (R, q) whether a row is not 0 in a region
     nodes: IntVector  # (R,) of Gauss's rule for moments
     abscissas: Matrix  # (R, J) in 0 ... 1
     weights: Matrix  # (R, J)
     first_seen: IntVector  # (R,)
-    seen: Vector  # (J, Z) of each block and row: the row at each node
-    known: Matrix  # (R, S) memories on entering, scaled; NaN where they go on
-    first_memory: int  # where they stand in z
+    seen: Vector  # (J, Z) for every block and row: the row at the nodes
+    known: Matrix  # (R, S) memories at the entry, scaled; NaN: a memory keeps its value
+    first_memory: int  # index of the first memory in z
 
 
 @loose
 def _begin(parts, rows, i, z):
-    """Write the state that the series of a part start from."""
+    """Write the state from which the series of a part start."""
     start = parts.start[i]
     if start >= 0:
         for k in range(z.size):
@@ -83,7 +86,7 @@ def _dot(flat, at, z):
 
 @loose
 def _reach(rows, region, row, x, z):
-    """Least and largest value that a row may have from its state on to x, in blocks: by few terms and a bound."""
+    """Bounds on a row from its state to x, in blocks, by few terms and a bound on the others."""
     width = z.size
     flat = rows.coefficients
     at = rows.first[region] + row * (rows.terms[region] + 1) * width
@@ -106,7 +109,7 @@ def _reach(rows, region, row, x, z):
 
 @loose
 def _look(rows, region, row, is_backward, z):
-    """Least and largest value of a row in the whole block, by values at Chebyshev points."""
+    """Bounds on a row in the whole block, by values at Chebyshev points."""
     count = rows.points[region]
     width = z.size
     at = rows.first_look[region] + (2 * row + is_backward) * count * width
@@ -122,7 +125,7 @@ def _look(rows, region, row, is_backward, z):
 
 @loose
 def _expand(rows, region, row, x, z, terms):
-    """Write the terms of powers of the share of a part, 0 ... 1, that ends x blocks from its state."""
+    """Write the series of a row in powers of the share, 0 ... 1, of an interval from its state to x blocks from it."""
     width = z.size
     top = rows.terms[region]
     at = rows.first[region] + row * (top + 1) * width
@@ -162,7 +165,7 @@ def _bend(terms, top, x):
 
 @loose
 def _turn(terms, top, begin, end, before, after):
-    """The zero of the rate between two points with rates of opposite signs."""
+    """The zero of the rate between two points at which the rates have opposite signs."""
     x = begin + (end - begin) * before / (before - after)
     for _ in range(5):
         bend = _bend(terms, top, x)
@@ -173,16 +176,16 @@ def _turn(terms, top, begin, end, before, after):
 
 @loose
 def extremes(parts, rows, first, last, scratch, low, high):
-    """Widen low and high (q,) to the extremes of every row through the parts from first to last.
+    """Widen low and high to the extremes of every row over the parts ``first`` to ``last`` - 1.
 
-    scratch: (2, room for the state and for the terms).
+    scratch: (2, size) for the state and for the terms.
     low, high: (q,) extremes so far.
     """
     z = scratch[0, : parts.samples.shape[1]]
     terms = scratch[1]
     count = low.size
     for i in range(first, last):
-        # each part begins at a sample, or goes on from the part before
+        # the state from which the series of this part start
         region = parts.region[i]
         _begin(parts, rows, i, z)
         sign = -1.0 if parts.backward[i] else 1.0
@@ -194,13 +197,13 @@ def extremes(parts, rows, first, last, scratch, low, high):
                 continue
             left = parts.duration[i]
             for j in range(rows.blocks[region]):
-                # whether this block of the part can widen the extremes: by a bound, then by a closer one
+                # can this block widen the extremes? first by a coarse bound, then by a closer one
                 x = sign * min(left, rows.block[region]) / rows.block[region]
                 least, most = _reach(rows, region, j * count + c, x, z)
                 if most > high[c] or least < low[c]:
                     least, most = _look(rows, region, j * count + c, parts.backward[i], z)
                 if most > high[c] or least < low[c]:
-                    # if so: the row's polynomial over the block, and its ends
+                    # if so: the polynomial of the row over the block, and its values at both ends
                     top = _expand(rows, region, j * count + c, x, z, terms)
                     cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
                     before = terms[1]
@@ -225,7 +228,7 @@ def extremes(parts, rows, first, last, scratch, low, high):
 
 @loose
 def _weigh(weight, value, about, c, sums):
-    """Add the powers of a value about a reference."""
+    """Add the powers 1 ... 4 of a value minus a reference."""
     away = value - about[c]
     square = away * away
     sums[0, c] += weight * away
@@ -236,19 +239,19 @@ def _weigh(weight, value, about, c, sums):
 
 @loose
 def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
-    """Add the integrals of powers 1 ... 4 of rows about a reference, of those that are not 0 in a region.
+    """Add the integrals of the powers 1 ... 4 of rows about a reference; a row that is 0 in a region adds nothing.
 
     parts, rows, first, last, scratch: as in ``extremes``.
     wanted: (m,) rows whose moments are wanted.
     about: (q,) references.
-    sums: (4, q) room.
+    sums: (4, q) scratch.
     powers: (4, q) added to.
     """
     z = scratch[0, : parts.samples.shape[1]]
     terms = scratch[1]
     count = about.size
     for i in range(first, last):
-        # each part begins at a sample, or goes on from the part before
+        # the state from which the series of this part start
         region = parts.region[i]
         width = z.size
         _begin(parts, rows, i, z)
@@ -257,23 +260,23 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
             c = wanted[m]
             left = parts.duration[i]
             for j in range(rows.blocks[region] if rows.moving[region, c] else 0):
-                # block by block of the row
+                # every block of the row
                 row = j * count + c
                 length = min(left, rows.block[region])
-                # a whole part: the values at its nodes by rows made beforehand
+                # a whole interval: values at the nodes by stored rows
                 if parts.whole[i]:
                     at = rows.first_seen[region] + row * rows.nodes[region] * width
                     for g in range(rows.nodes[region]):
                         value = _dot(rows.seen, at + g * width, z)
                         _weigh(rows.block[region] * rows.weights[region, g], value, about, c, sums)
                 elif length > 0.0:
-                    # a shorter one: the nodes on the polynomial of the row
+                    # a part of an interval: values at the nodes by the polynomial of the row
                     top = _expand(rows, region, row, sign * length / rows.block[region], z, terms)
                     for g in range(rows.nodes[region]):
                         value = _value(terms, top, rows.abscissas[region, g])
                         _weigh(length * rows.weights[region, g], value, about, c, sums)
                 left -= rows.block[region]
-        if i % 256 == 255 or i == last - 1:  # sums of sums round less
+        if i % 256 == 255 or i == last - 1:  # partial sums reduce rounding
             for p in range(4):
                 for c in range(count):
                     powers[p, c] += sums[p, c]
@@ -282,7 +285,7 @@ def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
 
 @loose
 def reaches(parts, rows, first, last, c, scratch, low, high):
-    """Write bounds (K,) on a row in every part."""
+    """Write bounds (K,) on row c in every part."""
     z = scratch[0, : parts.samples.shape[1]]
     count = rows.moving.shape[1]
     for i in range(first, last):
@@ -309,8 +312,10 @@ def reaches(parts, rows, first, last, c, scratch, low, high):
 
 @loose
 def _above(terms, top, sign, level, begin, end):
-    """Share of begin ... end, where a polynomial is monotonic, in which sign times it is above a level, and its loss
-    with the level."""
+    """Share of begin ... end, where a polynomial is monotonic, in which sign times polynomial is above a level.
+
+    Also its loss per increase of the level.
+    """
     # all below or all above
     at_begin = sign * _value(terms, top, begin) - level
     at_end = sign * _value(terms, top, end) - level
@@ -318,7 +323,7 @@ def _above(terms, top, sign, level, begin, end):
         return 0.0, 0.0
     if at_begin > 0.0 and at_end > 0.0:
         return end - begin, 0.0
-    # the instant at which it passes the level: bracketed Newton steps
+    # the instant at which the polynomial crosses the level: bracketed Newton steps
     low = begin
     high = end
     rate = 0.0
@@ -335,16 +340,16 @@ def _above(terms, top, sign, level, begin, end):
             moved = 0.5 * (low + high)
         step = abs(moved - x)
         x = moved
-        if step <= 1e-9 * (end - begin):  # of which Newton's next error is the square
+        if step <= 1e-9 * (end - begin):  # the error is of second order in this step
             break
-    # its share above, and how much of it a higher level takes
+    # the share above the level, and its derivative by the level
     loss = 1.0 / abs(rate) if rate != 0.0 else np.inf
     return (x - begin if at_begin > 0.0 else end - x), loss
 
 
 @loose
 def time_above(parts, rows, which, c, level, scratch):
-    """Return how long the modulus of a row is above a level in some parts, in periods, and its loss with the level."""
+    """Return the time [periods] in which the modulus of a row is above a level, and its loss per rise of the level."""
     z = scratch[0, : parts.samples.shape[1]]
     terms = scratch[1]
     count = rows.moving.shape[1]
@@ -352,7 +357,7 @@ def time_above(parts, rows, which, c, level, scratch):
     loss = 0.0
     for n in range(which.size):
         i = which[n]
-        # each part begins at a sample, or goes on from the part before
+        # the state from which the series of this part start
         region = parts.region[i]
         left = parts.duration[i]
         _begin(parts, rows, i, z)
@@ -364,12 +369,12 @@ def time_above(parts, rows, which, c, level, scratch):
             cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
             before = terms[1]
             for g in range(1, cells + 1):
-                # cell by cell, cut where the rate changes its sign: monotonic on both sides of it
+                # every cell, cut where the rate changes its sign: monotonic on both sides
                 begin = (g - 1) / cells
                 end = g / cells
                 after = _rate(terms, top, end)
                 middle = _turn(terms, top, begin, end, before, after) if before * after < 0.0 else end
-                # time above the level and below minus the level
+                # time above the level, and below minus the level
                 for sign in (1.0, -1.0):
                     share, lost = _above(terms, top, sign, level, begin, middle)
                     time = time + length * share

@@ -1,8 +1,9 @@
 """The first exit of a polynomial: isolate with a bound on the third derivative, then bracketed Halley steps.
 
 A gap g(s), positive inside a region, is tested on [s, s + w] by the cubic minorant
-g + g' x + g'' x^2 / 2 - b x^3 / 6 <= g(s + x), b >= |g'''|. What the minorant cannot decide is halved, left half first,
-so the crossing found is the first one; a double root (grazing) narrows cubically and is decided by its sign.
+g + g' x + g'' x^2 / 2 - b x^3 / 6 <= g(s + x), b >= |g'''|. An interval that the minorant does not decide is halved,
+and the left half is tested first: so the first crossing is isolated. At a double root (grazing) the interval narrows
+cubically, and the sign of g decides.
 """
 
 from __future__ import annotations
@@ -14,15 +15,16 @@ import numpy as np
 from gearrattle.engine.kernels._jit import inlined, kernel
 
 NEVER = 2.0
+"""No exit in the window."""
 UNDECIDED = -1.0
-"""A search that was given up: the coefficients are no numbers, or no width decides anything."""
+"""The search is ended without a result: a coefficient is not finite, or no width decides."""
 SIXTH = 1.0 / 6.0
-_SETTLED = 1e-7
+_SETTLED = 1e-7  # relative change of the last Halley step; the error after it is of third order
 _THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
-_NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
-_ROUNDING = 1e-15
-_MOST_TRIALS = 100_000  # widths tried in a window, some milliseconds; motions need a few hundred at most
-_MANY_TRIALS = 64  # widths tried in a window; from then on the third derivative is bounded only as far as they reach
+_NARROWEST = 1e-13  # share of the window: in a narrower interval a tangency is not decided
+_ROUNDING = 1e-15  # share of the sum of the coefficients' moduli
+_MOST_TRIALS = 100_000  # widths tested in a window, some milliseconds; motions need a few hundred at most
+_MANY_TRIALS = 64  # widths tested in a window after which the third derivative is bounded on the tested part only
 
 
 @kernel
@@ -36,12 +38,12 @@ def stays_inside(gap, rate, curvature, third, h):
     end = gap + h * (rate + h * (0.5 * curvature - h * sixth))
     if end <= 0.0:
         return False
-    if rate >= 0.0:  # rises, then falls at most once: the ends decide
+    if rate >= 0.0:  # the cubic rises, then falls at most once: its ends decide
         return gap > 0.0 or (gap == 0.0 and (rate > 0.0 or curvature > 0.0))
     if gap <= 0.0:
         return False
     if curvature <= 0.0:
-        return True  # falls all the way, and the end is inside
+        return True  # the cubic falls all the way, and its end is positive
     # else the one minimum of the cubic before its end
     spread = curvature * curvature + 2.0 * third * rate
     if spread <= 0.0:
@@ -56,7 +58,7 @@ def stays_inside(gap, rate, curvature, third, h):
 def evaluate(c, s):
     """Value and first two derivatives of sum c_j s^j.
 
-    Even and odd powers are summed side by side, in q = s^2: p = E(q) + s O(q).
+    Even and odd powers are summed separately in q = s^2: p = E(q) + s O(q).
     """
     q = s * s
     n = c.size
@@ -100,7 +102,7 @@ def third_within(c, end):
 
 @kernel
 def _is_rounding(c, third, width):
-    """Whether a third derivative moves a gap over a width by less than its coefficients are rounded."""
+    """Whether the term of the third derivative over a width is below the rounding of the coefficients."""
     total = 0.0
     for j in range(c.size):
         total += abs(c[j])
@@ -115,7 +117,7 @@ def _halley(value, first, second):
 
 @inlined
 def _guess(c, low, width, gap, rate, curvature):
-    """Zero of the parabola from the left end, improved on the cubic if low is 0; the middle if it lies outside."""
+    """Zero of the parabola at the left end, improved by the cubic if low is 0; the middle if it lies outside."""
     spread = rate * rate - 2.0 * curvature * gap
     x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
     if low == 0.0 and c.size > 3:
@@ -140,7 +142,7 @@ def _bracketed_root(c, low, high, guess):
         step = s + _halley(value, first, second) if first != 0.0 else low
         change = abs(step - s)
         if low <= step <= high and change <= _SETTLED * step and change * abs(second) <= 10.0 * _SETTLED * abs(first):
-            return step  # what is left shrinks with the cube of this change: below rounding
+            return step  # the error is of third order in this change: below rounding
         # outside the bracket: bisection
         if not (low < step < high):
             step = 0.5 * (low + high)
@@ -161,13 +163,13 @@ def first_exit(c):
 
 @kernel
 def exit_from(c, low, gap, rate, curvature):
-    """The first exit in [low, 1], given the value and two derivatives at low.
+    """The first exit in [low, 1] from the value and two derivatives at low.
 
-    The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
-    it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where
-    the gap stays zero to rounding, every width that decides nothing doubles the next one allowed, as long as what is
-    left undecided is the rounding of the gap itself. After ``_MOST_TRIALS`` it is ``UNDECIDED``: comparisons with no
-    number are false, and the narrowest width would be tried all through the window.
+    The number of tests is bounded. At first the bound on the third derivative holds for the whole window; after
+    ``_MANY_TRIALS`` tests, for the part up to the end of the tested interval, where high powers are small. If the gap
+    stays zero to rounding, every undecided interval doubles the narrowest width, as long as the undecided difference is
+    below the rounding of the gap. After ``_MOST_TRIALS`` tests the result is ``UNDECIDED``: with a NaN all comparisons
+    are false, and the narrowest width would be tested all through the window.
     """
     # bound on the third derivative in the whole window
     third = 0.0
@@ -177,7 +179,7 @@ def exit_from(c, low, gap, rate, curvature):
     narrowest = _NARROWEST
     trials = 0
     while True:
-        # at or below the corner: an exit if it closes, else counted as zero
+        # at or below the corner: an exit if the gap closes, else the gap counts as zero
         if gap <= 0.0:
             if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
                 return low
@@ -186,7 +188,7 @@ def exit_from(c, low, gap, rate, curvature):
         # halve the width until the interval is decided, left half first
         while True:
             trials += 1
-            # after many widths: the third derivative bounded only as far as they reach
+            # after many tests: the third derivative is bounded up to the end of the tested interval
             if trials > _MANY_TRIALS:
                 if trials > _MOST_TRIALS:
                     return UNDECIDED
@@ -202,13 +204,13 @@ def exit_from(c, low, gap, rate, curvature):
                 if beyond <= 0.0:
                     return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
                 break
-            # neither, and too narrow to go on: a touch at a tangent within rounding
+            # undecided and too narrow: a tangency within rounding
             if width < narrowest:
                 if _is_rounding(c, third, 2.0 * narrowest):
                     narrowest *= 2.0
                 break
             width *= 0.5
-        # nothing up to here: go on from the end of the interval
+        # no exit up to here: go on from the end of the interval
         low += width
         if low >= 1.0:
             return NEVER

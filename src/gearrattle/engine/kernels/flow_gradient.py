@@ -8,7 +8,7 @@ from gearrattle.engine.kernels.strip_products import copy
 
 @kernel
 def propagate(tables, generator, steps, fine, h, order, columns, term):
-    """columns <- exp(A h) columns for every column of (N, P): table steps, longest first, then a Taylor rest."""
+    """columns <- exp(A h) columns (N, P): steps of the tables, the longest first, then a Taylor series."""
     done = 0.0
     for level in range(fine + 1):
         while h - done >= steps[level]:
@@ -33,11 +33,11 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     tables: (regions, levels, N, N) exp(A h) - 1.
     generators: (regions, N, N) A.
     steps, fine: (levels,) h, and (regions,) the finest level.
-    order: terms of the Taylor rest.
-    path: (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
+    order: terms of the Taylor series over the remainder.
+    path: (I, 3) region; clearance crossed at the end of the interval, -1: none; 1 if a segment ends there, else 0.
     durations: (I,) lengths of the intervals.
-    kicks: (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
-    reset: (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
+    kicks: (I, N) change of the state per unit of the crossed clearance's deflection, by a jump of damping.
+    reset: (I, S) whether a memory (the last S states) does not depend on the state before the crossing.
     rows: (K, N) deflections by state.
     out: (segments, N, N) results; segment i maps perturbations at its start to its end.
     """

@@ -1,8 +1,8 @@
 """Eigenvalues of small symmetric matrices, by Jacobi's rotations.
 
 C. G. J. Jacobi, J. reine angew. Math. 30 (1846) 51; the rotation as in Golub and Van Loan, Matrix Computations, sec.
-8.5. Every operation is rounded on its own, so every machine gives the same bits, whichever linear algebra library it
-has.
+8.5. Every operation is rounded by itself, so all machines give the same bits, whatever linear algebra library they
+have.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from math import sqrt
 
 from gearrattle.engine.kernels._jit import strict
 
-_SWEEPS = 60
-_NEGLIGIBLE = 1e-18  # of the largest entry: not rotated away
+_SWEEPS = 60  # most sweeps
+_NEGLIGIBLE = 1e-18  # share of the largest entry below which an entry counts as zero
 
 
 @strict
@@ -41,7 +41,7 @@ def _rotate(a, vectors, p, q, size):
 
 @strict
 def diagonalise(a, vectors, size):
-    """Write the eigenvectors of a, in columns; a keeps its eigenvalues on the diagonal."""
+    """Write the eigenvectors of a as columns; the diagonal of a becomes its eigenvalues."""
     largest = 0.0
     for i in range(size):
         for j in range(size):

@@ -1,4 +1,4 @@
-"""Times known beforehand: the knots of signals, the ticks of clocks. A step ends there, on the instant exactly."""
+"""Instants that are known beforehand: knots of signals, ticks of clocks. A step ends exactly at such an instant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def until_instant(instants, counts, clock):
 
 @inlined
 def stand_at_instant(instants, counts, clock):
-    """Set the clock to the next instant, without the rounding of the way there."""
+    """Set the clock to the next instant exactly."""
     i = counts[INSTANT]
     counts[CYCLE] = int(instants.cycle[i])
     clock[0] = instants.fraction[i]
@@ -25,7 +25,7 @@ def stand_at_instant(instants, counts, clock):
 
 @kernel
 def write_chains(regions, inputs, march, scratch):
-    """Write the signals' chains into y as they are now."""
+    """Write the chains of the signals at the present time into y."""
     if regions.chain == 0:
         return
     i = march.counts[INTERVAL]

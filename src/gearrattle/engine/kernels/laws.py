@@ -10,9 +10,9 @@ from gearrattle.engine.kernels.arrays import IntVector, Vector
 class Laws(NamedTuple):
     """F = stiffness delta + damping delta' + offset in each of P pieces; those of element k begin at ``first[k]``."""
 
-    first: IntVector  # (m + 1,) where an element's pieces begin, and where the last end
+    first: IntVector  # (m + 1,) where the pieces of every element begin; the last entry is P
     stiffness: Vector  # (P,)
     damping: Vector  # (P,)
     offset: Vector  # (P,)
-    lower: Vector  # (P,) corners around each piece, infinite where there is none
+    lower: Vector  # (P,) lower corner of every piece; infinite: none
     upper: Vector  # (P,)

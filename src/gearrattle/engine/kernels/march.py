@@ -1,14 +1,14 @@
 """The certified march inside one region, and the crossing to the next.
 
-Each step tries the longest dyadic h for which no clearance can leave its region: with gap g and its first three
-derivatives exact at the start and |delta''''| <= b for as long as the region lasts (``system.majorant``), a minorant of
-every gap must stay positive over the whole step. If even the finest step is not safe, the deflections over it are
-polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
-every instant lies in a step proven free of crossings or in a window searched from its beginning.
+Every step has the longest dyadic length h for which no clearance can leave its region. The gap g of a clearance and its
+first three derivatives are known at the start, and |delta''''| <= b holds in the whole region (``system.majorant``): so
+a minorant of g is known, which must stay positive over the step. If even the finest step is not safe, the deflections
+over it are polynomials to rounding, and the first crossing is their first root (``first_exit.first_exit``). No crossing
+is skipped: every instant lies in a step that is proven free of crossings, or in a window searched from its beginning.
 
-The kernel works in slices and hands back an ``Outcome`` code, so that its caller can show progress, grow the log,
-or build a region met for the first time. Where a slice ends changes no bit of the motion; nor does it when all samples
-are stored and the march goes on with fresh ones, for the step in which the last one lies is not taken before that.
+The kernel works in slices and returns an ``Outcome`` code, so that its caller can show progress, enlarge the log, or
+build a region that is entered for the first time. The end of a slice changes no bit of the motion. Nor does the end of
+a run that is continued with new samples: the step that contains the last sample is taken by the continued run.
 """
 
 from __future__ import annotations
@@ -67,17 +67,17 @@ from gearrattle.engine.kernels.taylor_window import (
     window_scratch,
 )
 
-_REACH = 4  # levels: how much longer than the last one a step may be
-_LEAP = 6  # the same after a finest step: behind a crossing all may be quiet
-_ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
-_SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
-_BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step
-_NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its distance is a running difference
+_REACH = 4  # levels by which a step may be longer than the last one
+_LEAP = 6  # levels by which a step may be longer than a finest step before it
+_ANCHOR_EVERY = 16  # steps after which the inputs are computed from their phase; in between they are rotated
+_SMALL = 4.0  # least ratio of a gap to the bound on the fast modes for which they are judged by that bound
+_BOUND_EVERY = 3  # steps for which a bound is used; it holds for twice the longest step
+_NEAR = 1e-9  # periods: nearer to a sample, the time to it is computed anew and not as a running difference
 
 
 @inlined
 def _counted(gap, rate, band):
-    """A gap as it counts: where the motion sits on the corner, lifted by a band > 0; zero where it opens from below."""
+    """The gap that is tested: lifted by the band > 0 if the motion sits on the corner; zero if it opens from below."""
     if band > 0.0:
         return lifted(gap, band)
     return 0.0 if gap <= 0.0 and rate > 0.0 else gap
@@ -91,7 +91,7 @@ def _third(jerk, fourth, h):
 
 @inlined
 def _ends_inside(low, high, rate, curvature, jerk, fourth, h):
-    """Whether the minorants of both gaps are positive at the end of a step h: they cannot stay so otherwise."""
+    """Whether the minorants of both gaps are positive at the end of a step h, which is necessary for a safe step."""
     near = rate + h * (0.5 * curvature - h * SIXTH * _third(jerk, fourth, h))
     far = rate + h * (0.5 * curvature + h * SIXTH * _third(-jerk, fourth, h))
     return low + h * near > 0.0 and high - h * far > 0.0
@@ -101,11 +101,11 @@ def _ends_inside(low, high, rate, curvature, jerk, fourth, h):
 def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
 
-    Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
-    by their bound.
+    If the bound on the fast modes is small against the gaps of a clearance, the gaps without fast modes (``calm``) are
+    tested, reduced by that bound.
 
-    Returns (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
-        upper). A step safe for one clearance stays so when another shortens it.
+    Returns (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` (k, lower or upper) marks
+        these corners. A step that is safe for one clearance stays safe if another clearance shortens it.
     """
     seen, calm, bound, side, band = near
     count = side.size
@@ -121,7 +121,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
         margin = bound[k + 2 * count]
         unsafe[k, 0] = False
         unsafe[k, 1] = False
-        # both gaps at once: the motion cannot go as far as the nearer corner
+        # a bound for both gaps: the motion cannot reach the nearer corner
         h = steps[level]
         room = min(below, above)
         if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * SIXTH * (abs(jerk) + 0.25 * h * fourth))):
@@ -131,7 +131,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
         band[k] = band_of(bands[slot, k], travel)
         if has_left(side[k], below, above, band[k]):
             side[k] = 0
-        # fast modes that are small: minorants (M') of the calm motion, each gap smaller by their bound m
+        # small fast modes: minorants (M') of the motion without them, gaps reduced by their bound m
         if room > _SMALL * margin:
             below = calm[4 * k] - lower[slot, k] - margin
             above = upper[slot, k] - calm[4 * k] - margin
@@ -150,7 +150,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
             fars = high < 1e300 and not stays_inside(high, -rate, -curvature, _third(-jerk, fourth, h), h)
             if not (nears or fars):
                 break
-            # not even the finest step is certified: its Taylor polynomials must be searched
+            # not even the finest step is safe: its Taylor polynomials must be searched
             if level == fine:
                 unsafe[k, 0] = nears
                 unsafe[k, 1] = fars
@@ -162,7 +162,7 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
 
 @inlined
 def _bound_pushes(pushes, fourth, slot, interval, size, bound):
-    """Add the part of the bounds that the fourth derivatives of chains make."""
+    """Add to the bounds the part due to the fourth derivatives of the chains."""
     for j in range(fourth.shape[1]):
         size[j] = fourth[interval, j]
     multiply_add(pushes, slot, bound.size // 4, fourth.shape[1], size, bound)
@@ -170,7 +170,7 @@ def _bound_pushes(pushes, fourth, slot, interval, size, bound):
 
 @inlined
 def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
-    """Bound fourth derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
+    """Bound the fourth derivatives and the fast modes in the whole region, from the moduli of the modes."""
     groups = strips_of(modes)
     multiply(bounds, slot, 2 * groups, width, y, parts, 0)
     for g in range(groups):
@@ -192,7 +192,7 @@ def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound)
 
 @inlined
 def _pass_time(counts, clock, h, dyadic):
-    """Advance the clock; the offset stays an exact dyadic fraction until a crossing sets a new anchor."""
+    """Advance the clock by h; a dyadic h is added to the exact offset, any other sets a new anchor."""
     if dyadic:
         clock[1] += h
     else:
@@ -205,7 +205,7 @@ def _pass_time(counts, clock, h, dyadic):
 
 @inlined
 def _count(counts, clock, first, level, safe, passed):
-    """Count a step, of a level tried from another on."""
+    """Count a step of the level ``level``, for which the levels from ``first`` on were tested."""
     counts[TRIALS] += level - first + 1
     counts[STEPS] += 1
     counts[LEVEL] = level
@@ -232,7 +232,7 @@ def _ahead(counts, clock, i, per_cycle):
 
 @inlined
 def _pass_samples(march, samples, notes, h):
-    """Note every sample in [now, now + h), as long as there is room for notes."""
+    """Note every sample in [now, now + h) while there is room for notes."""
     counts = march.counts
     per_cycle = samples.per_cycle
     elapsed = _elapsed(counts, march.clock)
@@ -250,7 +250,7 @@ def _pass_samples(march, samples, notes, h):
             i += 1
         if i <= counts[SAMPLE]:
             break
-        # all of them are worked out later from the state here, in one note
+        # one note for all: the states at these samples are computed later from the present state
         rows = first - samples.first, i - first
         note(notes, counts, rows, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
         counts[SAMPLE] = i
@@ -259,9 +259,9 @@ def _pass_samples(march, samples, notes, h):
 
 @inlined
 def _cross(regions, march, log, k, upward, rate, behind):
-    """Log that k leaves its piece, and go to the region beyond; PENDING is set if that is not built yet.
+    """Log that k leaves its piece, and enter the region beyond; set PENDING if that region is not built yet.
 
-    The force integrals of the clearances are the last of the ``behind`` carried quantities.
+    The force integrals of the clearances are the last entries of the ``behind`` carried quantities.
     """
     counts = march.counts
     clock = march.clock
@@ -275,7 +275,7 @@ def _cross(regions, march, log, k, upward, rate, behind):
     for s in range(memories):
         log.memory[i, s] = march.y[regions.states - memories + s]
     counts[EVENTS] = i + 1
-    # the new region follows from the direction; the element sits on the corner
+    # the new region follows from the direction of the crossing; the element sits on the corner
     counts[ENTERED] = 0
     march.side[k] = -1 if upward else 1
     beyond = regions.neighbour[slot, k, upward]
@@ -287,7 +287,7 @@ def _cross(regions, march, log, k, upward, rate, behind):
 
 @inlined
 def _pass_instant(regions, instants, march, log, out, behind):
-    """Begin the next interval of the signals, or let an auxiliary element change by the clock."""
+    """Begin the next interval of the signals, or change the piece of an auxiliary by the clock."""
     counts = march.counts
     clock = march.clock
     slot = march.counts[SLOT]
@@ -306,7 +306,7 @@ def _pass_instant(regions, instants, march, log, out, behind):
 
 @inlined
 def _anchor(inputs, regions, march, end):
-    """Compute the inputs afresh, those kept as states, up to the entry ``end``, too."""
+    """Compute the inputs from their phases, and with them the kept inputs in y up to the entry ``end``."""
     counts = march.counts
     clock = march.clock
     slot = march.counts[SLOT]
@@ -320,7 +320,7 @@ def _anchor(inputs, regions, march, end):
 
 @inlined
 def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
-    """Deflections and their first three derivatives, a strip a clearance, with and without the fast modes."""
+    """Write the watched quantities with three derivatives, one strip for each: all of it, and without fast modes."""
     multiply(forced, slot, watched, u.size, u, seen, 0)
     for i in range(0, 4 * watched, 4):
         calm[i] = seen[i]
@@ -333,12 +333,12 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 @kernel
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
-    """March until all samples are noted, ``budget`` steps are taken or the caller must act; an ``Outcome`` code.
+    """March until all samples are noted, ``budget`` steps are taken or the caller must act; return an ``Outcome`` code.
 
-    The arguments are described in ``packed``; march, notes and log change. ``instants``: None where no times are
-    known beforehand. A step does not go beyond the next of them, and a crossing behind it does not count yet. Samples
-    in a step are noted before it is taken. Scratch is made here, where the compiler sees that nothing else is stored
-    in it.
+    The arguments are described in ``march_arrays``; march, notes and log change. ``instants``: None if no instants are
+    known beforehand. A step ends at the next instant at the latest, and a crossing after that instant does not count
+    yet. Samples in a step are noted before the step is taken. Scratch arrays are allocated here, so that the compiler
+    knows that they do not overlap with others.
     """
     steps = inputs.steps
     tables = regions.tables
@@ -402,7 +402,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             return NEEDS_REGION
         if counts[EVENTS] >= room:
             return LOG_FULL
-        # every few steps the inputs are computed afresh from their phase
+        # every few steps the inputs are computed from their phases
         slot = counts[SLOT]
         fine = finest[slot]
         width = widths[slot]
@@ -423,17 +423,17 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             counts[UNBOUNDED] = _BOUND_EVERY
             counts[ENTRY] = counts[CYCLE]
             clock[2] = clock[0] + clock[1]
-        # the signals' chains are written anew from their table
+        # the chains of the signals are written from their table
         if instants is not None:
             write_chains(regions, inputs, march, terms)
-        # bound the fourth derivatives (B), and the fast modes, for as long as the region lasts
+        # bound the fourth derivatives (B) and the fast modes in the whole region
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
             counts[UNBOUNDED] = 0
             clock[3] = 0.0
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             if instants is not None:
                 _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
-        # the longest dyadic step for which the minorants (M) of all gaps stay positive, from three derivatives
+        # the longest dyadic step over which the minorants (M) of all gaps stay positive
         _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)
@@ -446,7 +446,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         rate = 0.0
         x = NEVER
         chained = (chain, inputs.links, inputs.pace * steps[fine])
-        # no certified step: first root of the gaps' Taylor polynomials over the finest step
+        # no safe step: first root of the gaps' Taylor polynomials over the finest step
         if not safe:
             reach = 1.0 if instants is None else reach_of(until, h)
             x, k, upward, rate = first_crossing(
@@ -462,13 +462,13 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
             if counts[SAMPLE] >= last:
-                return DONE  # the step is not taken yet: a later run begins with it, and counts it then
+                return DONE  # the step is not taken yet: a continued run takes and counts it
             if counts[NOTED] >= notes.row.size:
-                return NOTES_FULL  # here, too, the step is not taken yet
+                return NOTES_FULL  # the step is not taken yet
         tried[0] += 2.0 * steps[first] - h
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed
-        # a crossing: move to the root by the same Taylor polynomial, leave the region, log and change the piece
+        # a crossing: move to the root by the Taylor polynomial, leave the region, log the crossing, change the piece
         if x < NEVER:
             move_within(powers, slot, width, chained, x, y, carried, scratch)
             turn_little(frequency, passed, u)
@@ -480,13 +480,13 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
-        # a known instant within the window: the same polynomial ends there
+        # a known instant within the window: the Taylor polynomial up to it
         if instants is not None and passed < h:
             move_within(powers, slot, width, chained, passed / h, y, carried, scratch)
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue
-        # a step without crossing: one product with the table E_l, and the inputs turned
+        # a step without crossing: one product with the table E_l, and a rotation of the inputs
         advance(tables, first_table[slot] + level, width, chain, y, carried, out)
         turn_step(cosines, sines, level, u)
         _pass_time(counts, clock, h, True)

@@ -1,14 +1,14 @@
 """The arrays that every march kernel works on.
 
-Inside a region the states are x = w + P u (``system.forced_response``): w moves freely, P u is the particular solution
-of the inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept
-inputs).
+Inside a region the states are x = w + P u (``system.forced_response``): w is the free motion, P u the particular
+solution of the inputs that are split off. The other inputs are *kept* as states. The vector of the march is
+y = (w, kept inputs, chains).
 
-Sizes: N states, the last S of them memories of auxiliaries, U = 1 + 2 H inputs, C carried quantities, K clearances, W
-watched (the clearances, then the auxiliaries), Q entries of the chains of signals (``system.piecewise_signals``), which
-are kept behind the other inputs; M <= N + U + Q the longest y so far. A *slot* is a region that has been visited. Rows
-lie in strips of four, (strips, columns, 4), the last strip of each group filled up with zeros; rows of rates and
-increments hold the carried quantities' strips first, then those of y.
+Sizes: N states, the last S of them memories of auxiliaries; U = 1 + 2 H inputs; C carried quantities; K clearances; W
+watched quantities (the clearances, then the auxiliaries); Q entries of the chains of signals
+(``system.piecewise_signals``); M <= N + U + Q the longest y so far. A *slot* holds one region that has been visited.
+Rows lie in strips of four, (strips, columns, 4); the last strip of every group is filled up with zeros. Rows of rates
+and increments hold the strips of the carried quantities first, then those of y.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ class Inputs(NamedTuple):
     """The oscillators that drive the system."""
 
     cycles_high: Vector  # (H,) oscillations per period, leading 24 bits
-    cycles_low: Vector  # (H,) the rest
+    cycles_low: Vector  # (H,) oscillations per period, the remaining bits
     frequency: Vector  # (H,) radians per period
     scale: Vector  # (1 + H,) constant amplitudes
     steps: Vector  # (levels,) see ``step_of``
-    knot_cycle: Vector  # (G,) starts of the signals' intervals, whole periods
-    knot_fraction: Vector  # (G,) the rest
-    chains: Array3  # (G, channels, D + 1, and zeros of as many strips) at the start of every interval
-    fourth: Matrix  # (G, Q) bounds on their fourth derivatives, all through every interval
+    knot_cycle: Vector  # (G,) starts of the signals' intervals: whole periods
+    knot_fraction: Vector  # (G,) fraction of a period
+    chains: Array3  # (G, channels, D + 1 filled up to fours) chains at the start of every interval
+    fourth: Matrix  # (G, Q) bounds on their fourth derivatives over every interval
     pace: float  # of the chains
-    links: int  # D + 1, entries a channel has
+    links: int  # D + 1, entries of one channel
     turn_cosine: Matrix  # (levels, H) rotation over one step of each level
     turn_sine: Matrix  # (levels, H)
 
 
 class Instants(NamedTuple):
-    """Instants known beforehand, ascending; the last never comes."""
+    """Instants that are known beforehand, ascending; the last one is never reached."""
 
     cycle: Vector  # (instants,) whole periods
-    fraction: Vector  # (instants,) the rest
-    watch: IntVector  # (instants,) the auxiliary that enters the piece above; -1: the next interval of signals begins
+    fraction: Vector  # (instants,) fraction of a period
+    watch: IntVector  # (instants,) the auxiliary that enters its next piece; -1: the next interval of signals begins
 
 
 class Regions(NamedTuple):
@@ -52,50 +52,50 @@ class Regions(NamedTuple):
     clearances: int  # K
     chain: int  # Q, the last entries of y
     width: IntVector  # (slots,) length of y
-    kept: IntMatrix  # (slots, U) which inputs are kept, in the order they have in y
-    first_table: IntVector  # (slots,) where its tables begin in `tables`
-    fine: IntVector  # (slots,) its finest level
+    kept: IntMatrix  # (slots, U) indices of the kept inputs, in their order in y
+    first_table: IntVector  # (slots,) index of the first table of a region in `tables`
+    fine: IntVector  # (slots,) level of the finest step
     tables: Array4  # (tables, strips, M, 4) increments over a step
     powers: Array4  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
     particular: Array4  # (slots, strips, U, 4) P, carried rows first
-    drift: Matrix  # (slots, C filled up to fours) what the constant input adds to the carried quantities in a period
-    probe: Array4  # (slots, strips, M, 4) what is watched and three derivatives
+    drift: Matrix  # (slots, C filled up to fours) change of the carried quantities by the constant input in a period
+    probe: Array4  # (slots, strips, M, 4) watched quantities of y, with three derivatives
     calm: Array4  # (slots, strips, M, 4) the same without the fast modes
-    forced: Array4  # (slots, strips, U, 4) the same from the inputs split off
-    series: Array4  # (W slots, strips, M, 4) Taylor coefficients of all that is watched over the finest step
-    forced_series: Array4  # (W slots, strips, U, 4)
-    forced_strips: IntVector  # (slots,) how many of them count: inputs turn little in a finest step
-    modes: IntVector  # (slots,) how many modes bound the fourth derivatives
-    bounds: Array4  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
-    weights: Array4  # (slots, strips, modes, 4) W bounds on fourth derivatives, W without fast modes, W on fast modes
-    pushes: Array4  # (slots, strips, Q, 4) the same on the fourth derivatives of chains
-    constant: Matrix  # (slots, 4 strips)
-    lower: Matrix  # (slots, W) bounds of what is watched, corner scales
-    upper: Matrix  # (slots, W)
-    band: Matrix  # (slots, W) rounding bands, corner scales; 0: relative to its motion
-    known: Matrix  # (slots, S) memories on entering, scaled; NaN where they go on
+    forced: Array4  # (slots, strips, U, 4) watched quantities of the inputs split off, with three derivatives
+    series: Array4  # (W slots, strips, M, 4) Taylor coefficients of the watched quantities over the finest step, of y
+    forced_series: Array4  # (W slots, strips, U, 4) the same of the inputs split off
+    forced_strips: IntVector  # (slots,) number of strips of ``forced_series`` that are not negligible
+    modes: IntVector  # (slots,) number of modes that bound the fourth derivatives
+    bounds: Array4  # (slots, strips, M, 4) rows of these modes; strips of real and of imaginary parts alternate
+    weights: Array4  # (slots, strips, modes, 4) bounds per mode, in the 3 W rows of ``workspace.Bounds``
+    pushes: Array4  # (slots, strips, Q, 4) bounds per fourth derivative of a chain
+    constant: Matrix  # (slots, 4 strips) constant part of the bounds
+    lower: Matrix  # (slots, W) lower corners of the watched quantities, corner scales
+    upper: Matrix  # (slots, W) upper corners
+    band: Matrix  # (slots, W) rounding bands, corner scales; 0: relative to the motion
+    known: Matrix  # (slots, S) memories at the entry, scaled; NaN: a memory keeps its value
     piece: IntMatrix  # (slots, W)
-    neighbour: IntArray3  # (slots, W, 2) slot beyond the lower, the upper corner; -1: not built yet
+    neighbour: IntArray3  # (slots, W, 2) slot beyond the lower and beyond the upper corner; -1: not built yet
 
 
 class Samples(NamedTuple):
-    """Sampled states, written: sample i lies at i / per_cycle periods, in row i - first."""
+    """Sampled states, written: sample i is taken at i / per_cycle periods, and stored in row i - first."""
 
     per_cycle: int
     first: int
-    states: Matrix  # (samples, N + C) x, carried
+    states: Matrix  # (samples, N + C) states x, then carried quantities
     pieces: IntMatrix  # (samples, W)
-    waves: Matrix  # (per_cycle, U) inputs at the samples of a period, not scaled; (0, U) where no two periods are alike
+    waves: Matrix  # (per_cycle, U) inputs at the samples of a period, not scaled; (0, U) if periods are not equal
 
 
 class Notes(NamedTuple):
-    """Notes of the samples that the march passes in a step, see ``notes``."""
+    """Notes of the samples in steps of the march, see ``sample_notes``."""
 
-    row: IntVector  # (room,) of the first of them
-    samples: IntVector  # (room,) how many there are
+    row: IntVector  # (room,) row of the first sample
+    samples: IntVector  # (room,) number of samples
     slot: IntVector  # (room,)
-    ahead: Vector  # (room,) periods from the state noted to the first
-    elapsed: Vector  # (room,) periods from the entry of the region to the first
+    ahead: Vector  # (room,) periods from the noted state to the first sample
+    elapsed: Vector  # (room,) periods from the entry into the region to the first sample
     y: Matrix  # (room, N + U + Q filled up to fours)
     carried: Matrix  # (room, C filled up to fours)
 
@@ -104,59 +104,58 @@ class Log(NamedTuple):
     """Log of crossings, written."""
 
     cycle: IntVector  # (capacity,) whole periods
-    fraction: Vector  # (capacity,) the rest of the time, in periods
-    clearance: IntVector  # (capacity,) or what else is watched
+    fraction: Vector  # (capacity,) fraction of a period
+    clearance: IntVector  # (capacity,) index of the watched quantity
     upward: IntVector  # (capacity,) 1: delta grows through the corner
-    piece: IntVector  # (capacity,) the piece left
+    piece: IntVector  # (capacity,) the piece that is left
     rate: Vector  # (capacity,) d delta / ds in corner scales
     integral: Vector  # (capacity,) the clearance's force integral
     memory: Matrix  # (capacity, S) memories before the crossing
 
 
 class March(NamedTuple):
-    """State of a march: all arrays that change, from which a later run goes on with the same bits."""
+    """State of a march: all arrays that change; a later run continues from them with the same bits."""
 
-    y: Vector  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
-    carried: Vector  # (C, filled up to fours) relative to their own particular solution, as w is
+    y: Vector  # (N + U + Q, filled up to fours) w, kept inputs and chains; x while no region is entered
+    carried: Vector  # (C, filled up to fours) carried quantities without their particular solution
     u: Vector  # (U,) inputs
-    clock: (
-        Vector  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
-    )
-    #   at entry cycle + entry; the bounds are as old as age
+    # anchor, offset, entry, age [periods]: the time is cycle + anchor + offset, with a dyadic offset; the region was
+    # entered at cycle ENTRY + entry; age is the time since the bounds were computed
+    clock: Vector  # (4,)
     counts: IntVector  # (COUNTS,) integers, see the names below
     tried: Vector  # (1,) sum of all steps tried, in periods
     bound: Vector  # (4 strips,) the present bounds, as in `weights`
-    side: IntVector  # (W,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    side: IntVector  # (W,) -1: sits on the lower corner (to the band), +1: on the upper corner, 0: on no corner
 
 
 LONGEST = 0.125
 """Step of level 0, in periods."""
 
 DEEPEST = 120
-"""The last level of all: 2^-60 of it."""
+"""The last level; its step is 2^-60 LONGEST."""
 
 ORDER = 19
 """Order of the Taylor window; ORDER + 1 is a multiple of four."""
 
 NEGLIGIBLE = 1e-17
-"""Largest remainder of a Taylor series, relative to what it starts from."""
+"""Largest remainder of a Taylor series, relative to its first term."""
 
 BAND = 1e-14
-"""The rounding band: a clearance that sits on a corner leaves it once it is this far beyond, in corner scales.
+"""The rounding band: half-width around a corner in which a deflection counts as on it, in corner scales.
 
-A clearance whose only corner is at zero has no such scale; its band is relative to how far it moves in a finest step.
+A clearance whose only corner is at zero has no such scale; its band is relative to its travel in a finest step.
 """
 
 ON_CORNER = 8 * 2.220446049250313e-16
-"""A deflection this near to a corner, of the terms that make it, sits on it at the start."""
+"""At the start a deflection sits on a corner if its distance is below this share of the sum of its terms' moduli."""
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
 UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, PASSED, COUNTS = range(12, 20)
-"""Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
-1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
-since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken; INTERVAL
-is that of the signals, TICKS counts what clocks have done, INSTANT is the next one; PASSED is 1 while the last sample
-noted lies in the step that is taken next."""
+"""Indices into ``March.counts``. PENDING: 2 k + upward of a crossing into a region that is not built yet, else -1;
+ENTERED: 1 while y is relative to the slot's particular solution; ENTRY: whole cycles at the entry into the region;
+UNANCHORED: steps since the inputs were computed from their phases; UNBOUNDED: steps since the bounds were computed;
+NOTED: number of notes; INTERVAL: index of the signals' interval; TICKS: number of changes by the clock; INSTANT: index
+of the next known instant; PASSED: 1 while the last noted sample lies in the step that is taken next."""
 
 
 def step_of(level: int) -> float:
@@ -165,11 +164,11 @@ def step_of(level: int) -> float:
 
 
 def level_within(longest: float) -> int:
-    """The first level whose step is no longer than this."""
+    """The first level whose step is not longer than ``longest``."""
     octaves = max(0, ceil(log2(LONGEST / longest)))
     return 2 * octaves - 1 if octaves > 0 and 1.5 * LONGEST / 2.0**octaves <= longest else 2 * octaves
 
 
 def window_norm(terms: int) -> float:
-    """Norm |h A| up to which so many terms of exp(h A) leave a negligible remainder."""
+    """Largest norm |h A| for which ``terms`` terms of exp(h A) leave a negligible remainder."""
     return float((NEGLIGIBLE * factorial(terms)) ** (1.0 / terms))

@@ -1,7 +1,8 @@
-"""Access to the groups of a workspace by *words*: integers with the address and the shape of every array in turn.
+"""Access to the groups of a workspace by *words*: integers, the address and the shape of every array one after the
+other.
 
-A stage with the arrays themselves as arguments takes seconds to compile, and every caller has to unpack them all.
-Arrays of a group that a stage does not use cost nothing.
+A stage that takes the arrays as arguments takes seconds to compile, and every caller has to pass them all. With words,
+an array that a stage does not use costs no time.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ _SAMPLE, _ = workspace_for(Sizes(*len(Sizes._fields) * [1]))
 
 
 def _readers() -> list[Any]:
-    """A kernel ``group_at(words)`` for every group."""
+    """For every group a kernel that returns the group from the words."""
     readers = []
     first = 0
     for name, group in _SAMPLE._asdict().items():

@@ -1,11 +1,11 @@
 """Lowest, highest and mean values of rows along a motion, from its state at the start and its regions.
 
-Every interval between crossings is cut into steps over which rows are short Taylor series,
+Every interval between crossings is cut into steps, over which rows times z are short Taylor series,
 
     w z(t) = w z + w Z z t + w Z^2 z t^2 / 2 + ...
 
-The rows w Z^m / m! are made once a region, and the exponential over a step where a motion takes many of them there. A
-row is a polynomial: its integral is known, and its turning points are found where its derivative changes sign.
+The rows w Z^m / m! are computed once per region; so is the exponential over a step, if the motion takes many steps in
+the region. The integral of a polynomial is known; its turning points lie where its derivative changes its sign.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import Array3, Matrix, Vector
 
-_NORM = 0.5  # of the rates times a step
+_NORM = 0.5  # |Z h| of a step
 _ORDER = 16  # terms of a series
 _ITERATIONS = 60  # of the search for a turning point
 _SETTLED = 1e-15  # share of the interval that counts as zero
@@ -26,16 +26,16 @@ _SETTLED = 1e-15  # share of the interval that counts as zero
 class Region(NamedTuple):
     """Series and exponential of one region over its step."""
 
-    step: Vector  # (2,) in periods, 0: nothing is made yet; and 1 if there is an increment
+    step: Vector  # (2,) length in periods, 0: not computed yet; 1 if the increment is computed
     series: Array3  # (K, _ORDER + 1, Z) rows of the Taylor series of every row
     increment: Matrix  # (Z, Z) exp(Z step) - 1
 
 
 @kernel
 def norm_of_square(generator, states):
-    """Root of the largest sum of moduli of a row of Z^2, of the first rows: near the largest rate of a mode.
+    """Root of the largest row sum of |Z^2| over the first ``states`` rows: about the largest rate of a mode.
 
-    It hardly depends on how states are scaled, as the norm of Z does.
+    Unlike the norm of Z it hardly depends on the scales of the states.
     """
     size = generator.shape[0]
     largest = 0.0
@@ -82,9 +82,9 @@ def bend_of(series, s):
 
 @kernel
 def turn_between(series, begin, end):
-    """The turning point of a polynomial between two values of s at which its derivative has other signs.
+    """The turning point of a polynomial between two values of s at which its derivative has opposite signs.
 
-    Newton's method, and a bisection where that would leave the interval.
+    Newton's method; bisection if a step would leave the interval.
     """
     rises = slope_of(series, begin) > 0.0
     s = 0.5 * (begin + end)
@@ -107,7 +107,7 @@ def turn_between(series, begin, end):
 
 @kernel
 def add_levels(series, h, out):
-    """Add the step of one row to its lowest and highest value and its integral."""
+    """Update lowest value, highest value and integral of one row by a step."""
     first = series[0]
     last = value_of(series, h)
     out[0] = min(out[0], first, last)
@@ -117,7 +117,7 @@ def add_levels(series, h, out):
         integral = integral * h + series[j] / (j + 1.0)
     out[2] += integral * h
     begin = 0.0
-    for part in range(1, 5):  # a quarter of a step turns by an eighth of a radian at most
+    for part in range(1, 5):  # in a quarter of a step a mode turns by 1/8 rad at most
         end = 0.25 * part * h
         if (slope_of(series, begin) > 0.0) != (slope_of(series, end) > 0.0):
             turn = value_of(series, turn_between(series, begin, end))
@@ -138,7 +138,7 @@ def _add_product(generator, factor, source, out):
 
 @kernel
 def _write_region(generator, rows, duration, region):
-    """Write the series of all rows and, if there are more steps than columns, the exponential: the series of these."""
+    """Write the series of all rows and, if there are more steps than columns, the exponential by its series."""
     size = generator.shape[0]
     # the step over which the Taylor series represents every row to rounding
     h = _NORM / max(norm_of_square(generator, size), _NORM)
@@ -153,7 +153,7 @@ def _write_region(generator, rows, duration, region):
                 for a in range(size):
                     total += region.series[k, m - 1, a] * generator[a, b]
                 region.series[k, m, b] = total / m
-    # few steps: the state is carried by its own series
+    # few steps: the state is carried by the series of z
     if duration < size * h:
         return
     # many steps: exp(Z h) - 1, column by column
@@ -189,7 +189,7 @@ def _carry(generator, h, z, term, product):
 
 @kernel
 def _add_steps(generator, region, duration, z, series, room, out):
-    """Add an interval in a region to the levels of all rows, and carry z to its end."""
+    """Update the levels of all rows by an interval in a region, and carry z to its end."""
     left = duration
     h = region.step[0]
     term = room[0]
@@ -216,12 +216,12 @@ def _add_steps(generator, region, duration, z, series, room, out):
 
 @kernel
 def levels(generators, region, duration, known, z, rows, out):
-    """Write lowest value, highest value and integral over the phase of every row.
+    """Write lowest value, highest value and time integral of every row times z.
 
-    generators: (regions, Z, Z) rates of z, a period.
-    region: (I,) of every interval between crossings.
-    duration: (I,) of every interval, in periods.
-    known: (I, Z) entries of z that are set where an interval starts; NaN for those that go on.
+    generators: (regions, Z, Z) rates of z per period.
+    region: (I,) region of every interval between crossings.
+    duration: (I,) length of every interval, in periods.
+    known: (I, Z) entries of z that are set at the start of an interval; NaN: the entry keeps its value.
     z: (Z,) at the start; overwritten.
     rows: (K, Z) over z.
     out: (K, 3).

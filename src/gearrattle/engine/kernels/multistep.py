@@ -1,7 +1,7 @@
-"""The march over CVODE's steps: samples and corner crossings from its own interpolant, restarts at corners.
+"""The march over CVODE's steps: samples and corner crossings from CVODE's interpolant, restarts at corners.
 
-CVODE is called by address (``Library``), one step at a time; nothing but numbers passes through Python. A step hands
-back its end; in between, CVodeGetDky evaluates the polynomial CVODE itself predicts with.
+CVODE is called by address (``Library``), one step at a time. A step returns its end; within it CVodeGetDky evaluates
+the polynomial of CVODE's predictor.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from gearrattle.engine.kernels.strip_products import copy
 ONE_STEP = 2
 ROOT_FOUND = 2
 RHS_FAILED = (-8, -11)  # CV_RHSFUNC_FAIL ... CV_UNREC_RHSFUNC_ERR
-LARGEST = 1e150  # a state this many times an ordinary motion's is on its way out of the numbers
-PATIENCE = 1000  # steps or crossings in a row without any time passing
+LARGEST = 1e150  # largest scaled state: beyond, the motion diverges
+PATIENCE = 1000  # most successive steps or crossings without progress in time
 
 SAMPLE, EVENTS, STEPS, CALLS, ERROR_FAILS, SOLVE_FAILS, JACOBIANS, IDLE = range(8)
-"""Indices into ``March.counts``; STEPS to JACOBIANS count up to the last restart, CVODE counts on from there."""
+"""Indices into ``March.counts``; STEPS to JACOBIANS are sums up to the last restart; CVODE holds the later ones."""
 TIME, SMALLEST, TRIED, LAST, NEXT, SPARE = range(6)
 """Indices into ``March.numbers``; TRIED is the sum of all steps tried."""
 
 
 class Library(NamedTuple):
-    """Addresses: CVODE's memory, two of its vectors, its functions."""
+    """Addresses of CVODE's memory, of two of its vectors and of its functions."""
 
     memory: int
     vector: int  # holds March.z
@@ -44,18 +44,18 @@ class Library(NamedTuple):
     restart: int  # CVodeReInit
     stop: int  # CVodeSetStopTime
     first: int  # CVodeSetInitStep
-    newton: bool  # whether there is a matrix
+    newton: bool  # whether CVODE solves with a Jacobian
 
 
 class March(NamedTuple):
     """Arrays of a run that change; S states, K clearances, m elements."""
 
     z: Vector  # (S,) scaled state
-    point: Vector  # (S,) scaled state between
+    point: Vector  # (S,) scaled state within the last step
     counts: IntVector  # (8,)
     numbers: Vector  # (6,)
     current: IntVector  # (8,) CVODE's own counts
-    roots: Int32Vector  # (2 K,) int32, the roots found
+    roots: Int32Vector  # (2 K,) int32, CVODE's roots at lower and upper corners
     piece: IntVector  # (m,) int64
     deflection: Vector  # (m,) at the end of the last step
     times: Vector  # (samples,) output grid
@@ -68,11 +68,11 @@ class March(NamedTuple):
 
 
 class Held(NamedTuple):
-    """The pieces held between corners; ``field`` has one piece an element. ``on`` is False for blind stepping."""
+    """The pieces that are held between corners; in ``field`` every element has one piece."""
 
-    on: bool
+    on: bool  # False: pieces are not held
     field: Field
-    bounds: Matrix  # (K, 2)
+    bounds: Matrix  # (K, 2) lower and upper corners of the pieces
     clearances: IntVector  # (K,)
 
 
@@ -89,7 +89,7 @@ class Scratch(NamedTuple):
 
 @kernel
 def _look(field, size, time, z, s):
-    """Put the elements' states at a scaled state into the scratch."""
+    """Write the elements' states at a scaled state to the scratch."""
     for i in range(z.size):
         s.y[i] = z[i] * size[i]
     element_states(field, time, s.y, s.wave, s.deflection, s.rate, s.piece, s.force)
@@ -97,13 +97,13 @@ def _look(field, size, time, z, s):
 
 @kernel
 def _between(library, time):
-    """Put the scaled state at a time inside the last step into ``March.point``."""
+    """Write the scaled state at a time within the last step to ``March.point``."""
     call_code(library.interpolate, (library.memory, time, 0, library.between))
 
 
 @kernel
 def _log(m, s, begin, time, k, piece, target):
-    """Log a crossing with the rate and integral in the scratch, in its place among those of this step."""
+    """Log a crossing with the rate and integral in the scratch, in order of time among the crossings of this step."""
     i = m.counts[EVENTS]
     while i > begin and m.event_time[i - 1] > time:
         m.event_time[i] = m.event_time[i - 1]
@@ -179,7 +179,7 @@ def _pass_corners(field, size, library, m, s, after, begin, end):
 
 @kernel
 def hold(field, held, i, piece):
-    """Hold clearance i in a piece: its law and the piece's corners."""
+    """Hold clearance i in a piece: write the law and the corners of that piece."""
     k = held.clearances[i]
     laws = field.laws
     law = held.field.laws
@@ -193,7 +193,7 @@ def hold(field, held, i, piece):
 
 @kernel
 def _leave(field, held, library, m, after, root):
-    """Change the pieces that end here, by CVODE's roots or, if it found none, by the deflections; how many did."""
+    """Change the pieces that are left here, by CVODE's roots or else by the deflections; return how many changed."""
     if root:
         call_code(library.roots, (library.memory, m.roots.ctypes.data))
     changed = 0
@@ -204,7 +204,7 @@ def _leave(field, held, library, m, after, root):
         way = 0
         if root:
             way = int(m.roots[2 * i + 1] != 0) - int(m.roots[2 * i] != 0)
-        elif after.deflection[k] < held.bounds[i, 0]:  # it turned back on the corner it had just passed
+        elif after.deflection[k] < held.bounds[i, 0]:  # back over the corner that it had just crossed
             way = -1
         elif after.deflection[k] > held.bounds[i, 1]:
             way = 1
@@ -218,9 +218,10 @@ def _leave(field, held, library, m, after, root):
 
 @kernel
 def _count(library, m):
-    """Read CVODE's counts; smallest, last and next step, and the sum of the steps tried.
+    """Read CVODE's counts; update smallest, last and next step, and the sum of the trial steps.
 
-    Of several rejected tries of one step CVODE tells the first; the others are taken for as long as the one accepted.
+    If several trials of one step are rejected, CVODE reports the length of the first; the others are counted with the
+    length of the accepted step.
     """
     # counts and step sizes, read through the addresses of our arrays
     c = m.current
@@ -251,7 +252,7 @@ def _count(library, m):
     call_code(library.solve_fails, (memory, at + width * SOLVE_FAILS))
     if library.newton:
         call_code(library.jacobians, (memory, at + width * JACOBIANS))
-    # tries since the last reading, and the length tried
+    # rejected trials since the last reading, and the sum of the trial steps
     failed = c[ERROR_FAILS] + c[SOLVE_FAILS] - failed
     h = f[LAST]
     f[SMALLEST] = min(f[SMALLEST], h)
@@ -260,18 +261,18 @@ def _count(library, m):
 
 @kernel
 def _restart(library, m, end):
-    """Begin anew at the state reached; CVODE's counts go to the sums."""
+    """Restart CVODE at the present state; add its counts to the sums."""
     m.counts[STEPS : JACOBIANS + 1] += m.current[STEPS : JACOBIANS + 1]
     m.current[:] = 0
     m.numbers[NEXT] = 0.0
     flag = call_code(library.restart, (library.memory, m.numbers[TIME], library.vector))
-    call_code(library.first, (library.memory, 0.0))  # its own choice; a first step given is for the beginning
+    call_code(library.first, (library.memory, 0.0))  # CVODE chooses its step
     return min(flag, call_code(library.stop, (library.memory, end)))
 
 
 @kernel
 def _store(library, m, size, through):
-    """Store the samples up to a time; those from ``TIME`` on are the state reached."""
+    """Store the samples up to a time; samples at or after ``TIME`` get the present state."""
     i = m.counts[SAMPLE]
     while i < m.times.size and m.times[i] <= through:
         if m.times[i] < m.numbers[TIME]:
@@ -287,7 +288,7 @@ def _store(library, m, size, through):
 
 @kernel
 def settle(field, size, held, m, s):
-    """Find the elements' states at the beginning; hold the pieces it starts in, where pieces are held."""
+    """Compute the elements' states at the start; hold the pieces of the start, if pieces are held."""
     _look(field, size, m.numbers[TIME], m.z, s)
     copy(s.deflection, m.deflection.size, m.deflection)
     if held.on:
@@ -307,7 +308,7 @@ def march_on(field, size, held, library, m, s, after, most_events, budget):
             return LOG_FULL
         # one step of CVODE
         begin = m.numbers[TIME]
-        if end - begin <= 1e-14 * end:  # too short a way for a library that has just been restarted
+        if end - begin <= 1e-14 * end:  # too short for a step after a restart
             _store(library, m, size, end)
             return DONE
         flag = call_code(library.step, (library.memory, end, library.vector, m.numbers[TIME:].ctypes.data, ONE_STEP))

@@ -1,4 +1,4 @@
-"""Taylor coefficients of all motions of a large driveline over one window, straight from the equation of motion.
+"""Taylor coefficients of all motions of a large driveline over one window, from the equation of motion.
 
 With s the time from the window's origin in window lengths, every deflection d_k + e_k, velocity v_i, force integral and
 reference angle is sum_j c_j s^j, and the equation of motion gives the coefficients one order at a time,
@@ -6,11 +6,12 @@ reference angle is sum_j c_j s^j, and the equation of motion gives the coefficie
     (j + 1) d_{j+1} = h w v_j,   F_j = k (d_j - e_j) + c (w v_j - e'_j),
     (j + 1) v_{j+1} = h J^-1 (T_j - D v_j - w F_j),
 
-with a row w of two entries for each element: a few operations per element and order, no matrix anywhere.
+with a row w of two entries for every element: a few operations per element and order, without matrices.
 
-A crossing changes one element. What it changes of the motion, ``correct``, obeys the same recurrence from zero, driven
-by the change of that element's force; inside one window it reaches only a neighbourhood, listed once and for all. So a
-crossing costs the same in a long train as in a short one.
+A crossing changes the law of one element. The change of the motion (``crossing_correction.correct``) obeys the same
+recurrence from zero, driven by the change of that element's force. Within one window it reaches only a neighbourhood of
+the element, which is listed beforehand (``Near``). So the cost of a crossing does not depend on the length of the
+train.
 """
 
 from __future__ import annotations
@@ -28,38 +29,39 @@ from gearrattle.engine.kernels.march_arrays import ORDER, Inputs
 class Network(NamedTuple):
     """The system as sparse arrays [SI]: n inertias, m elements, K clearances, R references, H harmonics.
 
-    A table of coefficients has m columns of deflections w . q (transmission errors not taken off), n of velocities, K
-    of force integrals and R of reference angles.
+    A table of coefficients has m columns of deflections w . q (without transmission errors), n of velocities, K of
+    force integrals and R of reference angles.
     """
 
     length: float  # h, of a window [s]
-    first: UInt64Vector  # (m,) columns of the two velocities an element joins, no sign; the ground: any, with no arm
-    second: UInt64Vector  # (m,)
-    first_arm: Vector  # (m,) entries of w
-    second_arm: Vector  # (m,)
-    mobility: Vector  # (m + n,) 1 / J, by columns of velocities
-    drag: Vector  # (m + n,) the same
+    first: UInt64Vector  # (m,) column of the velocity at one end of an element; ground: any column, with arm zero
+    second: UInt64Vector  # (m,) the same at the other end
+    first_arm: Vector  # (m,) entry of w for the first end
+    second_arm: Vector  # (m,) entry of w for the second end
+    mobility: Vector  # (m + n,) 1 / J at the columns of the velocities
+    drag: Vector  # (m + n,) at the columns of the velocities
     clearances: IntVector  # (K,) their elements
-    clearance: IntVector  # (m,) which clearance an element is, or -1
+    clearance: IntVector  # (m,) index among the clearances; -1: the element is none
     references: UInt64Vector  # (R,) columns of their velocities
-    mean: Vector  # (m + n,) torque, the same
+    mean: Vector  # (m + n,) mean torque at the columns of the velocities
     driven: UInt64Vector  # (T,) columns of the velocities with a torque
-    torque: Matrix  # (2 H, T) its cosines, then its sines
-    error_of: IntVector  # (m,) row of its transmission error, or -1
+    torque: Matrix  # (2 H, T) cosine amplitudes of the torques, then sine amplitudes
+    error_of: IntVector  # (m,) row of the element's transmission error; -1: it has none
     erring: IntVector  # (E,) elements with a transmission error
     error_at: IntMatrix  # (L, 2) row and harmonic of each error
-    error: Matrix  # (L, 2) cosine, sine
+    error: Matrix  # (L, 2) amplitudes of cosine and sine
     turn: Vector  # (H,) radians per window
-    tied: IntVector  # (D,) elements whose deflection is a sum of others'
-    tie_start: IntVector  # (D + 1,)
-    tie: IntVector  # the others, one after the other
-    tie_weight: Vector
+    tied: IntVector  # (D,) elements whose deflection is a weighted sum of other deflections
+    tie_start: IntVector  # (D + 1,) where the terms of every sum begin in ``tie`` and ``tie_weight``
+    tie: IntVector  # elements of the terms
+    tie_weight: Vector  # weights of the terms
 
 
 class Near(NamedTuple):
-    """For each clearance the neighbourhood it reaches within a window; inertias and elements one after the other.
+    """For every clearance the neighbourhood that a change of its force reaches within a window.
 
-    Those felt first come first; ``active`` says how many are felt at an order.
+    The inertias and the elements of all neighbourhoods lie one after the other, in the order in which the change
+    reaches them; ``active`` is the number of those that it has reached at an order.
     """
 
     inertia_start: IntVector  # (K + 1,)
@@ -68,23 +70,23 @@ class Near(NamedTuple):
     mobility: Vector
     element_start: IntVector  # (K + 1,)
     element: UInt64Vector
-    first: UInt64Vector  # the element's inertias by their place in the neighbourhood; outside: one beyond the last
+    first: UInt64Vector  # index in the neighbourhood of the inertia at one end; outside: one beyond the last
     second: UInt64Vector
     first_arm: Vector
     second_arm: Vector
-    reference: IntMatrix  # (K, R) place of each reference in the neighbourhood, or -1
-    active: IntArray3  # (K, ORDER + 1, 2) inertias and elements
+    reference: IntMatrix  # (K, R) index of every reference in the neighbourhood; -1: outside
+    active: IntArray3  # (K, ORDER + 1, 2) numbers of inertias and of elements reached
 
 
 class Driveline(NamedTuple):
-    """What the march window by window knows of a driveline; nothing of it changes."""
+    """The data of a driveline for the march by windows; they do not change."""
 
     network: Network
     laws: Laws
     near: Near
-    band: Vector  # (K,) rounding band of each clearance [SI]; 0: relative to its motion
-    inputs: Inputs  # all amplitudes one
-    windows: int  # a period
+    band: Vector  # (K,) rounding band of every clearance [SI]; 0: relative to its motion
+    inputs: Inputs  # with all amplitudes one
+    windows: int  # per period
 
 
 @kernel
@@ -114,14 +116,14 @@ def error_series(error_at, error, waves, errors):
 
 @kernel
 def expand(network, length, stiffness, damping, offset, waves, errors, table, force, pull, load, reach):
-    """Fill a table whose order 0 is given; ``reach`` (m,) is the sum of |c_j| of each deflection's orders from 1 on.
+    """Fill a table from its order 0.
 
     length: of the window [s].
-    stiffness, damping, offset: (m,) of every element's present piece.
+    stiffness, damping, offset: (m,) of the present piece of every element.
     waves, errors: see ``wave_series``, ``error_series``.
     table: (ORDER + 1, columns).
     force, pull, load: (m,), (m + n,) and (T,) scratch.
-    reach: (m,).
+    reach: (m,) written: sum of |c_j| of every deflection over the orders from 1 on.
     """
     # short names of the arrays
     first = network.first
@@ -138,7 +140,7 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
     torque = network.torque
     m = force.size
     sources = waves.shape[1]
-    # loops over unsigned indices ask nothing and run in vectors
+    # with unsigned indices the compiler vectorises the loops
     begin = np.uint64(m)
     end = np.uint64(mean.size)
     for k in range(m):
@@ -160,7 +162,7 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
         if j == 0:
             for i in range(mean.size):
                 pull[i] += mean[i]
-        # forces of the elements: deflections and rates, less the transmission errors
+        # forces of the elements, from deflections and rates minus transmission errors
         for k in range(m):
             force[k] = first_arm[k] * table[j, first[k]] + second_arm[k] * table[j, second[k]]
         for k in range(m):
@@ -189,7 +191,7 @@ def expand(network, length, stiffness, damping, offset, waves, errors, table, fo
 
 @kernel
 def move(table, s, y):
-    """Values at s of all columns, (columns,)."""
+    """Write the values at s of all columns to y (columns,)."""
     top = table.shape[0] - 1
     for i in range(y.size):
         y[i] = table[top, i]
@@ -200,7 +202,7 @@ def move(table, s, y):
 
 @kernel
 def tie_up(network, table):
-    """Make the deflections that are sums of others' afresh, in order 0."""
+    """Compute the tied deflections in order 0."""
     for i in range(network.tied.size):
         total = 0.0
         for other in range(network.tie_start[i], network.tie_start[i + 1]):

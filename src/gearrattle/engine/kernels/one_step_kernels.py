@@ -1,9 +1,9 @@
-"""One step of a one-step method: y(t) to y(t + h), with an estimate of its error. Explicit Runge-Kutta, extrapolation.
+"""One step from y(t) to y(t + h) with an error estimate, by an explicit Runge-Kutta method or by extrapolation.
 
 Extrapolation is Gragg's modified midpoint rule with n = 2, 4, 6 ... substeps, extrapolated in (h / n)^2 by Aitken and
-Neville (R. Bulirsch, J. Stoer, Numer. Math. 8 (1966) 1; W. B. Gragg, SIAM J. Numer. Anal. 2 (1965) 384); which column
-to stop at and how long the next step may be follows P. Deuflhard, Numer. Math. 41 (1983) 399, as told in E. Hairer,
-S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, sec. II.9.
+Neville (R. Bulirsch, J. Stoer, Numer. Math. 8 (1966) 1; W. B. Gragg, SIAM J. Numer. Anal. 2 (1965) 384); the
+choice of the last column and of the next step follows P. Deuflhard, Numer. Math. 41 (1983) 399, as described in
+E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, sec. II.9.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ RUNGE_KUTTA = 0
 EXTRAPOLATION = 1
 COLUMNS = 9
 """Most columns of the extrapolation table."""
-FIRST_COLUMN = 4
-_SAFETY = 0.94
-_AIM = 0.65
-_REJECTED = 1e30
+FIRST_COLUMN = 4  # target column of the first step
+_SAFETY = 0.94  # factor on the next step
+_AIM = 0.65  # error that the next step should have, over the tolerance
+_REJECTED = 1e30  # error of a step with a state that is not finite
 _WORK = np.array([1.0 + (j + 1) * (j + 2) for j in range(COLUMNS)])
-"""Evaluations up to a column of 2, 4, 6 ... substeps, the first slope included."""
+"""Evaluations of y' for columns 0 ... j, of 2, 4, 6 ... substeps, including the slope at the start."""
 _LEAST = np.array([0.02 ** (1.0 / (2 * j + 1)) for j in range(COLUMNS)])
+"""Limits of the next step by column: a quarter of this and the reciprocal of this, times the present step."""
 
 
 class Method(NamedTuple):
@@ -37,42 +38,42 @@ class Method(NamedTuple):
     b: Vector  # (s,)
     c: Vector  # (s,)
     error: Vector  # (s,) weights of the error estimate; zeros: none
-    order: int  # of the estimate, as a power of h
+    order: int  # the error estimate is proportional to h^order
 
 
 class Control(NamedTuple):
     """Control of the step length."""
 
-    fixed: bool  # every step is `step`
-    held: bool  # pieces are held over a step, and it ends at a corner
-    step: float  # the step, or the first one tried
-    shortest: float  # below this a step counts as failed
+    fixed: bool  # every step has the length `step`
+    held: bool  # the elements keep their pieces during a step, and a step ends at a corner
+    step: float  # the fixed step, or the first trial step
+    shortest: float  # a step shorter than this has failed
     tolerance: float
-    size: Vector  # (N,) of the states errors are relative to
+    size: Vector  # (N,) least sizes of the N states that feed back: errors are relative to these or to the state
 
 
 class StepBuffers(NamedTuple):
     """Scratch: S states, m elements."""
 
     wave: Vector  # (2 H,)
-    at: Any  # four of (m,): deflection, rate, piece, force of the state looked at last
-    stages: Matrix  # (stages, S) slopes; the first is that at the step's start
+    at: Any  # four arrays (m,): deflection, rate, piece, force of the elements at the last evaluation
+    stages: Matrix  # (stages, S) slopes y' at the stages; the first is the slope at the start of the step
     trial: Vector  # (S,)
     before: Vector  # (S,)
     table: Matrix  # (COLUMNS, S) one diagonal of the extrapolation table
     error: Vector  # (S,)
-    longest: Vector  # (COLUMNS,) steps the columns would allow
+    longest: Vector  # (COLUMNS,) next step that every column would allow
 
 
 @separate
 def look(field, t, y, held, at, wave, out):
-    """Write y' to out, and the elements' states to at: deflections, rates, pieces, forces (pieces are read if held)."""
+    """Write y' to ``out``; write deflections, rates, pieces and forces to ``at``; if ``held``, the pieces are read."""
     derivative(field, t, y, wave, at[0], at[1], at[2], at[3], out, held)
 
 
 @kernel
 def error_of(control, y, after, error):
-    """Largest error of the states that feed back, relative to tolerance and size; huge if not finite."""
+    """Largest error of the states that feed back, relative to tolerance and size; _REJECTED if one is not finite."""
     worst = 0.0
     for i in range(control.size.size):
         scale = max(control.size[i], abs(y[i]), abs(after[i]))
@@ -133,10 +134,10 @@ def _midpoint(field, held, t, h, y, count, buffers, out):
 
 @separate
 def extrapolate(field, control, t, h, y, target, sure, buffers, after):
-    """Extrapolate until a column passes the error test near the target column; all of them up to it if ``sure``.
+    """Extrapolate until a column at or next to the target passes the error test; if ``sure``, compute all columns.
 
-    Returns (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left
-        out. buffers.longest[1 ... column] are the steps those columns would allow.
+    Returns (error, column, calls): error <= 1 if accepted; the last column; the number of evaluations of y'
+        without the slope at the start. ``buffers.longest[1 ... column]`` are the next steps that they would allow.
     """
     size = y.size
     table = buffers.table
@@ -158,7 +159,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
                 table[k, i] = table[k - 1, i] + step
         if j == 0:
             continue
-        # the error is the difference of the last two columns; the step this column would allow
+        # error: the difference of the last two columns; then the next step that this column would allow
         for i in range(size):
             after[i] = table[j, i]
             buffers.error[i] = table[j, i] - table[j - 1, i]
@@ -167,7 +168,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
         buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
         if sure or j < target - 1:
             continue
-        # accepted, or too large to be accepted in the next columns
+        # the column is accepted, or no later column can be accepted
         if error <= 1.0:
             return error, j, calls
         hopeless = (j + 2.0) * (j + 3.0) if j < target else j + 2.0
@@ -178,7 +179,7 @@ def extrapolate(field, control, t, h, y, target, sure, buffers, after):
 
 @kernel
 def next_of_extrapolation(buffers, column, target, accepted):
-    """(step, target) of the next step: the column that gets farthest for its work."""
+    """(step, target column) of the next step: the column with the least number of evaluations per unit of time."""
     reached = max(column, 1)
     best = min(reached, COLUMNS - 2)
     if reached > 1:

@@ -1,6 +1,6 @@
-"""Particular solutions: (i w - A) p = g for every input, and which inputs are kept (see ``system.forced_response``).
+"""Particular solutions (i w - A) p = g for all inputs, and the choice of inputs to keep (``system.forced_response``).
 
-A solution is refined once with a residual in twice the working precision (Ogita, Rump and Oishi, SIAM J. Sci. Comput.
+A solution is refined once, with a residual in twice the working precision (Ogita, Rump and Oishi, SIAM J. Sci. Comput.
 26 (2005) 1955, algorithm 5.3; products split after Veltkamp and Dekker). Arrays: see ``workspace``.
 """
 
@@ -15,12 +15,12 @@ from gearrattle.engine.kernels.workspace import LARGEST, LARGEST_STATE
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 SOLVED = 1e-9
-"""Largest residual of a solution, of its force; a singular matrix may pass for a regular one."""
+"""Largest residual of an accepted solution over its force: rounding may make a singular matrix look regular."""
 
 
 @strict
 def add_product(total, rest, a, b):
-    """(total, rest) + a b, exact except for the rounding of ``rest``."""
+    """Add a b to the sum total + rest of two doubles, exact except for the rounding of ``rest``."""
     p = a * b
     t = _SPLITTER * a
     a1 = t - (t - a)
@@ -42,7 +42,7 @@ def modulus(z):
 
 @strict
 def residual(region, solver, w):
-    """Write g - (i w - A) x; its largest modulus."""
+    """Write the residual g - (i w - A) x; return its largest modulus."""
     largest = 0.0
     size = region.matrix.shape[0]
     for i in range(size):
@@ -69,7 +69,7 @@ def residual(region, solver, w):
 
 @strict
 def respond(region, solver, w):
-    """Write the solution for the force at w; False where there is none."""
+    """Solve for the force at the frequency w; return False if the matrix is singular to rounding."""
     pushed = 0.0
     size = region.matrix.shape[0]
     for i in range(size):
@@ -89,7 +89,10 @@ def respond(region, solver, w):
 
 @strict
 def push(common, region, solver, j):
-    """Write the force of input j, constant or harmonic, on the states; whether there is one. No solution yet."""
+    """Write the force g of input j and a zero solution; return whether the input acts on any state.
+
+    j: 0 for the constant input, else the index of a harmonic.
+    """
     size = region.matrix.shape[0]
     count = common.frequency.size
     is_pushed = False
@@ -103,8 +106,8 @@ def push(common, region, solver, j):
 
 
 @strict
-def stiffest(workspace):
-    """Put every element into its stiffest piece, the lowest of several."""
+def enter_stiffest_pieces(workspace):
+    """Put every element into its stiffest piece; if several are equally stiff, into the lowest."""
     common = common_at(workspace)
     laws = laws_at(workspace)
     region = region_at(workspace)
@@ -118,11 +121,11 @@ def stiffest(workspace):
 
 
 @strict
-def typical(workspace):
-    """Size of the scaled states in an ordinary motion, of the rates in ``region.matrix``.
+def typical_size(workspace):
+    """The size of the scaled states in an ordinary motion, for the rates in ``region.matrix``.
 
-    The largest of a motion that fills a clearance and of those that inputs make with all pieces at their stiffest, in
-    a period at most.
+    It is the largest of these motions: for every clearance the motion that fills it; for every input its particular
+    solution with all elements in their stiffest pieces, or what it makes of states zero in one period if that is less.
     """
     common = common_at(workspace)
     region = region_at(workspace)
@@ -131,7 +134,7 @@ def typical(workspace):
     largest = 0.0
     width = region.matrix.shape[0] + 1 + 2 * common.frequency.size
     for j in range(1 + common.frequency.size):
-        # each input: the rates that it makes over a period, or its particular solution if that is smaller
+        # for each input: the state it makes from zero in one period, or its particular solution if that is smaller
         w = 0.0
         reached = 0.0
         if j > 0:
@@ -147,7 +150,7 @@ def typical(workspace):
             reached = min(reached, made)
         largest = max(largest, reached * common.amplitude[j])
     for k in range(common.clearances.size):
-        # each clearance: a motion that fills it
+        # for each clearance: the motion that fills it
         moved = 0.0
         for j in range(width):
             moved = max(moved, abs(common.deflection[common.clearances[k], j]))
@@ -158,7 +161,7 @@ def typical(workspace):
 
 @strict
 def split_inputs(workspace):
-    """Solve for P, input by input, and mark those whose particular solution is too large: they are kept."""
+    """Solve for the columns of P; mark the inputs whose particular solution is too large, which are kept as states."""
     common = common_at(workspace)
     region = region_at(workspace)
     solver = solver_at(workspace)
@@ -166,13 +169,13 @@ def split_inputs(workspace):
     count = common.frequency.size
     largest_state = common.limits[LARGEST_STATE]
     for j in range(1 + count):
-        # particular solution of each input, if there is one
+        # the particular solution of each input, if it acts on a state
         w = 0.0
         amplitude = common.amplitude[j]
         if j > 0:
             w = common.frequency[j - 1]
         keep = push(common, region, solver, j) and not respond(region, solver, w)
-        # kept if states or deflections would be larger than an ordinary motion by far
+        # the input is kept if its states or deflections would far exceed those of an ordinary motion
         for i in range(size):
             keep = keep or not modulus(solver.solution[i]) * amplitude <= largest_state
         for k in range(common.corner_scale.size):

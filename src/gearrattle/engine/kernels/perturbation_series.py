@@ -1,7 +1,7 @@
-"""Perturbations along a known sequence of regions, without a table of any region: Taylor series of sparse products.
+"""Perturbations along a known sequence of regions by Taylor series of sparse products, without tables of regions.
 
-A train of many clearances hardly ever comes back to a region, and the generator of every one is sparse. So a few
-perturbations are carried through the crossings at about the cost of the motion itself, and no memory grows.
+A train with many clearances hardly ever returns to a region, so tables would not be used again; and the generators are
+sparse. A few perturbations are carried through the crossings at about the cost of the motion, in constant memory.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import NamedTuple
 from gearrattle.engine.kernels._jit import kernel
 from gearrattle.engine.kernels.arrays import BoolMatrix, IntVector, Matrix, Vector
 
-_NORM = 4.0  # of a step's generator: beyond, the terms of the series cancel
-_MOST_TERMS = 60
-_NEGLIGIBLE = 1e-17
+_NORM = 4.0  # largest norm |h A| of a step: in longer steps the terms of the series cancel
+_MOST_TERMS = 60  # of the Taylor series
+_NEGLIGIBLE = 1e-17  # share of the largest entry below which the next term is rounding
 
 
 class Sparse(NamedTuple):
@@ -27,23 +27,22 @@ class Sparse(NamedTuple):
 class Driveline(NamedTuple):
     """Rows that do not depend on the region, in scaled states: r deflections x, n velocities v, S memories."""
 
-    turning: Sparse  # (r, n) x' of v
-    deflection: Sparse  # (m, r) every element's deflection of x [SI]
-    rate: Sparse  # (m, n) its rate of v [SI]
-    push: Sparse  # (n, m) v' of the elements' forces [SI]
-    drag: Vector  # (n,) rate at which drag slows every velocity
-    element: IntVector  # (S,) the element beside which a memory stands
-    norm: float  # no less than the norm of the generator of any region, about
+    turning: Sparse  # (r, n) x' per v
+    deflection: Sparse  # (m, r) deflections of the elements per x [SI]
+    rate: Sparse  # (m, n) rates of the deflections per v [SI]
+    push: Sparse  # (n, m) v' per force of the elements [SI]
+    drag: Vector  # (n,) decay rate of every velocity by drag
+    element: IntVector  # (S,) the element to whose auxiliary a memory belongs
+    norm: float  # estimate of the largest norm of the generators of all regions
 
 
 class Regions(NamedTuple):
     """The regions along the path."""
 
-    # stiffness, damping: (regions, m) of every element, its auxiliaries' included [SI]
-    stiffness: Matrix
-    damping: Matrix
-    memory: Matrix  # (regions, S) force by a unit of a memory
-    moves: Matrix  # (regions, S) pace of a memory by a unit of its element's rate
+    stiffness: Matrix  # (regions, m) of every element with its auxiliaries [SI]
+    damping: Matrix  # (regions, m) of every element with its auxiliaries [SI]
+    memory: Matrix  # (regions, S) force per unit of a memory
+    moves: Matrix  # (regions, S) rate of a memory per unit of the rate of its element
 
 
 class Intervals(NamedTuple):
@@ -52,9 +51,8 @@ class Intervals(NamedTuple):
     region: IntVector  # (I,) the region in every interval
     duration: Vector  # (I,) its length in periods
     crossed: IntVector  # (I,) element crossed at its end; -1: none
-    # (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump
-    kick: Matrix
-    engaged: Matrix  # (I, S) change of the memories likewise
+    kick: Matrix  # (I, n) change of the velocities per unit of the crossed element's deflection, by a jump of damping
+    engaged: Matrix  # (I, S) change of the memories per unit of that deflection
     reset: BoolMatrix  # (I, S) whether a memory does not depend on what was before the crossing
 
 
@@ -70,7 +68,7 @@ def add_rows(matrix, i, source, first, weight, out, at):
 
 @kernel
 def rates(plan, regions, region, y, force, out):
-    """out = A y in one region for every column of y (N, P); ``force`` is room for (m, P)."""
+    """out = A y in one region for every column of y (N, P); ``force`` (m, P) is scratch."""
     r = plan.turning.start.size - 1
     n = plan.drag.size
     m = plan.rate.start.size - 1
@@ -89,7 +87,7 @@ def rates(plan, regions, region, y, force, out):
         for p in range(y.shape[1]):
             force[k, p] += regions.memory[region, s] * y[r + n + s, p]
         add_rows(plan.rate, k, y, r, regions.moves[region, s], out, r + n + s)
-    # deflections turn with the velocities, velocities with the forces and the drag
+    # rates of the deflections from the velocities, and of the velocities from forces and drag
     for i in range(r):
         add_rows(plan.turning, i, y, r, 1.0, out, i)
     for i in range(n):
@@ -100,7 +98,7 @@ def rates(plan, regions, region, y, force, out):
 
 @kernel
 def flow_on(plan, regions, region, h, y, term, made, force):
-    """y <- exp(A h) y, in equal steps of norm ``_NORM`` at most, each by its Taylor series."""
+    """y <- exp(A h) y by Taylor series, in equal steps of |h A| <= ``_NORM``."""
     steps = int(plan.norm * h / _NORM) + 1
     for _ in range(steps):
         size = 0.0
@@ -126,8 +124,8 @@ def carry(plan, regions, path, first, last, y, term, made, force, deflected):
     """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
 
     y: (N, P) perturbations, scaled; overwritten.
-    term, made: (N, P) room.
-    force, deflected: (m, P) and (1, P) room.
+    term, made: (N, P) scratch.
+    force, deflected: (m, P) and (1, P) scratch.
     """
     r = plan.turning.start.size - 1
     n = plan.drag.size

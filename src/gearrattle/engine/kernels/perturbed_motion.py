@@ -1,19 +1,19 @@
-"""A motion from crossing to crossing, with one perturbation of it.
+"""A motion from crossing to crossing, with one perturbation.
 
 Time is counted in periods. Inside a region z' = Z z, z = (x, u): states and inputs. A perturbation v of the states that
 begins with a change of the state at the start and of the parameter p, by dp, obeys
 
     v' = Z v + (dZ/dp) z dp.
 
-A bound b, crossed by a row r of z at the rate g = r Z z, is met later by
+A bound b is crossed by r z, with a row r, at the rate g = r Z z. The perturbation delays the crossing by
 
     dt = -(r v + (dr/dp z - db/dp) dp) / g,        v -> v + (Z z - Z+ z+) dt,
 
-Z+ and z+ behind the bound. Where a law alone changes there, Z z - Z+ z+ is in proportion to g, which is divided out:
-valid at a grazing too. Memories that are known behind it change with what is known.
+with Z+ and z+ behind the bound. If only a law changes, Z z - Z+ z+ is in proportion to g, and g is cancelled: the jump
+of v is then valid at a grazing too. A memory whose value is known behind the bound gets the derivative of that value.
 
-Over a step of at most ``_STEP`` radians of the fastest mode z and v are Taylor series: so is every deflection, whose
-turning points are sought there (``depths``).
+Over a step of at most ``_STEP`` radians of the fastest mode, z and v are Taylor series, and so is every deflection. The
+turning points of the deflections are searched in these steps (``turning_point_depths``).
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from gearrattle.engine.kernels.arrays import Array3, IntMatrix, IntVector, Matri
 from gearrattle.engine.kernels.motion_levels import bend_of
 from gearrattle.engine.kernels.turning_point_depths import ORDER, Part, is_far, room_series, search, write_kinks
 
-_STEP = 2.0  # radians of the fastest mode in a step
-_ROUNDING = 1e-18  # terms below this share of the first are left out
+_STEP = 2.0  # rad: phase of the fastest mode in a step
+_ROUNDING = 1e-18  # share of the first term below which terms are omitted
 
 
 class Driven(NamedTuple):
@@ -49,32 +49,32 @@ class Path(NamedTuple):
     upper: Matrix
     lower_shift: Matrix
     upper_shift: Matrix
-    known: Matrix  # (E + 1, M) memories that are known where an interval begins; NaN: they go on
+    known: Matrix  # (E + 1, M) memories with a known value at the start of an interval; NaN: a memory keeps its value
     known_shift: Matrix
-    clearance: IntVector  # (E,) what crosses; from K on no clearance
+    clearance: IntVector  # (E,) index of the watched quantity that crosses; from K on: auxiliaries
     upward: IntVector
     row: Matrix  # (E, Z) r
     row_shift: Matrix  # (E, Z)
     bound_shift: Vector  # (E,)
     tick: Vector  # (E,) d/dp of the instant of a change by the clock; NaN: no such change
     is_law: IntVector  # (E,) 1: a law alone changes
-    outside: IntMatrix  # (2, K) 1 upwards, 0 downwards: before the start of the motion, after its end; -1: no crossing
+    outside: IntMatrix  # (2, K) last crossing before the start, first after the end: 1 upwards, 0 downwards, -1 none
 
 
 class Trace(NamedTuple):
-    """A motion and its perturbation where intervals begin and at the end, and its turning points."""
+    """A motion and its perturbation at the starts of intervals and at the end, and the turning points."""
 
     z: Matrix  # (E + 2, Z)
     v: Matrix  # (E + 2, N)
     delay: Vector  # (E,) dt of every crossing
-    jump: Matrix  # (E, N) (Z z - Z+ z+) / g of every crossing, without g where the clock decides
-    reach: Vector  # (K,) of a corner: turning points farther away are left out
-    turns: Matrix  # (., COLUMNS); without rows none are sought
-    number: IntVector  # (1,) of turning points; -1: there are more than rows
+    jump: Matrix  # (E, N) (Z z - Z+ z+) / g of every crossing; without 1 / g for a change by the clock
+    reach: Vector  # (K,) distance from a corner up to which turning points are written
+    turns: Matrix  # (., COLUMNS); no rows: turning points are not searched
+    number: IntVector  # (1,) number of turning points; -1: more than rows
 
 
 class _Sparse(NamedTuple):
-    """A matrix by rows: entries ``start[i]`` to ``start[i + 1]`` of the others are those of row i."""
+    """A matrix by rows: entries ``start[i]`` to ``start[i + 1]`` of ``column`` and ``value`` belong to row i."""
 
     start: IntVector
     column: UInt64Vector
@@ -87,11 +87,11 @@ class _Region(NamedTuple):
     rates: _Sparse  # (Z, Z)
     own: _Sparse  # (N, N) of the states alone
     shift: _Sparse  # (N, Z)
-    speed: Vector  # (1,) about the fastest mode [1/period]
+    speed: Vector  # (1,) estimate of the rate of the fastest mode [1/period]
 
 
 class _Now(NamedTuple):
-    """A motion and its perturbation, and their terms."""
+    """The present motion and perturbation, and the present and next terms of their series."""
 
     z: Vector
     v: Vector
@@ -129,19 +129,19 @@ def _room_sparse(rows, columns):
 
 @kernel
 def room_region(states, size):
-    """Room for the rates of a region."""
+    """Arrays for the rates of a region."""
     return _Region(_room_sparse(size, size), _room_sparse(states, states), _room_sparse(states, size), np.zeros(1))
 
 
 @kernel
 def room_rows(count, states, size):
-    """Room for rows over z, over v, and how they change with p."""
+    """Arrays for rows over z, over v, and for their derivatives by p."""
     return _Region(_room_sparse(count, size), _room_sparse(count, states), _room_sparse(count, size), np.zeros(1))
 
 
 @kernel
 def room_now(states, size):
-    """Room for a motion, its perturbation and their terms."""
+    """Arrays for a motion, its perturbation and the terms of their series."""
     z = np.zeros((3, size))
     v = np.zeros((3, states))
     return _Now(z[0], v[0], z[1], v[1], z[2], v[2])
@@ -185,7 +185,7 @@ def product(sparse, i, x):
 
 @kernel
 def dot(row, z):
-    """Product of two vectors, as far as both go."""
+    """Product of two vectors up to the length of the shorter one."""
     total = 0.0
     for j in range(min(row.size, z.size)):
         total += row[j] * z[j]
@@ -207,7 +207,7 @@ def times_rates(row, region, out):
 def advance(region, rows, by, h, now, series):
     """Carry a motion and its perturbation over a step, and write the series of all rows."""
     reach = region.speed[0] * h
-    # terms of order m of the motion z and of its perturbation v, by turns
+    # for every order m: the terms of z and v
     share = 1.0
     copy(now.z, now.z_term)
     copy(now.v, now.v_term)
@@ -216,7 +216,7 @@ def advance(region, rows, by, h, now, series):
         for k in range(series.value.shape[0]):
             series.value[k, m] = product(rows.rates, k, now.z_term)
             series.change[k, m] = product(rows.own, k, now.v_term) + by * product(rows.shift, k, now.z_term)
-        # the next terms are below rounding: the coefficients that are left are zero
+        # the next terms are below rounding: the remaining coefficients are zero
         share *= reach / (m + 1.0)
         if m + 1 == ORDER or (m > reach and share < _ROUNDING):
             for k in range(series.value.shape[0]):
@@ -241,7 +241,7 @@ def advance(region, rows, by, h, now, series):
 
 @kernel
 def _set_known(path, i, by, now):
-    """Set the memories that are known where interval i begins."""
+    """Set the memories with a known value at the start of interval i."""
     first = now.v.size - path.known.shape[1]
     for m in range(path.known.shape[1]):
         if path.known[i, m] == path.known[i, m]:
@@ -251,18 +251,18 @@ def _set_known(path, i, by, now):
 
 @kernel
 def _write_jump(driven, path, i, z, z_after, region, room, jump):
-    """Write Z z - Z+ z+ of crossing i over its rate, which is returned; that over 1 where the clock decides."""
+    """Write (Z z - Z+ z+) / g of crossing i, without 1 / g for a change by the clock; return the rate g."""
     before = driven.generator[path.slot[i]]
     after = driven.generator[path.slot[i + 1]]
     size = z.size
     times_rates(path.row[i], region, room)
-    # the rate at which the row passes its corner
+    # the rate g at the bound
     rate = dot(room, z)
     square = dot(room[: jump.size], room)
     # the jump of the rates over that rate
     for j in range(jump.size):
         total = 0.0
-        if path.is_law[i] == 1:  # the rate alone is seen: what depends on the deflection vanishes at the corner
+        if path.is_law[i] == 1:  # only the rate enters: terms of the deflection vanish at the corner
             for q in range(jump.size):
                 total += (before[j, q] - after[j, q]) * room[q]
             jump[j] = total / square
@@ -275,15 +275,15 @@ def _write_jump(driven, path, i, z, z_after, region, room, jump):
 
 @strict
 def _leap(driven, path, i, by, region, room, jump, now):
-    """Carry a motion and its perturbation over crossing i; its delay is returned."""
-    # the state behind the crossing: memories that are known there
+    """Carry a motion and its perturbation over crossing i; return the delay of the crossing."""
+    # the state behind the crossing: memories with a known value are set
     copy(now.z, now.z_term)
     first = now.v.size - path.known.shape[1]
     for m in range(path.known.shape[1]):
         if path.known[i + 1, m] == path.known[i + 1, m]:
             now.z_term[first + m] = path.known[i + 1, m]
     rate = _write_jump(driven, path, i, now.z, now.z_term, region, room, jump)
-    # how the crossing moves: with the clock, or with its corner and with what is watched
+    # the delay: of the clock, or from the changes of the bound and of the watched quantity
     if path.tick[i] == path.tick[i]:
         delay = by * path.tick[i]
         moved = -delay
@@ -303,12 +303,12 @@ def _leap(driven, path, i, by, region, room, jump, now):
 
 @strict_entry
 def write_course(driven, path, z, change, trace):
-    """Follow a motion and its perturbation, and write the turning points that lie near a corner.
+    """Compute a motion and its perturbation, and write the turning points near a corner.
 
-    z: (Z,) at the start, balanced.
-    change: (N + 1,) of the state at the start, balanced, and of p.
+    z: (Z,) states and inputs at the start, scaled.
+    change: (N + 1,) of the state at the start, scaled, and of p.
     """
-    # room for the motion, its perturbation and the series of the deflections
+    # arrays for the motion, its perturbation and the series of the deflections
     states = driven.shift.shape[1]
     size = z.size
     by = change[states]
@@ -335,11 +335,11 @@ def write_course(driven, path, z, change, trace):
         length = path.time[i + 1] - path.time[i]
         enter(driven, path.slot[i], room, region)
         count = steps_of(region, length) if length > 0.0 else 0
-        for n in range(count):  # within the interval: step by step
+        for n in range(count):
             h = length / count
             begin = path.time[i] + n * h
             advance(region, rows, by, h, now, series)
-            if n == 0 and i > 0:  # dips at the crossing before
+            if n == 0 and i > 0:  # dips at the last crossing
                 write_kinks(path, i, by, h, series, last, trace)
             for k in range(sought):  # turning points and dips of every clearance
                 last[k] = bend_of(series.value[k], 1.0) / (h * h)
@@ -348,7 +348,7 @@ def write_course(driven, path, z, change, trace):
                     continue
                 rises = series.value[k, 1] > 0.0 if sign[k] < 0 else sign[k] == 1
                 sign[k] = 1 if search(path, Part(i, k, begin, h, by), rises, series, trace) else 0
-        if i + 1 < path.slot.size:  # over the crossing behind it
+        if i + 1 < path.slot.size:  # over the crossing at the end of the interval
             trace.delay[i] = _leap(driven, path, i, by, region, room, trace.jump[i], now)
     end = path.slot.size
     copy(now.z, trace.z[end])

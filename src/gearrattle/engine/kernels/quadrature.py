@@ -1,9 +1,9 @@
 """Second moments of the state along a known motion: the integral of z z' over the time in every region.
 
-A power is a sum of products of two linear forms of z, so its integral is one of moments. Of whole steps only z z' at
-their beginnings is summed, by length: the integral over them follows from that sum once, in the end
-(``system.state_moments``); so does that over whole intervals between two samples. The remainder of an interval, shorter
-than every step, is integrated here by Gauss-Legendre quadrature of z z' on the Taylor series of z.
+A power is a sum of products of two linear forms of z, so its integral follows from these moments. For steps of every
+length, and for whole intervals between two samples, only z z' at their beginnings is summed here; the integrals follow
+from these sums at the end (``system.state_moments``). The remainder of an interval, shorter than every step, is
+integrated here by Gauss-Legendre quadrature of z z' with the Taylor series of z.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from gearrattle.engine.kernels.strip_products import add, copy, multiply
 
 FEW_TERMS = 8
 ALL_TERMS = ORDER + 1
-"""Terms of the Taylor series over a remainder, where z holds no chains of signals, and where it does."""
+"""Terms of the Taylor series over a remainder: for z without chains of signals, and with them."""
 
 
 class Moves(NamedTuple):
-    """Motion of the state in every region; strips as in ``packed``.
+    """Motion of the state in every region; strips as in ``march_arrays``.
 
-    Steps are each twice as long as the one before. In a region the state is counted from a shift, from which the forces
-    of its clearances grow: products of moments then cancel little.
+    Every step is twice as long as the one before. The shift of a region is subtracted from the state, so that forces of
+    clearances are small at zero and products of moments cancel little.
     """
 
     step: Matrix  # (regions, L) lengths of the steps, in periods
-    advance: Array4  # (L regions, strips, Z, 4) increments over them
+    advance: Array4  # (L regions, strips, Z, 4) increments over the steps
     generator: Array4  # (regions, strips, Z, 4) rates
-    shift: Matrix  # (regions, Z) what is taken from z
-    known: Matrix  # (regions, S) memories on entering, scaled; NaN where they go on
-    first_memory: int  # where they stand in z
-    chains: Matrix  # (G, Q) chains of signals at the start of every interval; they stand last in z
-    followed: Matrix  # (r, Q) what the first of z, deflections, take of the chains
-    powers: Matrix  # (nodes + 1, terms filled up to fours) those of the nodes of a remainder, 0 ... 1, and of its end
+    shift: Matrix  # (regions, Z) subtracted from z
+    known: Matrix  # (regions, S) memories at the entry, scaled; NaN: a memory keeps its value
+    first_memory: int  # index of the first memory in z
+    chains: Matrix  # (G, Q) chains of signals at the start of every interval of the signals, the last entries of z
+    followed: Matrix  # (r, Q) part of the deflections, the first entries of z, that the chains make directly
+    powers: Matrix  # (nodes + 1, terms filled up to fours) powers of the nodes in 0 ... 1, and of the end, 1
     weights: Vector  # (nodes,)
 
 
@@ -52,7 +52,7 @@ class Room(NamedTuple):
 
 @inlined
 def _weigh(moments, index, weight, z, width, room):
-    """Add weight times z z', of which the upper half is kept, from the strip of the diagonal on."""
+    """Add weight times z z', in every row from the strip of the diagonal on."""
     strips = z.size // 4
     for i in range(width):
         room.weight[0] = weight * z[i]
@@ -65,7 +65,7 @@ def _weigh(moments, index, weight, z, width, room):
 def _remainder(moves, region, h, width, room, moments):
     """Add the moments over less than the shortest step and move z to its end.
 
-    With signals by all terms of the series: where an interval of theirs is short, high derivatives may be large.
+    With signals all terms of the series are used: in a short interval of a signal high derivatives may be large.
     """
     strips = moves.generator.shape[1]
     rows = room.z.size
@@ -91,41 +91,42 @@ def _remainder(moves, region, h, width, room, moments):
 def integrate_moments(moves, path, durations, samples, room, moments):
     """Add the moments of some intervals.
 
-    path: (I, 4) region of each interval, the sample its first state is taken from (-1: goes on), the signals' interval
-        that begins with it (-1: none), and whether it is whole: from a sample to the next one that is a beginning.
+    path: (I, 4) for every interval: region; index of the sample with its first state, -1: the end of the interval
+    before;
+        interval of the signals that begins with it, -1: none; 1 if it is the whole interval between two samples.
     durations: (I,) lengths in periods.
     samples: (t, Z) sampled states z.
     room: see ``Room``; entries of z beyond Z are zero.
-    moments: ((L + 2) regions, Z, M) end to end, added to: sums of z z' at the beginnings of steps, L lengths a region;
-        then integrals over remainders, one a region; then sums at the beginnings of whole intervals.
+    moments: flat array ((L + 2) regions, Z, M), added to: sums of z z' at the beginnings of steps, L per region; then
+        integrals over remainders, one per region; then sums at the beginnings of whole intervals, one per region.
     """
     width = samples.shape[1]
     levels = moves.step.shape[1]
     strips = moves.generator.shape[1]
     z = room.z
     for i in range(durations.size):
-        # the state at the beginning: a sample, or where the interval before ended
+        # the state at the beginning: a sample, or the end of the interval before
         region = path[i, 0]
         sample = path[i, 1]
         left = durations[i]
         if sample >= 0:
             for j in range(width):
                 z[j] = samples[sample, j]
-        # a knot: the chains are written anew, and what follows them moves
+        # a knot of the signals: new chains, and the deflections that follow them directly
         if path[i, 2] >= 0:
             for j in range(moves.chains.shape[1]):
                 at = width - moves.chains.shape[1] + j
                 for k in range(moves.followed.shape[0]):
                     z[k] += moves.followed[k, j] * (moves.chains[path[i, 2], j] - z[at])
                 z[at] = moves.chains[path[i, 2], j]
-        # memories that are known in this region
+        # memories with a known value in this region
         for j in range(moves.known.shape[1]):
             if moves.known[region, j] == moves.known[region, j]:  # not NaN
                 z[moves.first_memory + j] = moves.known[region, j]
-        # counted from the region's shift, so that products of moments cancel little
+        # subtract the shift of the region
         for j in range(width):
             z[j] -= moves.shift[region, j]
-        # a whole interval: z z' at its beginning, of which its integral is made in the end (``system.state_moments``)
+        # a whole interval: z z' at its beginning
         if path[i, 3]:
             _weigh(moments, moves.advance.shape[0] + moves.step.shape[0] + region, 1.0, z, width, room)
             continue
@@ -137,7 +138,7 @@ def integrate_moments(moves, path, durations, samples, room, moments):
                 multiply(moves.advance, index, strips, width, z, room.made, 0)
                 add(strips, room.made, 0, z)
                 left -= moves.step[region, level]
-        # what is left, by Gauss-Legendre nodes
+        # the remainder, by Gauss-Legendre quadrature
         if left > 0.0:
             _remainder(moves, region, left, width, room, moments)
         for j in range(width):

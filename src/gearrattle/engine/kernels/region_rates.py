@@ -13,8 +13,8 @@ from gearrattle.engine.kernels.workspace import CHAIN_PACE, PERIOD
 
 
 @strict
-def _accompany(common, laws, auxiliaries, region, c, width):
-    """Add an auxiliary element's force to its element's, and write the rate of its memory."""
+def _add_auxiliary(common, laws, auxiliaries, region, c, width):
+    """Add the force of auxiliary c to the force of its element, and write the rate of its memory."""
     at = common.rows.shape[0] + c
     k = auxiliaries.element[c]
     piece = laws.first[at] + region.pieces[at]
@@ -34,7 +34,7 @@ def _accompany(common, laws, auxiliaries, region, c, width):
 
 @strict
 def accelerate(workspace):
-    """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
+    """Write forces, accelerations and the rates of the states as rows over z; return False if one is not finite."""
     common = common_at(workspace)
     laws = laws_at(workspace)
     auxiliaries = auxiliaries_at(workspace)
@@ -45,17 +45,17 @@ def accelerate(workspace):
     width = region.matrix.shape[1]
     r = common.motion.shape[0]
     finite = True
-    # forces of the elements in their pieces, those of auxiliary elements added
+    # forces of the elements in their pieces, with the forces of the auxiliaries
     for k in range(m):
         piece = laws.first[k] + region.pieces[k]
         stiffness = laws.stiffness[piece]
         damping = laws.damping[piece]
-        # balance of torques: accelerations, and the rates of deflections and velocities
         for j in range(width):
             region.force[k, j] = stiffness * common.deflection[k, j] + damping * common.rate[k, j]
         region.force[k, states] += laws.offset[piece]
     for c in range(auxiliaries.element.size):
-        _accompany(common, laws, auxiliaries, region, c, width)
+        _add_auxiliary(common, laws, auxiliaries, region, c, width)
+    # balance of torques: accelerations, and the rates of deflections and velocities
     for j in range(width):
         for i in range(r):
             region.matrix[i, j] = common.motion[i, j]
@@ -71,7 +71,7 @@ def accelerate(workspace):
 
 @strict
 def look(workspace):
-    """Rates of the carried quantities, and the quantities watched: rows over z."""
+    """Write the rates of the carried quantities, and the watched quantities, as rows over z."""
     common = common_at(workspace)
     laws = laws_at(workspace)
     auxiliaries = auxiliaries_at(workspace)
@@ -82,28 +82,28 @@ def look(workspace):
     references = common.references.shape[0]
     period = common.limits[PERIOD]
     width = region.matrix.shape[1]
-    # carried along: angles of the reference inertias and time integrals of the clearances' forces
+    # carried quantities: angles of the reference inertias, time integrals of the clearances' forces
     copy_rows(common.references, TOP, references, width, region.carried)
     for k in range(clearances):
         element = common.clearances[k]
         unit = period * period / common.corner_scale[k]
         for j in range(width):
             region.carried[references + k, j] = period * region.force[element, j]
-            # watched of a clearance: deflection, rate and second derivative over its corner's scale
+            # watched for a clearance: deflection, rate and second derivative over the corner scale
             region.watched[k, j] = common.seen[k, j]
             region.watched[watched + k, j] = common.seen[clearances + k, j]
             second = -common.curvature[k, j]
             for i in range(n):
                 second += common.rows[element, i] * region.acceleration[i, j]
             region.watched[2 * watched + k, j] = second * unit
-    # watched of auxiliary elements
+    # watched for the auxiliaries
     for c in range(auxiliaries.element.size):
         _watch(common, laws, auxiliaries, region, c, clearances + c)
 
 
 @strict
 def _watch(common, laws, auxiliaries, region, c, row):
-    """Write the quantity that an auxiliary element watches; its derivatives follow from the rates of y."""
+    """Write the watched quantity of auxiliary c; its derivatives follow from the rates of y."""
     at = common.rows.shape[0] + c
     k = auxiliaries.element[c]
     memory = auxiliaries.state[c]
@@ -119,14 +119,14 @@ def _watch(common, laws, auxiliaries, region, c, row):
 
 @strict
 def _keep(common, region, free):
-    """Write which entries of z stand in y, chains last, and the amplitudes of the oscillators among them; returns Y."""
+    """Write the entries of z that are in y, chains last, and the amplitudes of the kept inputs; return Y."""
     states = region.matrix.shape[0]
     count = common.frequency.size
     width = states
     # the states
     for i in range(states):
         free.column[i] = i
-    # inputs kept: where the particular solution would be larger than the motion
+    # kept inputs: those whose particular solution would be larger than the motion
     for j in range(1 + 2 * count):
         if region.kept[j]:
             if j <= count:
@@ -144,7 +144,7 @@ def _keep(common, region, free):
 
 @strict
 def _take(rows, count, free, out, first):
-    """Copy from rows over z the columns that stand in y."""
+    """Copy the columns of y from rows over z."""
     for i in range(count):
         for j in range(free.width[0]):
             out[first + i, j] = rows[i, free.column[j]]
@@ -164,7 +164,7 @@ def _force(region, rows, count, out):
 
 @strict
 def generate(workspace):
-    """Rates over y: carried quantities, states, kept inputs; and the quantities watched."""
+    """Write the rates of carried quantities, states and kept inputs, and the watched quantities, as rows over y."""
     common = common_at(workspace)
     region = region_at(workspace)
     free = free_at(workspace)
@@ -178,7 +178,7 @@ def generate(workspace):
     # rows of the carried quantities and of the states, over y
     _take(region.carried, carried, free, free.rates, TOP)
     _take(region.matrix, states, free, free.rates, carried)
-    # rows of what is kept: chains dq_j/ds = w q_(j+1), oscillators du/ds = S u
+    # rows of chains and kept inputs: chains dq_j/ds = w q_(j+1), oscillators du/ds = S u
     for i in range(states, width):
         mine = free.column[i] - states
         for j in range(width):
@@ -192,7 +192,7 @@ def generate(workspace):
             elif mine > count and other == mine - count:
                 rate = common.frequency[other - 1]
             free.rates[carried + i, j] = rate
-    # what is watched; each derivative is the row before times the generator
+    # watched quantities; every derivative is the row before times the generator
     copy_rows(free.rates, carried, width, width, free.generator)
     _take(region.watched, 3 * watched, free, free.watched, TOP)
     for i in range(clearances, watched):
@@ -203,17 +203,17 @@ def generate(workspace):
 
 @strict
 def split_off(workspace):
-    """Write the part of the deflections and of the carried quantities that the inputs split off make."""
+    """Write the response of the watched and of the carried quantities to the inputs split off."""
     common = common_at(workspace)
     region = region_at(workspace)
     count = common.frequency.size
     watched = common.corner_scale.size
     carried = region.carried.shape[0]
-    # the inputs split off at a deflection, and its derivatives
+    # responses of the watched quantities, and their derivatives
     _force(region, region.watched, watched, region.forced)
     for i in range(3 * watched):
         differentiate(region.forced, i, common.frequency, 1.0, i + watched)
-    # their integrals in the carried quantities, sines and cosines divided by the frequency
+    # responses of the carried quantities: integrals of sines and cosines
     _force(region, region.carried, carried, region.flowing)
     for i in range(carried):
         region.integral[i, 0] = 0.0
@@ -225,7 +225,7 @@ def split_off(workspace):
 
 @strict
 def transpose_states(workspace, turn):
-    """A as LAPACK reads it, its states turned by so many places."""
+    """Write A as LAPACK reads it, transposed, with the order of its states rotated by ``turn``."""
     region = region_at(workspace)
     modes = modes_at(workspace)
     n = region.matrix.shape[0]
@@ -236,7 +236,7 @@ def transpose_states(workspace, turn):
 
 @strict
 def turn_back(workspace, turn):
-    """The Schur vectors of states in their own order; V^-1 is not written yet, and is scratch."""
+    """Undo the rotation in the Schur vectors; V^-1, which is not written yet, serves as scratch."""
     modes = modes_at(workspace)
     n = modes.basis.shape[0]
     for i in range(n):

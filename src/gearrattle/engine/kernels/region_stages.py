@@ -1,9 +1,9 @@
-"""The stages that build a region, in their order, each a compiled function of its own.
+"""The stages that build a region, in their order; every stage is compiled by itself.
 
-Compiled into one they would take half a minute; called by their addresses (``_jit.address_of``) they take a few
-seconds, and every caller - a single run, many variants - runs the same machine code.
+Compiling all stages as one function takes half a minute; compiling them separately and calling them by their addresses
+(``_jit.address_of``) takes a few seconds. A single run and many variants call the same machine code.
 
-The result is one slot of ``packed.Regions``.
+The result is one slot of ``march_arrays.Regions``.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from gearrattle.engine.kernels.workspace import (
 
 
 class Stages(NamedTuple):
-    """The stages; their addresses once they are compiled."""
+    """The stages, or once they are compiled, their addresses."""
 
-    stiffest: Any = particular_solutions.stiffest
+    enter_stiffest_pieces: Any = particular_solutions.enter_stiffest_pieces
     accelerate: Any = region_rates.accelerate
-    typical: Any = particular_solutions.typical
+    typical_size: Any = particular_solutions.typical_size
     look: Any = region_rates.look
     split_inputs: Any = particular_solutions.split_inputs
     generate: Any = region_rates.generate
@@ -68,7 +68,7 @@ class Stages(NamedTuple):
 
 @cache
 def stages() -> Stages:
-    """Addresses of all stages, compiled; the name of a parameter decides its type."""
+    """Compile all stages and return their addresses; the name of a parameter decides its type."""
     arguments: dict[str, Any] = {"workspace": np.zeros(1, np.int64), "rows": np.zeros((1, 1)), "h": 0.0}
     arguments |= dict.fromkeys(("stack", "tables", "powers", "series"), np.zeros((1, 1, 1, 4)))
     arguments |= dict.fromkeys(("a", "b", "turn", "carried", "slot", "index", "strip", "first", "count", "columns"), 0)
@@ -79,20 +79,20 @@ def stages() -> Stages:
 
 @strict_entry
 def limit_states(stages, workspace):
-    """Write the largest size of a particular solution that is split off; returns the size of an ordinary motion."""
-    call_silent(stages.stiffest, (workspace,))
+    """Write the largest state of a particular solution that is split off; return the size of an ordinary motion."""
+    call_silent(stages.enter_stiffest_pieces, (workspace,))
     call_truth(stages.accelerate, (workspace,))
-    size = call_real(stages.typical, (workspace,))
+    size = call_real(stages.typical_size, (workspace,))
     common_at(workspace).limits[LARGEST_STATE] = LARGEST * size
     return size
 
 
 @strict
 def _find_schur_form(stages, zgees, workspace):
-    """Write A = basis @ schur @ basis^H, transposed; False where LAPACK does not find it.
+    """Write A = basis @ schur @ basis^H, transposed; return False if LAPACK does not converge.
 
-    Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with the matrix. Then the
-    states are tried in other orders, each turned by one, until one ends.
+    For one regular matrix in some fifty thousand the iteration does not converge. Then the order of the states is
+    rotated by one, up to a full turn, until the iteration converges.
     """
     lapack = lapack_at(workspace)
     region = region_at(workspace)
@@ -110,13 +110,13 @@ def _find_schur_form(stages, zgees, workspace):
 
 
 @strict_entry
-def work_out(stages, zgees, workspace):
-    """Work the region of ``Region.pieces`` out, up to its tables: BUILT, NOT_FINITE or NO_SCHUR_FORM."""
+def build_region(stages, zgees, workspace):
+    """Build the region of ``Region.pieces``, up to its tables; return BUILT, NOT_FINITE or NO_SCHUR_FORM."""
     # equations of motion in this region: A_r and G_r
     if not call_truth(stages.accelerate, (workspace,)):
         return NOT_FINITE
     call_silent(stages.look, (workspace,))
-    # split the inputs off where P_r u is no larger than the motion; keep the others as states
+    # split off the inputs whose P_r u is not larger than the motion; keep the others as states
     call_silent(stages.split_inputs, (workspace,))
     call_silent(stages.generate, (workspace,))
     call_silent(stages.split_off, (workspace,))
@@ -137,7 +137,7 @@ def work_out(stages, zgees, workspace):
 
 @strict
 def pack_bounds(workspace, lower, upper, band, piece, neighbour):
-    """Write what is watched of one slot: its bounds, their rounding bands, the pieces, no neighbours yet."""
+    """Write the watched quantities of one slot: corners, rounding bands and pieces; no neighbour is built yet."""
     common = common_at(workspace)
     laws = laws_at(workspace)
     pieces = region_at(workspace).pieces
@@ -145,26 +145,26 @@ def pack_bounds(workspace, lower, upper, band, piece, neighbour):
     m = common.rows.shape[0]
     for i in range(common.corner_scale.size):
         member = common.clearances[i] if i < clearances else m + i - clearances
-        # the corners around the piece, over the corner's scale
+        # the corners of the piece, over the corner scale
         p = laws.first[member] + pieces[member]
         unit = common.corner_scale[i]
         lower[i] = laws.lower[p] / unit
         upper[i] = laws.upper[p] / unit
         piece[i] = pieces[member]
-        # a corner away from zero has a band of its own, one at zero has the scale of the motion
+        # the band of a corner other than zero; the band of a corner at zero is relative to the motion
         if i < clearances:
             is_off_zero = common.cornered[i] != 0
         else:
             is_off_zero = (lower[i] != 0.0 and lower[i] > -inf) or (upper[i] != 0.0 and upper[i] < inf)
         band[i] = BAND if is_off_zero else 0.0
-        # regions beyond, which are built when they are first met
+        # the regions beyond the corners are built when they are first entered
         neighbour[i, 0] = -1
         neighbour[i, 1] = -1
 
 
 @strict_entry
 def pack(stages, workspace, regions, slot, first):
-    """Write the region worked out into a slot, its tables from ``first`` on."""
+    """Write the region that has been built into a slot, its tables from index ``first`` on."""
     # the sizes, the inputs kept and the constants of the bound
     a = regions
     common = common_at(workspace)

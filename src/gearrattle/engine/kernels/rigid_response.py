@@ -10,7 +10,7 @@ from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels.equilibrium_kernel import piece_at
 
 UNBALANCED = 1e-3
-"""A train accelerates if the means leave more than this part of their sum of moduli, on the same shaft."""
+"""A train accelerates if the sum of its mean torques exceeds this share of the sum of their moduli, on one shaft."""
 
 
 @strict
@@ -24,7 +24,7 @@ def _share_a_body(motion, p, q):
 
 @strict_entry
 def mark_accelerated(mean, motion, is_accelerated):
-    """(R,) whether a rigid motion, or one of the same train, accelerates under the means (n,)."""
+    """Write (R,) whether a rigid motion, or another one of the same train, accelerates under the mean torques (n,)."""
     n, trains = motion.shape
     for p in range(trains):
         total = 0.0
@@ -45,7 +45,7 @@ def mark_accelerated(mean, motion, is_accelerated):
 
 @strict
 def _dashpots(system, rows, elastic, angle, dashpot):
-    """(m,) damping, at rest, of the elements without any stiffness; 0 for all others."""
+    """Write the damping (m,) in the equilibrium of the elements without stiffness; 0 for the others."""
     laws = system.laws
     for k in range(dashpot.size):
         deflection = 0.0
@@ -59,7 +59,7 @@ def _dashpots(system, rows, elastic, angle, dashpot):
 
 @strict
 def _rigid_matrices(system, motion, travel, dashpot, inertia, drag):
-    """(R, R) inertia and drag of the rigid motions."""
+    """Write inertia and drag (R, R) of the rigid motions."""
     for p in range(motion.shape[1]):
         for q in range(motion.shape[1]):
             inertia[p, q] = 0.0
@@ -73,7 +73,7 @@ def _rigid_matrices(system, motion, travel, dashpot, inertia, drag):
 
 @strict
 def _solve(matrix, right):
-    """Solve for right in place, by elimination without pivots: the real part of the matrix is definite."""
+    """Solve in place of ``right`` by elimination without pivoting: the real part of the matrix is definite."""
     size = right.size
     for p in range(size):
         for q in range(p + 1, size):
@@ -89,7 +89,7 @@ def _solve(matrix, right):
 
 @strict_entry
 def respond_rigidly(system, frame, statics, rest, angle, velocity):
-    """Write angles and velocities (n,) of the periodic rigid response at t = 0, zero where the means accelerate.
+    """Write angles and velocities (n,) of the periodic rigid response at t = 0, zero for trains that accelerate.
 
     system: ``variant_arrays.Coefficients`` of one driveline.
     rest: (n,) angles of the equilibrium.
@@ -107,7 +107,7 @@ def respond_rigidly(system, frame, statics, rest, angle, velocity):
     for i in range(n):
         angle[i] = 0.0
         velocity[i] = 0.0
-    # what resists a rigid motion: inertias, drags, and elements that have damping alone
+    # inertia and drag of the rigid motions, including elements that have damping and no stiffness
     mark_accelerated(system.mean, motion, is_accelerated)
     _dashpots(system, frame.rows, statics.elastic, rest, dashpot)
     for k in range(travel.shape[0]):
@@ -117,7 +117,7 @@ def respond_rigidly(system, frame, statics, rest, angle, velocity):
     _rigid_matrices(system, motion, travel, dashpot, inertia, drag)
     for h in range(frame.cycles.size):
         omega = 2.0 * pi * frame.cycles[h] / system.period[0]
-        # generalised torques of this order, a sin + b cos as a + i b
+        # generalised torques of this order; a sin + b cos is written a + i b
         for p in range(trains):
             response[p] = 0.0
             for i in range(n):
@@ -128,7 +128,7 @@ def respond_rigidly(system, frame, statics, rest, angle, velocity):
             for q in range(trains):
                 matrix[p, q] = complex(-omega * omega * inertia[p, q], omega * drag[p, q])
         _solve(matrix, response)
-        # at t = 0 a sin + b cos is b, and its rate omega a
+        # at t = 0 the value of a sin + b cos is b, its rate omega a
         for p in range(trains):
             for i in range(n):
                 if not is_accelerated[p]:

@@ -1,10 +1,11 @@
-"""States at the samples, worked out from the notes that the march makes of steps with samples in them.
+"""States at the samples, computed from the notes that the march makes of steps with samples in them.
 
-A note stands for the samples of one step; a sample at the start of a period begins another note. The first sample of a
-note is reached from the state at the step's start, every other from the one before it. As runs go on at starts of
-periods, where one ends and the next goes on changes no bit of the samples.
+A *note* holds the state at the start of a step, and the samples in that step; a sample at the start of a period begins
+a new note. The state at the first sample of a note is computed from the state at the start of the step, the state at
+every other sample from the sample before. A run is continued at the start of a period: so its end changes no bit of the
+samples.
 
-It is a kernel of its own: code in the march's loop would be compiled again with every caller.
+This is a separate kernel, because code in the loop of the march would be compiled again with every caller.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from gearrattle.engine.kernels.taylor_window import advance, leave, move_within,
 
 @inlined
 def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
-    """Note samples, the first of which lies ``ahead`` of a state and ``elapsed`` behind the entry of its region."""
+    """Write a note of samples; the first is ``ahead`` after the state, ``elapsed`` after the entry into the region."""
     n = counts[NOTED]
     for i in range(y.size):
         notes.y[n, i] = y[i]
@@ -35,7 +36,7 @@ def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
 
 @inlined
 def _inputs_of(inputs, samples, row, u):
-    """Write the inputs at a sample: those of any period where all periods are alike, else computed."""
+    """Write the inputs at a sample: from the table of one period if all periods are equal, else computed."""
     whole = (samples.first + row) // samples.per_cycle
     part = samples.first + row - whole * samples.per_cycle
     if samples.waves.shape[0] == 0:
@@ -56,9 +57,9 @@ def _take(rows, n, out):
 
 
 @kernel
-def work_out(regions, inputs, notes, samples, counts):
-    """Store the samples that were noted, and forget the notes."""
-    # room for the work
+def store_noted_samples(regions, inputs, notes, samples, counts):
+    """Compute and store the samples that were noted, and delete the notes."""
+    # scratch
     longest = notes.y.shape[1]
     behind = notes.carried.shape[1]
     states = regions.states
@@ -70,16 +71,16 @@ def work_out(regions, inputs, notes, samples, counts):
     totals = np.zeros(behind)
     scratch = window_scratch(behind, longest)
     for n in range(counts[NOTED]):
-        # each note: the state before some samples of one region
+        # each note: samples in one region
         slot = notes.slot[n]
         fine = regions.fine[notes.slot[n]]
         chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
         for i in range(notes.samples[n]):
-            # each sample: from the note, or on from the sample before
+            # each sample: from the state in the note, or from the sample before
             h = spacing
             done = 0.0
             row = notes.row[n] + i
-            if i == 0 or regions.chain > 0:  # a move within a finest step leaves chains behind
+            if i == 0 or regions.chain > 0:  # ``move_within`` does not move chains
                 h = notes.ahead[n] + i * spacing
                 _take(notes.y, n, y)
                 _take(notes.carried, n, carried)
@@ -91,17 +92,17 @@ def work_out(regions, inputs, notes, samples, counts):
                     moved = inputs.pace * inputs.steps[level]
                     shift_chains(y, regions.width[slot] - regions.chain, regions.chain, inputs.links, moved)
                     done += inputs.steps[level]
-            # what is left, by the Taylor polynomial
+            # the remainder, by the Taylor polynomial
             if h > done:
                 part = (h - done) / inputs.steps[fine]
                 move_within(regions.powers, slot, regions.width[slot], chained, part, y, carried, scratch)
-            # back to the motion with the inputs: x = w + P u, and what is carried
+            # add the particular solution: x = w + P u, and the carried quantities
             _inputs_of(inputs, samples, row, u)
             copy(y, longest, x)
             copy(carried, behind, totals)
             elapsed = notes.elapsed[n] + i * spacing
             leave(regions.particular, regions.drift, states, slot, u, elapsed, x, totals, scratch[0])
-            # store it
+            # store the sample
             for j in range(samples.states.shape[1]):
                 samples.states[row, j] = x[j] if j < states else totals[j - states]
             for k in range(samples.pieces.shape[1]):

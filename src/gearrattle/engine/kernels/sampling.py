@@ -1,4 +1,4 @@
-"""Quantities at sampled states: accelerations and element states of the vector field, rows over states."""
+"""Quantities at sampled states: accelerations, and deflections, rates, pieces and forces of the elements."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def element_samples(field, time, states):
 
 @kernel
 def rows_at(stack, table, states, out):
-    """out[i] = all rows of stack[table[i]] @ states[i], each sample by itself: how many there are changes no bit."""
+    """out[i] = stack[table[i]] @ states[i]; the bits of a sample do not depend on the other samples."""
     for i in range(table.size):
         multiply_row(stack, table[i], states, i, out[i])
 
@@ -48,12 +48,12 @@ class Lines(NamedTuple):
     rows: (
         Array4  # (1, strips, Z, 4) over z: angles without references, velocities, torques (n,), deflections, rates (m,)
     )
-    turned: Matrix  # (n, R) angles by those of the references
-    stiffness: Vector  # (P,) of all pieces, those of an element from ``first`` on
+    turned: Matrix  # (n, R) angles per angle of the references
+    stiffness: Vector  # (P,) of all pieces; those of element k begin at first[k]
     damping: Vector  # (P,)
     offset: Vector  # (P,)
     first: IntVector  # (m,)
-    watch: IntVector  # (m,) which of the pieces sampled is an element's; -1: none
+    watch: IntVector  # (m,) column of an element in the sampled pieces; -1: its piece is not sampled
     elements: Matrix  # (m, n) W
     drag: Vector  # (n,)
     inertia: Vector  # (n,)
@@ -66,25 +66,25 @@ class Quantities(NamedTuple):
     angle: Matrix  # (t, n)
     velocity: Matrix  # (t, n)
     acceleration: Matrix  # (t, n)
-    force: Matrix  # (t, m), with what stands beside the laws added already
+    force: Matrix  # (t, m); before the call: forces of the auxiliaries, to which those of the laws are added
     deflection: Matrix  # (K, t)
 
 
 @strict
 def _force(stiffness, deflection, damping, rate, offset):
-    """Force of a law, rounded as that of an auxiliary beside it: where one takes the other back, nothing is left."""
+    """Force of a law, rounded like that of its auxiliary: the sum of opposite and equal forces is zero."""
     return stiffness * deflection + damping * rate + offset
 
 
 @kernel
 def quantities_at(lines, states, pieces, inputs, phase, out, begin):
-    """Write the quantities of some samples, each by itself: how many there are changes no bit.
+    """Write the quantities of some samples; the bits of a sample do not depend on the other samples.
 
-    states: (t, N + C) states, and what is carried, the references first.
+    states: (t, N + C) states, then carried quantities, the reference angles first.
     pieces: (t, W).
-    inputs: (P, U) inputs; sample i has those of row (phase + i) mod P.
+    inputs: (P, U) inputs; sample i has the inputs of row (phase + i) mod P.
     out: see ``Quantities``; forces are added to.
-    begin: the row of the first sample in what is written.
+    begin: the row of ``out`` for the first sample.
     """
     elements, inertias = lines.elements.shape
     width = lines.rows.shape[2]
@@ -94,7 +94,7 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
     values = np.empty(4 * lines.rows.shape[1])
     rest = 3 * inertias
     for i in range(states.shape[0]):
-        # states and inputs of the sample, and all rows over both
+        # states and inputs of the sample, and the products of all rows with them
         row = (phase + i) % inputs.shape[0]
         at = begin + i
         for j in range(held):
@@ -102,7 +102,7 @@ def quantities_at(lines, states, pieces, inputs, phase, out, begin):
         for j in range(inputs.shape[1]):
             z[held + j] = inputs[row, j]
         multiply(lines.rows, 0, lines.rows.shape[1], width, z, values, 0)
-        # angles, velocities and what the inputs accelerate
+        # angles, velocities, and the torques of inputs and drag
         for j in range(inertias):
             angle = values[j]
             for r in range(references):

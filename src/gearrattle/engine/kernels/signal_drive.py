@@ -1,10 +1,10 @@
 """The drive of a region's blocks by chains of signals (the derivation is in ``system.majorant``).
 
-A block's coordinates c obey c' = T c + P q, where q are chains, q' = N q: N takes every link's next, times the pace. A
-block *follows* a signal, c = c_free + X q with T X - X N = -P, where that makes the smaller bound; else it is *pushed*.
+The coordinates c of a block obey c' = T c + P q with the chains q, q' = N q: (N q)_j is the pace times q_(j+1). A block
+*follows* a signal, c = c_free + X q with T X - X N = -P, if that makes the smaller bound; otherwise it is *pushed*.
 
-Takes the triangular form of a region; writes what is pushed and what follows, and the chains' columns of V^-1 (-X) and
-of T (what still pushes).
+Input: the triangular form of a region. Output: the bounds of pushed blocks, the deflections of following blocks, and
+the columns of the chains in V^-1 (-X) and in T (P of pushed blocks).
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from gearrattle.engine.kernels._jit import strict
 from gearrattle.engine.kernels.particular_solutions import modulus
 from gearrattle.engine.kernels.workspace import CHAIN_PACE, HORIZON, SLACK
 
-_APART = 2.0  # how often a mode that follows must turn or decay within the horizon
+_APART = 2.0  # least product of the horizon and the eigenvalue's modulus for a block that follows
 
 
 @strict
 def shape(free, modes, k, i):
-    """Deflection k of column i of V."""
+    """Watched quantity k of column i of V."""
     total = complex(0.0, 0.0)
     for q in range(free.chained[0]):
         total += free.watched[k, q] * modes.right[q, i]
@@ -27,7 +27,7 @@ def shape(free, modes, k, i):
 
 @strict
 def begin_pushes(free, bounds):
-    """Begin the sums: nothing is pushed, and deflections follow chains by what they feel of them directly."""
+    """Initialise the sums: no block is pushed, and deflections follow chains by their direct part alone."""
     for k in range(bounds.followed.shape[0]):
         for j in range(bounds.followed.shape[1]):
             bounds.pushed[k, j] = 0.0
@@ -36,7 +36,7 @@ def begin_pushes(free, bounds):
 
 @strict
 def _follow(common, free, modes, a, b):
-    """Solve T X - X N = -P for a block whose P stands in the chains' columns of T; -X goes into those of V^-1."""
+    """Solve T X - X N = -P for a block whose P is in the chains' columns of T; write -X to those of V^-1."""
     chained = free.chained[0]
     width = free.width[0]
     links = common.links[0]
@@ -53,12 +53,12 @@ def _follow(common, free, modes, a, b):
 
 @strict
 def push(common, free, modes, bounds, scratch, a, b):
-    """One block, [a, b), whose exp(G horizon) stands in ``scratch.one``: let it follow, or be pushed."""
+    """Choose for the block [a, b) whether it follows or is pushed; ``scratch.one`` holds its exp(G horizon)."""
     n = modes.basis.shape[0]
     width = free.width[0]
     chained = free.chained[0]
     horizon = common.limits[HORIZON]
-    # what the chains push of each mode, and how large the bound by pushes becomes
+    # P of every mode, and the bound of the pushed block
     follows = True
     pushed = 0.0
     followed = 0.0
@@ -72,14 +72,14 @@ def push(common, free, modes, bounds, scratch, a, b):
             modes.left[i, j] = 0.0
             for p in range(a, i + 1):
                 pushed += horizon * scratch.one[p - a, i - a] * modulus(total)
-    # the same by following, where the modes are far from the signal's pace; the smaller one is taken
+    # X, and the bound of the following block, if its modes are fast enough; the smaller bound is taken
     if follows:
         _follow(common, free, modes, a, b)
         for i in range(a, b):
             for j in range(chained, width):
                 followed += modulus(modes.left[i, j])
         follows = followed < pushed
-    # what is not used is zero
+    # the other columns are set to zero
     for i in range(a, b):
         for j in range(chained, width):
             if follows:
@@ -107,7 +107,7 @@ def _weigh_pushes(common, free, modes, bounds, scratch, a, b):
 
 @strict
 def add_push(common, free, modes, bounds, i, passed):
-    """Add P N^passed to row i of the bounds, which has been differentiated so often before."""
+    """Add P N^passed to row i of the bounds, which has been differentiated ``passed`` times before."""
     chained = free.chained[0]
     width = free.width[0]
     links = common.links[0]
@@ -121,7 +121,7 @@ def add_push(common, free, modes, bounds, i, passed):
 
 @strict
 def finish_pushes(bounds):
-    """Sum the weights of the chains' fourth derivatives: the same for all bounds but those on fast modes."""
+    """Sum the weights of the chains' fourth derivatives; the same for all bounds except those on fast modes."""
     clearances, chain = bounds.followed.shape
     for k in range(clearances):
         for j in range(chain):

@@ -1,4 +1,4 @@
-"""The start of a motion: the states that angles and velocities make, and the pieces they lie in."""
+"""The start of a motion: its states from angles and velocities, and the pieces of its elements."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def deflect(basis, angle, deflection):
 
 @strict
 def put_at_start(frame, scales, angle, velocity, deflection, march):
-    """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
+    """Put a march at t = 0: scaled states, carried angles, inputs, and all counts zero."""
     r = deflection.size
     n = angle.size
     count = frame.cycles.size
@@ -46,7 +46,7 @@ def put_at_start(frame, scales, angle, velocity, deflection, march):
 
 @strict
 def choose_pieces(workspace, frame, angle, march):
-    """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
+    """Write the pieces at t = 0; return False if a deflection is at a corner to rounding, so that its rate decides."""
     common = common_at(workspace)
     laws = laws_at(workspace)
     region = region_at(workspace)
@@ -56,7 +56,7 @@ def choose_pieces(workspace, frame, angle, march):
     for k in range(common.rows.shape[0]):
         region.pieces[k] = 0
     for i in range(frame.clearances.size):
-        # the deflection, and the size of its terms, by which it is rounded
+        # the deflection, and the sum of its terms' moduli, on which its rounding depends
         k = common.clearances[i]
         delta = 0.0
         size = 0.0
@@ -67,7 +67,7 @@ def choose_pieces(workspace, frame, angle, march):
             delta += term
             size += abs(term)
         for p in range(laws.first[k] + 1, laws.first[k + 1]):
-            # the piece it lies in
+            # the piece in which the deflection lies
             corner = laws.lower[p]
             if abs(delta - corner) <= 2.0 * ON_CORNER * max(abs(corner), size):
                 return False

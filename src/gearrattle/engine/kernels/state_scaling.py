@@ -9,7 +9,7 @@ from gearrattle.engine.kernels._jit import strict, strict_entry
 
 @strict
 def power_below(value):
-    """The largest power of two not above a positive value; infinity and NaN as they are."""
+    """The largest power of two not above a positive value; infinity and NaN are returned."""
     if not value < inf:
         return value
     return ldexp(1.0, frexp(value)[1] - 1)
@@ -29,7 +29,7 @@ def scale(system, frame, scales):
     """Write the scales of the deflections that are states, of the velocities and of the inputs.
 
     system: ``variant_arrays.Coefficients`` of one driveline.
-    scales: ``variant_arrays.Scales``; the corners' stay as they are.
+    scales: ``variant_arrays.Scales``; those of the corners are not changed.
     """
     deflection = scales.deflection
     velocity = scales.velocity
@@ -45,7 +45,7 @@ def scale(system, frame, scales):
     for i in range(n):
         velocity[i] = power_below(sqrt(system.inertia[i]))
     for i in range(deflection.size):
-        # deflections: the square root of the largest stiffness; without one, of that with one radian per period
+        # deflections: the square root of the largest stiffness, at least of the stiffness with 1 rad per period
         k = elements[i]
         mobility = 0.0
         for j in range(n):
@@ -53,7 +53,7 @@ def scale(system, frame, scales):
         floor = (1.0 / period) * (1.0 / period) / mobility
         deflection[i] = power_below(sqrt(max(largest_modulus(laws.stiffness, first[k], first[k + 1]), floor)))
     for j in range(inputs.size):
-        # inputs: the torque on every inertia, with what transmission errors add
+        # inputs: the torque on every inertia, including the torque by transmission errors
         squares = 0.0
         for i in range(n):
             if j == 0:
@@ -68,7 +68,7 @@ def scale(system, frame, scales):
                     pushed += abs(rows[k, i]) * (largest_modulus(laws.stiffness, first[k], first[k + 1]) * error)
             pushed /= sqrt(system.inertia[i])
             squares += pushed * pushed
-        # the velocity that they make: divided by the angular frequency, of one turn per period at least
+        # the velocity by these torques: divided by the angular frequency, at least one turn per period
         turns = 1.0 if j == 0 else max(1.0, cycles[j - 1])
         size = sqrt(squares) * period / (2.0 * pi * turns)
         inputs[j] = power_below(size) if size > 0.0 else 1.0

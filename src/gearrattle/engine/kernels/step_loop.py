@@ -1,9 +1,9 @@
-"""A run of steps: choose, take and judge each, log the corners passed, store the samples inside.
+"""A run of steps: choose a step, take it, test its error, log the corners that are crossed, store the samples in it.
 
-Where the method needs a state inside a step - a sample, the instant of a crossing - it takes a shorter step from the
-same begin: no less accurate than the step itself, and no interpolant of lower order. A method that steps blindly looks
-the pieces up in every stage, as the 1995 paper's did, and learns of a crossing from the two ends of a step. One that
-*holds* the pieces integrates a smooth system up to the first corner it meets, ends the step there, and goes on beyond.
+A state within a step, at a sample or a crossing, is computed by a shorter step from the same start: it is as accurate
+as the step itself, unlike an interpolant of lower order. A method that steps *blindly* takes the pieces from the
+deflections in every stage, as in the paper of 1995; it detects a crossing from the two ends of a step. A method that
+*holds* the pieces integrates a smooth system up to the first corner; it ends the step there, and changes the piece.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from gearrattle.engine.kernels.one_step_kernels import (
 from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_CONVERGENCE, NON_FINITE, SLICE_SPENT
 
 STEP, SAMPLE, EVENTS, CALLS, REJECTED, COLUMN, STALLED, BEGUN = range(8)
-"""Indices into ``Stepper.counts``: steps taken, samples, crossings and calls so far, steps rejected, the target column
-of the extrapolation, crossings in a row without time between them, whether the run has begun."""
+"""Indices into ``Stepper.counts``: steps taken, samples, crossings and calls so far, steps rejected, target column of
+the extrapolation, successive crossings at one instant, 1 once the run has begun."""
 NOW, NEXT, TRIED, SMALLEST = range(4)
-"""Indices into ``Stepper.clock``: the time, the next step to try, the sum of all tried, the shortest taken [s]."""
-# How far a root sought is bracketed.
+"""Indices into ``Stepper.clock``: time, next trial step, sum of all trial steps, shortest step taken [s]."""
+# States of the search for a root.
 NO_END = 0
 """Neither end of its bracket has a value yet."""
 ONE_END = 1
@@ -42,20 +42,20 @@ BOTH_ENDS = 2
 AT_BEGIN = -1
 """The root is the beginning of its bracket, which has no length."""
 NO_CROSSING = -2
-"""There is no root: the cubic led beyond a corner, the motion does not."""
-_AT_END = 2.0  # in place of the fraction of a step at which it crosses: it goes to its end
+"""There is no root: the cubic crosses the corner, the motion does not."""
+_AT_END = 2.0  # fraction of a step that stands for: no crossing, the step is taken in full
 
 ROOT = 12
-"""Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), the side
-it was narrowed from last, values at both ends of the step (2). A value is the deflection beyond the corner."""
-_SAFETY = 0.9
-_LEAST = 0.2
-_MOST = 5.0
-_MOST_STALLED = 100
-_EIGHTHS = 8
-_SETTLED = 1e-10
-_BARELY = 1e-300
-_MOST_NARROWED = 38
+"""Entries of a root: element, piece, direction, corner, bracket (2), last point, values at the bracket (2), side that
+was replaced last, values at both ends of the step (2). A value is the deflection minus the corner."""
+_SAFETY = 0.9  # factor on the next step
+_LEAST = 0.2  # least ratio of the next step to this one
+_MOST = 5.0  # largest ratio of the next step to this one
+_MOST_STALLED = 100  # successive crossings at one instant
+_EIGHTHS = 8  # parts of a step in which the cubic is tested for a crossing
+_SETTLED = 1e-10  # share of the step: change of a root at which it is accepted
+_BARELY = 1e-300  # value that only has a sign
+_MOST_NARROWED = 38  # evaluations for one root
 
 
 class Stepper(NamedTuple):
@@ -75,7 +75,7 @@ class Stepper(NamedTuple):
 
 @inlined
 def _four(elements):
-    """Buffers for deflections, rates, pieces and forces; separate, because taking rows of a matrix costs more."""
+    """Arrays for deflections, rates, pieces and forces; four vectors, because rows of a matrix cost more time."""
     return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
 
 
@@ -113,7 +113,7 @@ def hermite(x, h, a, da, b, db):
 
 @inlined
 def _log(stepper, begin, time, k, piece, up, rate, integral):
-    """Log a crossing in order of time among those from ``begin`` on; none is earlier than those of the step before."""
+    """Log a crossing in order of time among the entries from ``begin`` on, not before entry begin - 1."""
     i = stepper.counts[EVENTS]
     if begin > 0:
         time = max(time, stepper.event_time[begin - 1])
@@ -136,11 +136,10 @@ def _log(stepper, begin, time, k, piece, up, rate, integral):
 
 @inlined
 def _exit(h, gap, closing, end, end_rate, bracket):
-    """Bracket the first exit of a gap over a step by its cubic, from gap and rate at both ends.
+    """Bracket the first exit of a gap over a step, by the cubic through gap and rate at both ends.
 
-    A gap that is not positive at the start (the motion sits on the corner) must open before it can close.
-
-    Returns whether there is one; the bracket of fractions.
+    A gap that is not positive at the start (the motion sits on the corner) must open before it can close. Return
+    whether there is an exit; write the bracket in fractions of the step.
     """
     inside = gap > 0.0
     last = 0.0
@@ -163,7 +162,7 @@ def _exit(h, gap, closing, end, end_rate, bracket):
 
 @kernel
 def _passed(field, old, new, roots):
-    """The corners passed between the two ends of a step taken blindly, into ``roots``. Returns how many."""
+    """Write the corners between the two ends of a blind step to ``roots``; return their number."""
     count = 0
     for k in range(field.laws.first.size - 1):
         piece = int(old[2][k])
@@ -189,7 +188,7 @@ def _passed(field, old, new, roots):
 
 @separate
 def _met(field, h, piece, old, new, roots):
-    """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
+    """Write the corners that a step with held pieces crosses to ``roots``; return their number."""
     count = 0
     bracket = np.empty(2)
     for k in range(field.laws.first.size - 1):
@@ -218,7 +217,7 @@ def _met(field, h, piece, old, new, roots):
 
 @inlined
 def _next_guess(root, ends):
-    """The next point at which a root is sought: the ends of its bracket, then regula falsi (Illinois)."""
+    """The next point of the search for a root: both ends of its bracket, then regula falsi (Illinois)."""
     if ends == NO_END:
         return root[4]
     if ends == ONE_END:
@@ -229,9 +228,9 @@ def _next_guess(root, ends):
 
 @inlined
 def _widen(root, ends, x, value):
-    """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
+    """Store a value at an end of the bracket; if its sign is wrong, extend the bracket to that end of the step.
 
-    Returns ONE_END, BOTH_ENDS, AT_BEGIN or NO_CROSSING.
+    Return ONE_END, BOTH_ENDS, AT_BEGIN or NO_CROSSING.
     """
     inside = value * root[2] < 0.0
     if ends == NO_END:
@@ -258,7 +257,7 @@ def _widen(root, ends, x, value):
 
 @inlined
 def _narrow(root, x, value):
-    """Take note of a value inside the bracket. Returns whether the root is settled."""
+    """Narrow the bracket by a value inside it; return whether the root has converged."""
     last = root[6]
     root[6] = x
     if (value > 0.0) == (root[8] > 0.0):
@@ -276,19 +275,19 @@ def _narrow(root, x, value):
 
 @separate
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
-    """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
+    """Locate the ``count`` roots in a step, log them (blind) or move to the first (held), and store the samples.
 
-    Returns (x, k, up): the fraction of the step where it must end, element and way; x = _AT_END: no crossing.
+    Return (x, k, up): the fraction of the step at which it must end, element, direction; x = _AT_END: no crossing.
     """
     buffers, probe, here = scratch
     counts = stepper.counts
     t = stepper.clock[NOW]
     y = stepper.y
-    # what is known of the roots, and where the step ends so far
+    # the state of the search, and the first root so far
     begin = counts[EVENTS]
     rows = stepper.states.shape[0]
     base = stepper.y.size - field.rows.shape[0]
-    known = NO_END if control.held else BOTH_ENDS  # values at the ends of a blind step are known
+    known = NO_END if control.held else BOTH_ENDS  # a blind step has values at both ends
     first = _AT_END
     element = -1
     way = 0
@@ -297,7 +296,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
     narrowed = 0
     reach = h
     while True:
-        # what comes next: a guess of a root, the move to the first root, or a sample
+        # the next point: a guess of a root, the first root, or a sample
         locating = done < count
         moving = done == count and first <= 1.0
         ahead = 0.0
@@ -319,13 +318,13 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
                 _take(after, stepper.states[i])
                 continue
             x = max(ahead, 0.0) / h
-        # the state there, by a step of its own length from the beginning
+        # the state at that point, by a shorter step from the start
         if method.kind == EXTRAPOLATION:
             calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, buffers, probe)[2]
         else:
             runge_kutta(field, method, control.held, t, x * h, y, buffers, probe)
             calls = method.b.size - 1
-        # the end at the first root, or a sample, is stored
+        # store the state at the first root, or at a sample
         if moving:
             _take(probe, after)
             done += 1
@@ -336,7 +335,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             counts[CALLS] += calls
         if moving:
             continue
-        # the element's distance from its corner there narrows the bracket
+        # the distance of the element from its corner narrows the bracket
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
@@ -351,7 +350,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             narrowed += 1
             if not _narrow(root, x, value) and narrowed < _MOST_NARROWED:
                 continue
-        # the root is settled: log the crossing, or end the step at the first of them
+        # the root has converged: log the crossing (blind), or keep the first root (held)
         x = roots[done, 6]
         piece = int(roots[done, 1])
         up = int(roots[done, 2])
@@ -369,7 +368,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
 
 @kernel
 def _try(field, method, control, stepper, h, buffers, after):
-    """Try a step of length h. Returns its error relative to what is allowed, and sets the next step to try."""
+    """Take a trial step of length h; set the next step; return the error relative to the tolerance."""
     counts = stepper.counts
     clock = stepper.clock
     clock[TRIED] += h
@@ -395,7 +394,7 @@ def _try(field, method, control, stepper, h, buffers, after):
 @kernel
 def step_on(field, method, control, stepper, samples_per_period, most_events, budget):
     """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
-    # room for the work
+    # scratch
     size = stepper.y.size
     elements = field.rows.shape[0]
     y = stepper.y
@@ -433,7 +432,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             return DONE
         if counts[EVENTS] + most_events > stepper.event_time.size:
             return LOG_FULL
-        # try a step: up to the last sample at most
+        # a trial step, up to the last sample at most
         t = clock[NOW]
         left = end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
@@ -442,7 +441,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         _take(slope, buffers.stages[0])
         _take(stepper.piece, buffers.at[2])
         error = _try(field, method, control, stepper, h, buffers, after)
-        # rejected: a shorter one is tried next
+        # rejected: a shorter trial step follows
         if error > 1.0:
             counts[REJECTED] += 1
             if clock[NEXT] < control.shortest or t + clock[NEXT] == t:
@@ -480,7 +479,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
                 roots,
                 after,
             )
-        # take it: up to the first crossing where pieces are held
+        # take the step; if pieces are held, up to the first crossing
         met = x <= 1.0
         taken = x * h if met else h
         _take(after, y)

@@ -1,7 +1,7 @@
-"""Products of packed rows with the marcher's vectors.
+"""Products of rows in strips with the vectors of the march.
 
-Rows lie in strips of four, (strips, columns, 4), so that a product keeps four sums in registers. Stacks of such
-matrices are indexed in place: taking a view of an array costs a compiled loop more than the product.
+Rows lie in strips of four, (strips, columns, 4), so that a product keeps four sums in registers. A matrix
+in a stack is addressed by an index: in a compiled loop, a view of an array would cost more time than the product.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def multiply_add(stack, index, strips, columns, y, out):
 
 @kernel
 def copy(source, count, out):
-    """Copy the first entries; compiling a slice assignment costs seconds for its error message alone."""
+    """Copy the first ``count`` entries, in a loop: a slice assignment takes seconds more to compile."""
     for i in range(count):
         out[i] = source[i]
 

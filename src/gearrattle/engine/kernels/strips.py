@@ -1,4 +1,4 @@
-"""Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds."""
+"""Rows written in strips of four, and the tables and series of a region: arrays of ``march_arrays.Regions``."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from gearrattle.engine.kernels.workspace import POWERS
 step = inlined(step_of)
 _level_within = inlined(level_within)
 _WINDOW = window_norm(ORDER + 1)
-NOTHING = 1e-19  # of the largest: terms of a forced deflection below this are left out
+NOTHING = 1e-19  # share of the largest term of a forced deflection below which a term is omitted
 
 
 @strict
 def fill(stack, index, strip, rows, first, count, columns):
-    """Write rows first ... of an array from a strip on, and zeros behind them; the strip behind those written."""
+    """Write ``count`` rows of an array from a strip on, filled up with zeros; return the index of the next strip."""
     for i in range(0, count, 4):
         for r in range(4):
             for j in range(columns):
@@ -29,7 +29,7 @@ def fill(stack, index, strip, rows, first, count, columns):
 
 @strict
 def fill_in_turn(stack, index, rows, count, columns):
-    """Write four groups of ``count`` rows, a strip for the first rows of all, a strip for the second ..."""
+    """Write four groups of ``count`` rows: strip k holds row k of every group."""
     for k in range(count):
         for r in range(4):
             for j in range(columns):
@@ -38,7 +38,7 @@ def fill_in_turn(stack, index, rows, count, columns):
 
 @strict
 def fill_bounds(workspace, stack, index):
-    """Four real and four imaginary parts in turn."""
+    """Write the rows of the bounds: strips of four real parts and of four imaginary parts alternate."""
     free = free_at(workspace)
     bounds = bounds_at(workspace)
     modes = bounds.used[0]
@@ -53,9 +53,9 @@ def fill_bounds(workspace, stack, index):
 
 @inlined
 def _shape_of(common, free):
-    """Columns of y, where its chains begin, links of a chain; and how many rows stand for all of y.
+    """Return (columns of y, first column of the chains, entries of a chain), and the number of rows to compute.
 
-    All chains move alike: the rows of one of them, the first, stand for all.
+    All chains have the same rows except for a shift, so only the rows of the first chain are computed.
     """
     width = free.width[0]
     chained = free.chained[0]
@@ -65,7 +65,7 @@ def _shape_of(common, free):
 
 @strict
 def finest_level(workspace):
-    """Smallest level, of those allowed, at which ORDER Taylor terms leave a negligible remainder."""
+    """Smallest allowed level at which a Taylor series of order ORDER has a negligible remainder."""
     common = common_at(workspace)
     free = free_at(workspace)
     scratch = scratch_at(workspace)
@@ -88,7 +88,7 @@ def finest_level(workspace):
 
 @strict
 def _append(more, increment, scratch, carried, rows, shape):
-    """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); ``more`` is E(b)."""
+    """Overwrite E(a) with E(a + b) = E(a) + E(b) + E(b) E(a); ``more`` is E(b)."""
     every = carried + rows
     width = shape[0]
     copy_rows(increment, carried, rows, width, scratch.two)
@@ -100,7 +100,7 @@ def _append(more, increment, scratch, carried, rows, shape):
 
 @strict
 def _fill_table(tables, index, increment, carried, shape):
-    """Write the carried quantities' increments, and those of y up to its chains."""
+    """Write the increments of the carried quantities, then of y without its chains."""
     width, chained, _ = shape
     behind = fill(tables, index, TOP, increment, TOP, carried, width)
     fill(tables, index, behind, increment, carried, chained, width)
@@ -108,9 +108,10 @@ def _fill_table(tables, index, increment, carried, shape):
 
 @strict
 def fill_tables(workspace, tables, first, carried):
-    """Increments E(h) = exp(A h) - I over every level's step, those of the carried quantities first.
+    """Write the increments E(h) = exp(A h) - I over the step of every level, the carried quantities first.
 
-    Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
+    The first table is a Taylor series at a step at which a dozen terms suffice. Tables of longer steps follow by
+    doubling; those of three quarters of a step are the sum of a half and a quarter.
     """
     # sizes, and the step at which a dozen terms of the Taylor series suffice
     common = common_at(workspace)
@@ -143,17 +144,17 @@ def fill_tables(workspace, tables, first, carried):
         copy_rows(one, TOP, every, width, four)
         _append(four, one, scratch, carried, rows, shape)
         level = 2 * octave
-        # the steps of 1/8, 1/16 ... of a period
+        # tables of the steps 1/8, 1/16 ... of a period, and of 3/4 of these
         if level <= fine:
             _fill_table(tables, first + level, one, carried, shape)
-        if 0 < level <= fine + 1:  # half as long again
+        if 0 < level <= fine + 1:
             _append(one, four, scratch, carried, rows, shape)
             _fill_table(tables, first + level - 1, four, carried, shape)
 
 
 @strict
 def fill_powers(workspace, powers, first, carried, h):
-    """(h A)^1 ... (h A)^POWERS, the carried rows with one power less of A; none of the chains."""
+    """Write (h A)^1 ... (h A)^POWERS without the chains; in rows of carried quantities A has one power less."""
     common = common_at(workspace)
     free = free_at(workspace)
     scratch = scratch_at(workspace)
@@ -172,7 +173,7 @@ def fill_powers(workspace, powers, first, carried, h):
 
 @strict
 def fill_series(workspace, series, slot, h):
-    """Taylor coefficients over h of every deflection, a row of its own for every order."""
+    """Write the Taylor coefficients over h of every watched quantity: one row for every order."""
     common = common_at(workspace)
     free = free_at(workspace)
     scratch = scratch_at(workspace)
@@ -200,7 +201,7 @@ def differentiate(rows, i, frequency, factor, o):
 
 @strict
 def fill_forced(workspace, series, slot, h):
-    """The same of the inputs split off; returns the number of strips with entries that are not zero."""
+    """Write the Taylor coefficients of the inputs split off; return the number of strips that are not negligible."""
     common = common_at(workspace)
     region = region_at(workspace)
     scratch = scratch_at(workspace)

@@ -1,7 +1,7 @@
-"""Sums over the crossings of a motion: counts, sums and largest values, added up in the order of the log.
+"""Sums over the crossings of a motion: counts, sums and largest values, in the order of the log.
 
-One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants
-(``variants_march``). ``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
+A run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``variants_march``) use this code.
+``tests/signals/numpy_sums.py`` computes the same sums in NumPy for comparison.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels.variant_arrays import Crossings
 
-_SIMULTANEOUS = 4 * 2.220446049250313e-16  # periods
+_SIMULTANEOUS = 4 * 2.220446049250313e-16  # periods: largest difference of simultaneous crossings
 
 
 @strict
@@ -29,7 +29,7 @@ def _swap(log, i):
 
 @strict
 def _in_order(log, events, period, time):
-    """Put simultaneous crossings into element order, and write all times [s]; those of one instant are the same."""
+    """Put simultaneous crossings into element order, and write all times [s], which never fall."""
     i = 0
     while i < events - 1:
         apart = (log.cycle[i + 1] - log.cycle[i]) + (log.fraction[i + 1] - log.fraction[i])
@@ -61,7 +61,7 @@ def _broken(judged, crossings, pieces):
 
 @strict
 def _clear(judged, pieces, v, out):
-    """Put all sums to zero; the flank of the last contact is that of the piece in which the motion begins."""
+    """Set all sums to zero, and the flank of the last contact to that of the first piece."""
     # sums over contacts and impacts
     for k in range(pieces.size):
         out.sides[v, k, 0] = 0.0
@@ -82,7 +82,7 @@ def _clear(judged, pieces, v, out):
         out.held[v, k] = 0.0
         out.same[v, k] = 0.0
         out.other[v, k] = 0.0
-        # the time in every piece, and the flank of the piece in which the motion begins
+        # the time in every piece, and the flank of the first piece
         begin = judged.pieces[k]
         piece = pieces[k]
         below = 0
@@ -101,7 +101,7 @@ def _clear(judged, pieces, v, out):
 
 @strict
 def _stay(judged, crossings, window, pieces, v, out):
-    """Add times in every region, and the sides on which corners are crossed."""
+    """Add the times in every piece, and mark the sides on which corners are crossed."""
     clearances = pieces.size
     since = np.empty(pieces.size)
     dwell = np.zeros(out.dwell.shape[1])
@@ -135,13 +135,13 @@ def _stay(judged, crossings, window, pieces, v, out):
 
 @strict
 def _larger(a, b):
-    """The larger of two numbers; NaN if one of them is."""
+    """The larger of two numbers; NaN if one of them is NaN."""
     return a if b <= a or np.isnan(a) else b
 
 
 @strict
 def _end(out, v, k, met, left, push, held):
-    """Add a contact that has ended: its speeds at start and end, its contact impulse, its length."""
+    """Add a contact that has ended, by its speeds at start and end, its impulse and its duration."""
     out.left[v, k] += left
     out.top_change[v, k] = _larger(out.top_change[v, k], met + left)
     out.push[v, k] += push
@@ -155,8 +155,8 @@ def _end(out, v, k, met, left, push, held):
 
 @strict
 def _strike(judged, crossings, window, v, out):
-    """Add the impacts that begin in the window, and contacts that were open and end here."""
-    # the next crossing of the same corner, backwards: it ends the contact
+    """Add the impacts in the window, and contacts of earlier chunks that end in this one."""
+    # for every crossing the next one of the same corner, which ends the contact
     events = crossings.time.size
     following = np.empty(events, np.int64)
     returns = np.full(out.open.shape[1], -1, np.int64)
@@ -168,7 +168,7 @@ def _strike(judged, crossings, window, v, out):
         corner = judged.pieces[k] - k + min(crossings.from_piece[i], crossings.to_piece[i])
         following[i] = returns[corner]
         returns[corner] = i
-    # contacts that were open when the chunk began
+    # contacts that were open at the start of the chunk
     for corner in range(returns.size):
         i = returns[corner]
         if out.open[v, corner] > 0.0 and i >= 0:
@@ -177,7 +177,7 @@ def _strike(judged, crossings, window, v, out):
             _end(out, v, crossings.clearance[i], out.met[v, corner], abs(rate[i]), push, held)
             out.open[v, corner] = 0.0
     for i in range(events):
-        # an impact: out of the free gap, or outwards into a stiffer piece
+        # an impact: from the central piece outwards, or outwards into another piece
         k = crossings.clearance[i]
         begin = judged.pieces[k]
         origin = crossings.from_piece[i]
@@ -185,13 +185,13 @@ def _strike(judged, crossings, window, v, out):
         outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
         if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
             continue
-        # the flank it is on, and the one before
+        # its flank, and the flank of the contact before
         flank = 1.0 if to + judged.label[k] >= 0 else -1.0
         before = out.flank[v, k]
         out.flank[v, k] = flank
         if not window[0] <= time[i] <= window[1]:
             continue
-        # impacts in the window: counts and speeds
+        # impacts in the window: numbers and speeds
         speed = abs(rate[i])
         out.count[v, k] += 1.0
         out.drive[v, k] += 1.0 if flank > 0.0 else 0.0
@@ -200,7 +200,7 @@ def _strike(judged, crossings, window, v, out):
         out.speed[v, k] += speed
         out.top_speed[v, k] = max(out.top_speed[v, k], speed)
         out.square[v, k] += speed * speed
-        # its contact: open at the end of the chunk, or ended by a later crossing
+        # the contact: open at the end of the chunk, or ended by a later crossing
         j = following[i]
         if j < 0:
             corner = begin - k + min(origin, to)
@@ -216,14 +216,15 @@ def _strike(judged, crossings, window, v, out):
 def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     """Add the next chunk of a motion.
 
-    crossings: ``variant_arrays.Crossings``, all of the chunk.
-    window: begin and end of the part of the chunk that counts [s], both included.
+    crossings: ``variant_arrays.Crossings`` of the chunk.
+    window: begin and end of the part of the chunk that is evaluated [s], both included.
     initial: (K,) pieces at the start of the chunk.
-    final: (K,) force integrals at its end.
-    fresh: whether it is the first: the sums begin at zero.
-    v: which of the motions.
-    out: ``variant_arrays.Tallies``; its counts of function calls stay as they are.
-    Returns -1; else the index of a crossing that does not begin where the one before ended, and nothing is written.
+    final: (K,) force integrals at the end of the chunk.
+    fresh: whether the chunk is the first one: sums start at zero.
+    v: index of the motion.
+    out: ``variant_arrays.Tallies``; its numbers of function calls are not changed.
+    Returns -1, or the index of a crossing that does not start in the present piece of its clearance: then nothing is
+        written.
     """
     broken = _broken(judged, crossings, initial.copy())
     if broken >= 0:
@@ -243,13 +244,13 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
 def tally(judged, log, events, window, initial, final, scales, v, out):
     """Write the sums of one motion that was marched to its end.
 
-    log: ``packed.Log``; simultaneous crossings are put into element order.
-    events: how many there are.
-    window: begin and end of the steady part [s], both included, and the period.
+    log: ``march_arrays.Log``; simultaneous crossings are put into element order.
+    events: number of crossings.
+    window: begin and end of the steady part, both included, and period [s].
     initial: (K,) pieces at t = 0.
     final: (K,) force integrals at the end.
-    v: which of the variants.
-    out: ``variant_arrays.Tallies``; its counts of function calls stay as they are.
+    v: index of the variant.
+    out: ``variant_arrays.Tallies``; its numbers of function calls are not changed.
     """
     time = np.empty(events)
     rate = np.empty(events)

@@ -1,4 +1,4 @@
-"""The Taylor window: inside one finest step the motion is a polynomial to rounding; the first crossing is a root."""
+"""The Taylor window: over one finest step the motion is a polynomial to rounding, and a crossing is a root of it."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
 _FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
 _REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
-"""Part of the window in which n rounds of four terms are exact to rounding."""
-_BEYOND = 0.25  # part of a finest step: with an instant this near the rest of the step is not searched
+"""Share of the window in which n groups of four terms are exact to rounding, n = 0 ... _STRIPS."""
+_BEYOND = 0.25  # share of the searched part: if the next instant lies before it, half the part is searched
 
 
 @inlined
 def window_scratch(behind, longest):
-    """Room for ``move_within``."""
+    """Scratch for ``move_within``."""
     rows = behind + longest
     return np.zeros(rows), np.zeros(4 * rows), np.zeros(longest), np.zeros(4)
 
 
 @inlined
 def strips_of(count):
-    """How many strips of four hold some rows."""
+    """The number of strips of four for ``count`` rows."""
     return (count + 3) // 4
 
 
 @inlined
 def advance(tables, index, width, chain, y, carried, out):
-    """Add a table's increments to the carried quantities and to y, without the strips that hold only chains."""
+    """Add a table's increments to the carried quantities and to y without its chains."""
     behind = strips_of(carried.size)
     strips = strips_of(width - chain)
     multiply(tables, index, behind + strips, width, y, out, 0)
@@ -46,7 +46,7 @@ def advance(tables, index, width, chain, y, carried, out):
 
 @inlined
 def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
-    """total = (g N)^4 total + c0 q + c1 g N q + c2 (g N)^2 q + c3 (g N)^3 q for chains q: N takes every link's next."""
+    """total = (g N)^4 total + c0 q + c1 g N q + c2 (g N)^2 q + c3 (g N)^3 q for chains q, (N q)_j = q_(j+1)."""
     count, links, g = chained
     c1 = c1 * g
     c2 = c2 * (g * g)
@@ -72,14 +72,14 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     """Move y and the carried quantities by x finest steps, 0 <= x <= 1; the chains at the end of y stay as they are.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
-    then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
-    of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
+    then Horner in B^4, with as many groups of four terms as x needs. A small x needs few groups only if the entries of
+    y are of comparable size. Higher derivatives of a signal are not, so with chains all groups are used.
 
-    powers: see ``packed``.
-    chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
-    x: part of the finest step.
+    powers: see ``march_arrays.Regions``.
+    chained: number of entries of y that are chains, number of links of a chain, factor of B on the next link.
+    x: share of the finest step.
     """
-    # sizes: strips of what is carried and of y without its chains
+    # sizes: strips of the carried quantities and of y without its chains
     out, terms, total, weight = scratch
     behind = strips_of(carried.size)
     moved = width - chained[0]
@@ -95,7 +95,7 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         out[i] = 0.0
     for i in range(moved, width):
         total[i] = 0.0
-    # as many rounds as x needs for rounding
+    # as many groups of four terms as x needs
     rounds = _STRIPS if chained[0] > 0 else 1
     while rounds < _STRIPS and x > _REACH[rounds]:
         rounds += 1
@@ -118,7 +118,7 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
         add(strips - behind, out, first, total)
         _combine_chains(p, c1, c2, c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
-    # the first three orders of what is carried, then add all
+    # the first three orders of the carried quantities; then add all increments
     weight[0] = x
     weight[1] = x2 / 2.0
     weight[2] = x3 / 6.0
@@ -129,10 +129,10 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
 
 @inlined
 def reach_of(until, h):
-    """The part of a finest step h, a power of two, in which a crossing before the next instant is looked for.
+    """The share of a finest step h, a power of two, in which a crossing before the next instant is searched.
 
-    A signal's polynomial holds up to the next instant. Intervals further on its high powers are of any size, and the
-    search for a root would take as many trials. Where little lies beyond the instant the whole step is searched.
+    The polynomial of a signal holds up to the next instant. Far beyond it high powers are large, and the search for a
+    root would take many trials. If the instant lies in the last three quarters of the step, the whole step is searched.
     """
     reach = 1.0
     while until < _BEYOND * reach * h:
@@ -142,7 +142,7 @@ def reach_of(until, h):
 
 @kernel
 def shrink(gap, reach):
-    """Write a polynomial over a part of its window."""
+    """Scale the argument of a polynomial: gap(reach x)."""
     power = 1.0
     for j in range(gap.size):
         gap[j] *= power
@@ -155,13 +155,14 @@ def first_crossing(
 ):
     """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
 
-    series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
-    y, u, side: see ``packed.March``.
+    series, forced_series, forced_strips, lower, upper: see ``march_arrays.Regions``.
+    y, u, side: see ``march_arrays.March``.
     band, unsafe: rounding bands (W,) and corners (W, 2).
     gap: scratch (ORDER + 1,).
-    reach: the part of it that is searched, a power of two.
-    Returns (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
-        Simultaneous crossings go to the first element.
+    reach: the share of the step that is searched, a power of two.
+    Returns (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if there is no crossing, or ``UNDECIDED``; rate
+    is
+        d delta / ds at x. Of simultaneous crossings the one of the first element is returned.
     """
     best = NEVER
     element = -1
@@ -176,7 +177,7 @@ def first_crossing(
             # the deflection's Taylor polynomial, of the state and of the inputs split off
             multiply(series, index, _STRIPS, width, y, gap, 0)
             multiply_add(forced_series, index, forced_strips[slot], u.size, u, gap)
-            # its gap to the corner, lifted to the band where it sits on it
+            # its gap to the corner, lifted by the band if it sits on the corner
             for j in range(gap.size):
                 gap[j] *= -sign
             if reach < 1.0:
@@ -184,7 +185,7 @@ def first_crossing(
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
                 gap[0] = lifted(gap[0], band[k])
-            # the earliest root of all
+            # the earliest root of all gaps
             x = first_exit(gap)
             if x < best:
                 best = x
@@ -199,7 +200,7 @@ def first_crossing(
 
 @kernel
 def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
-    """Add the particular solution: y becomes states, and carried quantities count from the start of the run."""
+    """Add the particular solution: y becomes the states, and the carried quantities count from the start of the run."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
     add(strips_of(states), out, 4 * behind, y)
@@ -209,7 +210,7 @@ def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
 
 @kernel
 def recall(regions, slot, states):
-    """Set the memories that are known in a region."""
+    """Set the memories whose values are known in a region."""
     count = regions.known.shape[1]
     for i in range(count):
         if regions.known[slot, i] == regions.known[slot, i]:  # not NaN
@@ -218,7 +219,7 @@ def recall(regions, slot, states):
 
 @kernel
 def enter(particular, kept, states, width, slot, u, y, carried, out):
-    """Take the particular solution away, and put the kept inputs behind the states."""
+    """Subtract the particular solution, and append the kept inputs to the states."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
     subtract(strips_of(states), out, 4 * behind, y)

@@ -1,11 +1,11 @@
 """Turning points of deflections within a step of a motion (``course``), and their depths.
 
 Over a step a deflection and its perturbation are polynomials of the share of the step. A *turning point* lies where the
-rate of a deflection changes its sign. Its *depth* is how far it lies beyond a corner, in the direction in which the
-deflection moves before it: negative where the corner is not reached. With w the row of the deflection the depth changes
-by w v less what the corner does, its instant by -w v' over the second derivative of w z. Where a rate comes nearest to
-zero and keeps its sign, within a step or at a crossing, two turning points may appear: such a *dip* is kept, by the
-distance of the rate beyond zero.
+rate of a deflection changes its sign. Its *depth* is the distance of the turning point beyond a corner, in the
+direction of the motion before it: negative where the corner is not reached. With w the row of the deflection and v the
+perturbation of the state z, the depth changes by w v minus the change of the corner, and the instant by -w v' over the
+second derivative of w z. Where a rate has an extremum near zero and keeps its sign, within a step or at a crossing, two
+turning points may appear. Such an extremum is a *dip*; its depth is the distance of the rate beyond zero.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from gearrattle.engine.kernels.arrays import Matrix, Vector
 from gearrattle.engine.kernels.motion_levels import bend_of, slope_of, turn_between, value_of
 
 ORDER = 26
-"""Terms of the series over a step: the first one left out is below 1e-17."""
-_LOOKS = 8  # at a rate, over a step
+"""Terms of the series over a step: the first omitted term is below 1e-17."""
+_LOOKS = 8  # equal parts of a step, at whose ends a rate is evaluated
 CLEARANCE, UPWARD, TIME, DEPTH, SLOPE, TIME_SLOPE, LEVEL, LEVEL_SLOPE, COLUMNS = range(9)
-"""Columns of turning points, and how many: instants in periods, slopes along the perturbation.
+"""Columns of turning points, and their number. Instants are in periods, slopes are along the perturbation.
 
-The last two are of dips: how far the deflection is from the corner nearest to it.
+LEVEL and its slope exist for dips alone: the distance of the deflection from the nearer corner.
 """
 FALLING = 2
 RISING = 3
-"""In the column UPWARD: no turning point, but a dip, where a negative or a positive rate comes nearest to zero."""
+"""Values in the column UPWARD for a dip of a negative and of a positive rate."""
 MOST_TURNS = 4096
-"""Rows for turning points; where there are more they are not known."""
+"""Rows for turning points; if a motion has more, its turning points count as unknown."""
 
 
 class Series(NamedTuple):
@@ -40,7 +40,7 @@ class Series(NamedTuple):
     change: Matrix
     rate: Vector  # (ORDER - 1,) derivatives, of one of them
     rate_change: Vector
-    looks: Matrix  # (3, _LOOKS + 1) shares of a step, the rate and its derivative there
+    looks: Matrix  # (3, _LOOKS + 1) shares of the step; the rate and its derivative at these shares
 
 
 class Part(NamedTuple):
@@ -48,13 +48,13 @@ class Part(NamedTuple):
 
     interval: int
     clearance: int
-    begin: float  # of a step [periods]
-    length: float
-    by: float  # change of p
+    begin: float  # of the step [periods]
+    length: float  # of the step [periods]
+    by: float  # change of the parameter p
 
 
 class _Least(NamedTuple):
-    """A rate that comes nearest to zero [SI, per period], and slopes along the perturbation."""
+    """An extremum of a rate near zero [SI, per period], and slopes along the perturbation."""
 
     time: float
     value: float  # of the deflection
@@ -66,7 +66,7 @@ class _Least(NamedTuple):
 
 @kernel
 def room_series(count):
-    """Room for the series of so many deflections."""
+    """Arrays for the series of ``count`` deflections."""
     coefficients = np.empty((2, count, ORDER))
     looks = np.empty((3, _LOOKS + 1))
     for n in range(_LOOKS + 1):
@@ -76,7 +76,7 @@ def room_series(count):
 
 @kernel
 def _way_across(path, i, k, step):
-    """Direction of a clearance's next crossing, from crossing i on, forwards or backwards; -1: it crosses nothing."""
+    """Direction of the next crossing of clearance k from crossing i on, forwards or backwards; -1: none."""
     while 0 <= i < path.clearance.size:
         if path.clearance[i] == k:
             return path.upward[i]
@@ -86,19 +86,19 @@ def _way_across(path, i, k, step):
 
 @strict
 def _write_turn(path, part, s, upward, series, trace):
-    """Write a turning point by the corner ahead, and by the one behind that it has passed, where it lies near them."""
+    """Write a turning point near the corner ahead, and near a corner passed before, with its depth there."""
     i = part.interval
     k = part.clearance
-    # the deflection there, its change and the change of the instant
+    # the deflection at the turning point, its change and the change of the instant
     value = value_of(series.value[k], s)
     slope = value_of(series.change[k], s)
     time_slope = -part.length * slope_of(series.change[k], s) / bend_of(series.value[k], s)
-    # a visit: the motion came over the same corner and leaves over it
+    # a visit: the motion crosses the same corner before and after the turning point
     is_visit = _way_across(path, i - 1, k, -1) == upward != _way_across(path, i, k, 1)
     sign = 1.0 if upward == 1 else -1.0
     for is_behind in range(2):
         is_upper = (upward == 1) != (is_behind == 1)
-        # the corner, how it moves, and the depth of the motion beyond it
+        # the corner, its change with the parameter, and the depth of the motion beyond it
         corner = path.upper[i, k] if is_upper else path.lower[i, k]
         moved = part.by * (path.upper_shift[i, k] if is_upper else path.lower_shift[i, k])
         depth = sign * (value - corner)
@@ -116,17 +116,17 @@ def _write_turn(path, part, s, upward, series, trace):
 
 @strict
 def _write_dip(path, part, least, trace):
-    """Write where a rate comes nearest to zero and does not reach it: its distance beyond zero, as a depth."""
+    """Write a dip: an extremum of a rate that does not reach zero."""
     i = part.interval
     k = part.clearance
-    # its distance from the nearer corner
+    # the distance of the deflection from the nearer corner
     below = least.value - path.lower[i, k]
     above = path.upper[i, k] - least.value
     if min(below, above) >= trace.reach[k]:
         return
     if trace.number[0] < trace.turns.shape[0]:
         row = trace.turns[trace.number[0]]
-        # depth: the distance of the rate from zero, and how it changes
+        # depth: the distance of the rate from zero, and its slope
         sign = -1.0 if least.rate > 0.0 else 1.0
         row[CLEARANCE] = k
         row[UPWARD] = RISING if least.rate > 0.0 else FALLING
@@ -135,7 +135,7 @@ def _write_dip(path, part, least, trace):
         row[DEPTH] = sign * least.rate
         row[SLOPE] = sign * least.rate_slope
         row[LEVEL] = min(below, above)
-        # the level at which it happens, and how that changes
+        # slope of the level
         if below < above:
             row[LEVEL_SLOPE] = least.value_slope - part.by * path.lower_shift[i, k]
         else:
@@ -155,7 +155,7 @@ def is_far(path, i, k, series, trace):
 
 @kernel
 def _least_at(part, s, series):
-    """A rate at the instant within a step at which it comes nearest to zero."""
+    """The extremum of a rate at the share s of a step."""
     k = part.clearance
     h = part.length
     rate = value_of(series.rate, s)
@@ -168,7 +168,7 @@ def _least_at(part, s, series):
 
 @kernel
 def _look(series):
-    """Write a rate and its derivative at every look: all at once, which vectors do."""
+    """Write a rate and its derivative at all shares of ``looks``, in loops that the compiler vectorises."""
     looks = series.looks
     for n in range(_LOOKS + 1):
         looks[1, n] = 0.0
@@ -181,9 +181,9 @@ def _look(series):
 
 @strict
 def search(path, part, rises, series, trace):
-    """Write the turning points and dips of a clearance within a step; gives whether its rate is positive at the end."""
+    """Write the turning points and dips of a clearance within a step; return whether the last rate is positive."""
     k = part.clearance
-    # the rate within the step, its change, and its values at the looks
+    # the series of the rate and of its change, and the values of the rate at the ends of all parts
     for m in range(1, ORDER):
         series.rate[m - 1] = m * series.value[k, m]
         series.rate_change[m - 1] = m * series.change[k, m]
@@ -192,19 +192,19 @@ def search(path, part, rises, series, trace):
     rate = series.looks[1]
     bend = series.looks[2]
     for n in range(_LOOKS):
-        # between two looks: a change of sign is a turning point
+        # within one part: a change of sign is a turning point
         low = share[n]
         high = share[n + 1]
         ends = (high, high)
         is_turn = (rate[n + 1] > 0.0) != rises
-        if not is_turn and rate[n] * bend[n] < 0.0 < rate[n + 1] * bend[n + 1]:  # it comes nearer to zero and goes away
-            # the rate comes nearest to zero: either two turning points or a dip
+        if not is_turn and rate[n] * bend[n] < 0.0 < rate[n + 1] * bend[n + 1]:
+            # the modulus of the rate has a minimum: either two turning points or a dip
             s = turn_between(series.rate, low, high)
             ends = (s, high)
             is_turn = (value_of(series.rate, s) > 0.0) != rises
             if not is_turn:
                 _write_dip(path, part, _least_at(part, s, series), trace)
-        # locate the turning points between the looks
+        # locate the turning points of this part
         if is_turn:
             for end in ends:
                 if low < end:
@@ -217,7 +217,7 @@ def search(path, part, rises, series, trace):
 
 @strict
 def write_kinks(path, i, by, h, series, last, trace):
-    """Write the rates that come nearest to zero at crossing i - 1, where their derivatives jump from ``last``."""
+    """Write the dips at crossing i - 1, where the derivatives of the rates jump from ``last``."""
     delay = trace.delay[i - 1]
     time = path.time[i]
     for k in range(last.size):
@@ -233,12 +233,12 @@ def write_kinks(path, i, by, h, series, last, trace):
 
 @strict_entry
 def write_outside(watch, upward, begins, outside):
-    """Write which way clearances cross last before a part of a motion that repeats, and first after it.
+    """Write the directions of the last crossings before a part of a periodic motion, and of the first ones after it.
 
-    watch: (E,) what crosses; numbers that are none of the K clearances are passed over.
+    watch: (E,) index of what crosses; crossings of other quantities than the K clearances are ignored.
     upward: (E,) 1 upwards, 0 downwards.
-    begins: (2,) crossings before the start and before the end of the part; 0 and 0 for the whole motion.
-    outside: (2, K) written; -1: it crosses nothing.
+    begins: (2,) number of crossings before the start and before the end of the part; 0 and 0 for the whole motion.
+    outside: (2, K) written; -1: the clearance does not cross.
     """
     count = watch.size
     clearances = outside.shape[1]

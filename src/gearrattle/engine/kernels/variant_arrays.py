@@ -1,8 +1,8 @@
-"""The arrays of many variants of one driveline, and of what the variants have in common.
+"""The arrays of many variants of one driveline, and of their common structure.
 
-Variants of one *structure* differ in numbers alone: the same elements in the same places, as many pieces to each law,
-the same orders. Their structure is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
-variants.
+Variants of one *structure* have the same elements between the same bodies, laws with the same numbers of pieces, and
+the same orders; only their numbers differ. The structure is a ``Frame``, the numbers are ``Coefficients`` with a
+leading axis of variants.
 
 n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with
 stiffness.
@@ -21,7 +21,7 @@ T = TypeVar("T", "Coefficients", "Laws", "Tallies")
 
 
 class Coefficients(NamedTuple):
-    """Numbers of one driveline; of V variants with a leading axis (V, ...)."""
+    """Numbers of one driveline; for V variants with a leading axis (V, ...)."""
 
     inertia: Vector  # (n,)
     drag: Vector  # (n,)
@@ -37,13 +37,13 @@ class Coefficients(NamedTuple):
 class Frame(NamedTuple):
     """The structure that variants share."""
 
-    rows: Matrix  # (m, n) W
-    label: IntVector  # (m,) label of its lowest piece
+    rows: Matrix  # (m, n) deflections of the elements per angle of the bodies
+    label: IntVector  # (m,) label of the lowest piece of every element
     clearances: IntVector  # (K,) elements with corners
     cycles: Vector  # (H,) oscillations per period
-    basis: Matrix  # (r, n) X
-    combination: Matrix  # (m, r) B
-    elements: IntVector  # (r,) the element of each row of X
+    basis: Matrix  # (r, n) X: deflections that are states, per angle
+    combination: Matrix  # (m, r) B: deflections of all elements, per deflection that is a state
+    elements: IntVector  # (r,) the element of every row of X
     references: IntVector  # (R,) inertias whose angle is carried
 
 
@@ -57,67 +57,67 @@ class Scales(NamedTuple):
 
 
 class Statics(NamedTuple):
-    """Input of the search for the equilibrium: coordinates of the elements with stiffness alone."""
+    """Input of the search for the equilibrium: coordinates of the elements that have a stiffness."""
 
     elastic: IntVector  # (E,) these elements
-    at: IntVector  # (r,) which of them each deflection that is sought belongs to
+    at: IntVector  # (r,) index in ``elastic`` of the element of every unknown deflection
     combination: Matrix  # (E, r) B
     angle_from_basis: Matrix  # (n, r)
     motion: Matrix  # (n, R) free motion of the trains
 
 
 class Judged(NamedTuple):
-    """Structure of the clearances for the sums over crossings; their corners and pieces end to end."""
+    """Structure of the clearances for the sums over crossings; arrays hold one clearance's pieces after the other's."""
 
-    pieces: IntVector  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
-    label: IntVector  # (K,) label of its lowest piece
-    inner: IntVector  # (pieces,) whether one is its centre, 1 or 0
-    gap: IntVector  # (K,) whether its centre is free of stiffness, 1 or 0
+    pieces: IntVector  # (K + 1,) where the pieces of clearance k begin; its corners begin at pieces[k] - k
+    label: IntVector  # (K,) label of the lowest piece of every clearance
+    inner: IntVector  # (pieces,) 1: the piece is the central one, else 0
+    gap: IntVector  # (K,) 1: the central piece has no stiffness, else 0
 
 
 class Crossings(NamedTuple):
-    """Crossings of corners in pieces, ordered by time, then element; ``EventLog`` has them in region labels."""
+    """Crossings of corners, ordered by time, then element; pieces are indices here, labels in ``EventLog``."""
 
     time: Vector  # (E,) [s]
     clearance: IntVector  # (E,)
-    from_piece: IntVector  # (E,) the piece left, the lowest of a clearance is 0
-    to_piece: IntVector  # (E,) the piece entered
+    from_piece: IntVector  # (E,) the piece that is left; 0 is the lowest piece of a clearance
+    to_piece: IntVector  # (E,) the piece that is entered
     velocity: Vector  # (E,) deflection rate [rad/s or m/s]
-    force_integral: Vector  # (E,) of the element's force since t = 0 [N m s or N s]
+    force_integral: Vector  # (E,) time integral of the element's force since t = 0 [N m s or N s]
 
 
 class Tallies(NamedTuple):
     """Sums over the crossings of V motions, each array with a leading axis (V, ...)."""
 
-    sides: Array3  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
-    dwell: Matrix  # (pieces,) time in each region [s]
+    sides: Array3  # (K, 2) 1 if corners of the drive side, of the coast side are crossed
+    dwell: Matrix  # (pieces,) time in every piece [s]
     count: Matrix  # type: ignore[assignment]  # (K,) impacts; hides tuple.count
-    drive: Matrix  # (K,) on the drive side
-    speed: Matrix  # (K,) sum of their speeds
-    top_speed: Matrix  # (K,)
-    square: Matrix  # (K,) sum of the squares of their speeds
-    left: Matrix  # (K,) sum of the speeds at which contacts end
-    top_change: Matrix  # (K,) largest change of the deflection rate, begin to end of a contact
-    push: Matrix  # (K,) sum of their contact impulses
-    top_push: Matrix  # (K,)
-    lost: Matrix  # (K,) sum of v^2 - v'^2 of contacts that have ended
-    kept: Matrix  # (K,) sum of |v'| / |v| of those with v other than zero
-    moving: Matrix  # (K,) how many these are
+    drive: Matrix  # (K,) impacts on the drive side
+    speed: Matrix  # (K,) sum of the impact speeds v
+    top_speed: Matrix  # (K,) largest impact speed
+    square: Matrix  # (K,) sum of v^2
+    left: Matrix  # (K,) sum of the speeds v' at the end of a contact
+    top_change: Matrix  # (K,) largest change of the deflection rate from the start to the end of a contact
+    push: Matrix  # (K,) sum of the contact impulses
+    top_push: Matrix  # (K,) largest contact impulse
+    lost: Matrix  # (K,) sum of v^2 - v'^2 over the contacts that have ended
+    kept: Matrix  # (K,) sum of |v'| / |v| over the contacts that have ended with v other than zero
+    moving: Matrix  # (K,) number of these contacts
     held: Matrix  # (K,) time in contacts that have ended [s]
-    same: Matrix  # (K,) impacts on the flank of the contact before
-    other: Matrix  # (K,) impacts on the other one
-    flank: Matrix  # (K,) of the last contact: 1 drive, -1 coast, 0 none yet
+    same: Matrix  # (K,) impacts on the flank of the last contact
+    other: Matrix  # (K,) impacts on the opposite flank
+    flank: Matrix  # (K,) flank of the last contact: 1 drive, -1 coast, 0 none yet
     final: Matrix  # (K,) force integral at the end
-    open: Matrix  # (corners,) 1 where a contact has not ended
-    begun: Matrix  # (corners,) the force integral at its start
-    met: Matrix  # (corners,) the speed at its start
-    since: Matrix  # (corners,) when it began [s]
+    open: Matrix  # (corners,) 1 if a contact has not ended
+    begun: Matrix  # (corners,) force integral at the start of that contact
+    met: Matrix  # (corners,) speed at its start
+    since: Matrix  # (corners,) instant of its start [s]
     crossings: Matrix  # (1,) crossings in the window
     calls: Matrix  # (1,) function calls of the algorithm
 
 
 def room_for(count: int, judged: Judged) -> Tallies:
-    """Tallies of so many motions, all zero."""
+    """Tallies of ``count`` motions, all zero."""
     clearances = judged.label.size
     pieces = int(judged.pieces[-1])
     shapes = {"sides": (clearances, 2), "dwell": (pieces,), "crossings": (1,), "calls": (1,)}
@@ -126,5 +126,5 @@ def room_for(count: int, judged: Judged) -> Tallies:
 
 
 def picked(many: T, which: Any) -> T:
-    """Those of many that are chosen along the leading axis; one by its index."""
+    """The entries of ``many`` at ``which`` along the leading axis: an index, or a selection."""
     return type(many)._make(picked(part, which) if isinstance(part, Laws) else part[which] for part in many)

@@ -1,7 +1,7 @@
 """The arrays that all regions of a driveline share (``workspace.Common``), written for one variant of many.
 
-The same rows as ``system.flow`` writes: scales are powers of two, so that all but a few products are exact, and those
-few are made in the same order. ``tests/engine/system/test_laid_out.py`` holds both to the same bits.
+``system.flow`` writes the same rows with the same bits: scales are powers of two, so that most products are exact, and
+the others are computed in the same order (``tests/engine/system/test_laid_out.py``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gearrattle.engine.kernels.workspace import PERIOD
 
 @strict
 def _write_laws(law, constant, laws):
-    """Slopes, damping and corners of all pieces; offsets over the scale of the constant input."""
+    """Write stiffness, damping and corners of all pieces, and their offsets over the scale of the constant input."""
     for k in range(law.first.size):
         laws.first[k] = law.first[k]
     for p in range(law.stiffness.size):
@@ -29,7 +29,7 @@ def _write_laws(law, constant, laws):
 
 @strict
 def _write_elements(system, frame, scales, common):
-    """Deflections and rates of all elements."""
+    """Write the deflections and rates of all elements."""
     r = frame.elements.size
     n = system.inertia.size
     count = frame.cycles.size
@@ -58,14 +58,14 @@ def _write_elements(system, frame, scales, common):
 
 @strict
 def _write_balance(system, frame, scales, common):
-    """Rates of the deflections, torques less drag, rates of the reference angles."""
+    """Write the rates of the deflections, the torques minus the drag torques, and the rates of the reference angles."""
     r = frame.elements.size
     n = system.inertia.size
     count = frame.cycles.size
     period = system.period[0]
     states = r + n
     width = states + 1 + 2 * count
-    # deflections turn with the velocities
+    # rates of the deflections from the velocities
     for i in range(r):
         for j in range(width):
             common.motion[i, j] = 0.0
@@ -90,7 +90,7 @@ def _write_balance(system, frame, scales, common):
 
 @strict
 def _write_clearances(system, frame, scales, common):
-    """Corner scales, and what is seen of the clearances in them."""
+    """Write the corner scales, and deflections and rates of the clearances in these scales."""
     r = frame.elements.size
     n = system.inertia.size
     count = frame.cycles.size
@@ -104,7 +104,7 @@ def _write_clearances(system, frame, scales, common):
         k = frame.clearances[i]
         corner = largest_modulus(laws.upper, laws.first[k], laws.first[k + 1] - 1)
         common.cornered[i] = corner > 0.0
-        if not corner > 0.0:  # a corner at zero only: any scale serves
+        if not corner > 0.0:  # the only corner is zero: any scale will do
             for j in range(width):
                 corner = max(corner, abs(common.deflection[k, j]))
         scales.corner[i] = power_below(corner)
@@ -125,11 +125,11 @@ def _write_clearances(system, frame, scales, common):
 
 @strict_entry
 def lay_out(workspace, system, frame, scales):
-    """Write the arrays that regions share, without the indices of pieces and the limits that depend on a motion.
+    """Write the arrays that regions share, without the indices of the clearances and the limits of an ordinary motion.
 
     workspace: see ``memory_addresses``.
     system: ``variant_arrays.Coefficients`` of one variant.
-    scales: ``variant_arrays.Scales``; the corners' are written, the others read.
+    scales: ``variant_arrays.Scales``; those of the corners are written, the others are read.
     """
     common = common_at(workspace)
     laws = laws_at(workspace)

@@ -1,8 +1,9 @@
-"""Variants of a driveline in one compiled loop: one after the other is laid out, started, marched and evaluated.
+"""Variants of a driveline in one compiled loop: each is laid out, started, marched and evaluated in turn.
 
-Large kernels are called by their addresses (``_jit.address_of``), with the machine code that a single run uses: the
-same bits, and nothing is compiled twice. Where the log is full, or another region has no room, the loop returns a code;
-its caller enlarges the arrays and calls again, and the loop goes on with the variant and the step at which it stopped.
+Large kernels are called by their addresses (``_jit.address_of``). They are the machine code of a single run: so the
+bits are the same, and no kernel is compiled twice. If the log is full, or the arrays have no slot for another region,
+the loop returns a code; the caller enlarges the arrays and calls again, and the loop continues at the same variant and
+step.
 """
 
 from __future__ import annotations
@@ -39,46 +40,46 @@ from gearrattle.engine.kernels.tallies import tally
 from gearrattle.engine.kernels.variant_arrays import Coefficients, Frame, Judged, Scales, Statics
 from gearrattle.engine.kernels.workspace import BUILT
 
-# Codes that the loop and its parts return. Where a slot may be returned as well, the codes are negative.
+# Codes that the loop and its parts return; those that may be returned in place of a slot are negative.
 READY = 2
-"""The region of the present state is built: the march can go on."""
+"""The region of the present state is built: the march can continue."""
 FINISHED = 1
-"""The variant is at its end; from ``march_many``: all variants are done."""
+"""The variant has reached its end; from ``march_many``: all variants are done."""
 SPENT = 0
-"""The slice is spent, from ``march_many`` all slices: call again."""
+"""The slice is spent; from ``march_many``: all slices are spent; call again."""
 MORE_ROOM = -1
-"""The next region does not fit into ``regions``: enlarge them and call again."""
+"""The arrays in ``regions`` have no slot for the next region: enlarge them and call again."""
 IMPOSSIBLE = -2
-"""This variant cannot be done here (a start on a corner, no equilibrium, a state that is not finite, chatter)."""
+"""This loop cannot do the variant (start on a corner, no equilibrium, a state that is not finite, chatter)."""
 MORE_LOG = -3
 """The log of crossings is full: enlarge it and call again."""
 
 FOLLOWED = 1
 LEFT = 2
-"""Outcomes of a variant: marched to its end and evaluated; not done here, so that it must be run alone."""
+"""Outcomes of a variant: marched to its end and evaluated; not done here, so that it must be run by itself."""
 AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
-"""Entries of the cursor: the present variant; whether it is under way; slots and tables that its regions take."""
+"""Entries of the cursor: index of the present variant; 1 once it has started; slots and tables in use."""
 AS_GIVEN, STATIC, STEADY = range(3)
-"""Starts of variants: with the angles and velocities given; in their equilibrium with the velocities given; there, with
-the rigid response of their free trains added."""
+"""Starts of variants: specified angles and velocities; static equilibrium and specified velocities; the same with the
+rigid response of the free trains added."""
 
 
 class Entries(NamedTuple):
-    """Addresses of the kernels called, and the stages of a region."""
+    """Addresses of the kernels that the loop calls, and of the stages of a region."""
 
     scale: int
     lay_out: int
     limit_states: int
-    work_out: int
+    build_region: int
     pack: int
     accelerate_rigidly: int
     rest: int
     is_loose: int
     angles_from_deflections: int
     respond_rigidly: int
-    evaluate: int  # at the end of a motion: ``sum_crossings``, or ``periods.differentiate``
+    evaluate: int  # at the end of a motion: ``sum_crossings``, or ``whole_periods.differentiate``
     march_on: int
-    work_out_samples: int
+    store_noted_samples: int
     zgees: int
     stages: Stages
 
@@ -93,15 +94,15 @@ class Cases(NamedTuple):
     frame: Frame
     statics: Statics
     judged: Judged
-    angle: Matrix  # (V, n) at the start, where it is given
+    angle: Matrix  # (V, n) at the start, used for AS_GIVEN
     velocity: Matrix  # (V, n)
-    window: Matrix  # (V, 3) steady part [s], begin and end; period
+    window: Matrix  # (V, 3) begin and end of the steady part, and period [s]
     start: IntVector  # (1,) AS_GIVEN, STATIC or STEADY
     outcome: IntVector  # (V,) FOLLOWED or LEFT, written
 
 
 class Buffers(NamedTuple):
-    """Start and end of the present variant."""
+    """Scales, start and end of the present variant."""
 
     scales: Scales
     deflection: Vector  # (r,)
@@ -109,22 +110,22 @@ class Buffers(NamedTuple):
     velocity: Vector  # (n,)
     rest: Vector  # (n,) angles of the equilibrium
     acceleration: Vector  # (n,)
-    sought: Vector  # deflections of the elements with stiffness
-    travel: Vector  # (E,)
+    sought: Vector  # unknown deflections of the search for the equilibrium
+    travel: Vector  # (E,) its last direction
     initial: IntVector  # (K,) pieces at the start
     final: Vector  # (K,) force integrals at the end
 
 
 class Thread(NamedTuple):
-    """The arrays that one thread works on: those of the present variant, and where the loop stands."""
+    """The arrays of one thread: those of the present variant, and the state of the loop."""
 
     workspace: IntVector  # words of ``memory_addresses``: one region while it is built
     buffers: Buffers
     inputs: Inputs  # of the structure, scaled for the present variant
     instants: Instants | None
-    regions: Regions  # met so far
+    regions: Regions  # visited so far
     march: March
-    samples: Samples  # from the first one that is kept
+    samples: Samples  # from the first sample that is kept
     notes: Notes
     log: Log
     cursor: IntVector  # (4,) see ``CURSOR``
@@ -150,14 +151,14 @@ def numbers_of(numbers, v):
 
 @strict
 def _slot_of(entries, thread):
-    """The slot of the region of ``region.pieces``, built if it is new; else MORE_ROOM or IMPOSSIBLE."""
+    """The slot of the region of ``Region.pieces``, built if it is new; else MORE_ROOM or IMPOSSIBLE."""
     workspace = thread.workspace
     regions = thread.regions
     cursor = thread.cursor
     clearances = common_at(workspace).clearances
     pieces = region_at(workspace).pieces
     free = free_at(workspace)
-    # a region that was met before
+    # a region that has been visited
     for slot in range(cursor[SLOTS]):
         is_same = True
         for i in range(clearances.size):
@@ -165,9 +166,9 @@ def _slot_of(entries, thread):
         if is_same:
             return slot
     # a new one: build it up to its tables
-    if call_count(entries.work_out, (entries.stages, entries.zgees, workspace)) != BUILT:
+    if call_count(entries.build_region, (entries.stages, entries.zgees, workspace)) != BUILT:
         return IMPOSSIBLE
-    # whether there is room for it
+    # is there a slot, and are there enough tables?
     slot = cursor[SLOTS]
     tables = free.fine[0] + 1
     has_room = slot < regions.fine.size and cursor[TABLES] + tables <= regions.tables.shape[0]
@@ -183,7 +184,7 @@ def _slot_of(entries, thread):
 
 @strict
 def _find_equilibrium(entries, system, cases, buffers):
-    """Write the angles of the static equilibrium; False where there is none, or a gap without load leaves it open."""
+    """Write the angles of the static equilibrium; return False if there is none, or it is not unique."""
     acceleration = buffers.acceleration
     x = buffers.sought
     travel = buffers.travel
@@ -198,7 +199,7 @@ def _find_equilibrium(entries, system, cases, buffers):
 
 @strict
 def _find_start(entries, system, cases, buffers, v):
-    """Write angles and velocities of the start; False where they follow from no equilibrium."""
+    """Write angles and velocities of the start; return False if the equilibrium for it does not exist."""
     angle = buffers.angle
     velocity = buffers.velocity
     rest = buffers.rest
@@ -209,7 +210,7 @@ def _find_start(entries, system, cases, buffers, v):
     # the rigid response of free trains, added to the equilibrium
     if start == STEADY:
         call_silent(entries.respond_rigidly, (system, cases.frame, cases.statics, rest, angle, velocity))
-    # angles and velocities as asked for
+    # angles and velocities of the requested start
     for i in range(angle.size):
         if start == AS_GIVEN:
             angle[i] = cases.angle[v, i]
@@ -225,7 +226,7 @@ def _find_start(entries, system, cases, buffers, v):
 
 @strict
 def _begin(entries, cases, thread):
-    """Lay a variant out and put it at its start: READY, MORE_ROOM or IMPOSSIBLE."""
+    """Lay a variant out and put it at its start; return READY, MORE_ROOM or IMPOSSIBLE."""
     # angles and velocities at the start
     workspace = thread.workspace
     buffers = thread.buffers
@@ -244,7 +245,7 @@ def _begin(entries, cases, thread):
     call_real(entries.limit_states, (entries.stages, workspace))
     for h in range(thread.inputs.scale.size):
         thread.inputs.scale[h] = scales.inputs[h]
-    # the state in these scales, and the pieces it lies in
+    # the state in these scales, and its pieces
     put_at_start(cases.frame, scales, buffers.angle, buffers.velocity, buffers.deflection, march)
     if not choose_pieces(workspace, cases.frame, buffers.angle, march):
         return IMPOSSIBLE
@@ -263,7 +264,7 @@ def _begin(entries, cases, thread):
 
 @strict
 def _cross(entries, thread):
-    """Go on into the region beyond a corner: READY, MORE_ROOM or IMPOSSIBLE."""
+    """Enter the region beyond a corner; return READY, MORE_ROOM or IMPOSSIBLE."""
     workspace = thread.workspace
     regions = thread.regions
     counts = thread.march.counts
@@ -276,7 +277,7 @@ def _cross(entries, thread):
     for i in range(clearances.size):
         pieces[clearances[i]] = regions.piece[here, i]
     pieces[clearances[k]] += 1 if upward else -1
-    # their region, and both regions as neighbours of each other
+    # the region of these pieces; both regions are neighbours of each other
     slot = _slot_of(entries, thread)
     if slot < 0:
         return slot
@@ -289,7 +290,7 @@ def _cross(entries, thread):
 
 @strict
 def _march_slice(entries, cases, thread):
-    """March a slice of one variant: FINISHED, SPENT, MORE_ROOM, MORE_LOG or IMPOSSIBLE."""
+    """March a slice of one variant; return FINISHED, SPENT, MORE_ROOM, MORE_LOG or IMPOSSIBLE."""
     regions = thread.regions
     inputs = thread.inputs
     march = thread.march
@@ -297,7 +298,7 @@ def _march_slice(entries, cases, thread):
     counts = march.counts
     notes = thread.notes
     code = READY
-    # a variant that has not begun: lay it out and find its first region
+    # a variant that has not started: lay it out, and build its first region
     if not thread.cursor[UNDER_WAY]:
         code = _begin(entries, cases, thread)
         if code != READY:
@@ -305,12 +306,12 @@ def _march_slice(entries, cases, thread):
         counts[SAMPLE] = samples.first
         thread.cursor[UNDER_WAY] = 1
     while code == READY:
-        # march until something is needed, and store the samples noted
+        # march until the caller must act, and store the samples that were noted
         marched = regions, inputs, thread.instants, march, samples, notes, thread.log, _BUDGET
         answer = call_count(entries.march_on, marched)
         if counts[NOTED]:
-            call_silent(entries.work_out_samples, (regions, inputs, notes, samples, counts))
-        # what the march asks for: a larger log, the region beyond a corner, the next slice
+            call_silent(entries.store_noted_samples, (regions, inputs, notes, samples, counts))
+        # the march needs a larger log, the region beyond a corner, or the next slice
         if answer == LOG_FULL:
             return MORE_LOG
         if answer == NEEDS_REGION:
@@ -330,7 +331,7 @@ def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cur
     v = cursor[AT]
     counts = march.counts
     integrals = samples.states.shape[1] - buffers.final.size
-    # force integrals at the end: contacts that are still open end there
+    # force integrals at the end: open contacts end there
     for k in range(buffers.final.size):
         buffers.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
     # sums over the crossings in the window
@@ -343,12 +344,11 @@ def sum_crossings(_workspace, cases, buffers, _regions, march, samples, log, cur
 
 @strict_entry
 def march_many(entries, cases, thread, out, slices):
-    """March variants from where the cursor stands, for so many slices, and evaluate each at its end.
+    """March variants from the position of the cursor on, for ``slices`` slices, and evaluate each at its end.
 
-    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``, ``periods.differentiate``
-    to a
-        ``Map``.
-    slices: how many of ``_BUDGET`` steps each.
+    out: where ``entries.evaluate`` writes: ``sum_crossings`` to ``variant_arrays.Tallies``,
+        ``whole_periods.differentiate`` to a ``Map``.
+    slices: their number, each of ``_BUDGET`` steps.
     Returns FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
     cursor = thread.cursor
@@ -362,12 +362,12 @@ def march_many(entries, cases, thread, out, slices):
             return SPENT
         slices -= 1
         code = _march_slice(entries, cases, thread)
-        # what must grow before it goes on
+        # arrays must be enlarged before the march continues
         if code in (MORE_ROOM, MORE_LOG):
             return code
         if code == SPENT:
             continue
-        # the variant is through, or cannot be done here: evaluate it and take the next one
+        # the variant has ended, or cannot be done here: evaluate it, and go to the next
         if code == FINISHED:
             finished = thread.workspace, cases, buffers, thread.regions, march, samples, thread.log, cursor, out
             call_silent(entries.evaluate, finished)

@@ -1,18 +1,19 @@
-"""The end of a motion over whole periods, and its derivatives: to the state at the start, and to a parameter.
+"""The end of a motion over whole periods, and its derivatives by the state at the start and by a parameter.
 
 Time is counted in periods. Inside a region the states x and the inputs u, which are oscillators, obey
 
     z' = Z(p) z,    z = (x, u),    Z = [[A, G], [0, W]]
 
-and W does not depend on the parameter p. Perturbations of the start are carried by A alone. The derivative s = dx/dp
-for a fixed start obeys s' = A s + B z with B = d[A, G]/dp. Both are carried by tables (``exponentials``).
+and W does not depend on the parameter p. Perturbations of the start obey v' = A v. The derivative s = dx/dp for a fixed
+start obeys s' = A s + B z with B = d[A, G]/dp. Both are carried by tables (``exponentials``).
 
-A, G and corners are closed forms of p. Their derivatives are central differences of these, not of motions: two
-variants beside the one that is marched are laid out in its scales.
+A, G and corners are closed forms of p. Their derivatives are central differences of these forms, not of motions: the
+two neighbours of a variant, with a smaller and a larger p, are laid out in its scales.
 
-If asked, one approach to a corner (``approach``) or all turning points (``direction``, ``depths``) are written too.
+On request one approach to a corner (``corner_approach``) or all turning points (``branch_direction``,
+``turning_point_depths``) are written too.
 
-Arrays: ``memory_addresses`` (workspace), ``packed`` (regions, march, samples, log), ``variant_arrays``.
+Arrays: ``memory_addresses`` (workspace), ``march_arrays`` (regions, march, samples, log), ``variant_arrays``.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ from gearrattle.engine.kernels.variant_common import lay_out
 from gearrattle.engine.kernels.variants_march import AT, SLOTS, numbers_of
 
 NEIGHBOURS = 2
-"""Variants before the one that is marched: the same with a smaller, and with a larger parameter."""
+"""Number of variants before the marched one: its neighbours, with a smaller and with a larger parameter."""
 NO_TURNS = -1
 ALONG_ROW = 0
 ALONG_CHANGE = 1
-"""Turning points that are asked for: none, of a motion that repeats, of a part of one.
+"""Requested turning points: none; of a periodic motion; of a part of one.
 
-Slopes of the second are along the change that keeps the gap, and of which the product with a row over the state at the
-start [SI] and the parameter is 1. Slopes of the third are along the change of both that is told.
+ALONG_ROW: slopes are along the change (du, dp) that keeps the difference of end and start, and whose product with
+``Map.row``, over the state at the start [SI] and the parameter, is 1. ALONG_CHANGE: ``Map.row`` is the change itself.
 """
 
 
@@ -49,42 +50,42 @@ class Map(NamedTuple):
     """A motion over n periods; N states."""
 
     end: Vector  # (N,) state at the end [SI]
-    turned: Vector  # (R,) how far the reference inertia of every free train has turned [rad]
+    turned: Vector  # (R,) angle through which the reference inertia of every free train has turned [rad]
     gradient: Matrix  # (N, N) of the end with respect to the start [SI]
-    slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the distance of both neighbours
-    corner: IntVector  # (2,) clearance whose approach to a corner is asked for (-1: none), and 1 for the upper corner
+    slope: Vector  # (N,) of the end with respect to the parameter [SI], times half the difference of the neighbours' p
+    corner: IntVector  # (2,) clearance of the requested approach, -1: none; 1: to its upper corner, 0: to the lower
     touched: Touched  # that approach
-    row: Vector  # (N + 1,) the direction of slopes: see ALONG_ROW and ALONG_CHANGE
+    row: Vector  # (N + 1,) defines the direction of slopes, see ALONG_ROW and ALONG_CHANGE
     turns: Matrix  # (MOST_TURNS, COLUMNS) all turning points
-    turning: IntVector  # (1,) NO_TURNS, ALONG_ROW or ALONG_CHANGE; then how many there are, NO_TURNS: not known
-    delay: Vector  # (MOST_TURNS,) by how much crossings come later along the direction of the turning points [periods]
-    outside: IntMatrix  # (2, K) of ``Path``; read along a change, written along a row
-    reach: Vector  # (K,) to a corner of every clearance: turning points farther away are left out
+    turning: IntVector  # (1,) NO_TURNS, ALONG_ROW or ALONG_CHANGE; afterwards their number, NO_TURNS: not known
+    delay: Vector  # (MOST_TURNS,) slope of the instants of crossings along that direction [periods]
+    outside: IntMatrix  # (2, K) of ``Path``; read for ALONG_CHANGE, written for ALONG_ROW
+    reach: Vector  # (K,) distance from a corner up to which turning points are written
 
 
 class Rates(NamedTuple):
-    """Rates of the states and of their derivatives, for the S slots that a motion visits; P entries of z, K clearances.
+    """Rates of the states and their shifts, for the S slots that a motion visits; P entries of z, K clearances.
 
-    A *shift* is a derivative with respect to the parameter, times half the distance of both neighbours.
+    A *shift* is a derivative with respect to the parameter, times half the difference of the neighbours' parameters.
     """
 
     generator: Array3  # (S, P, P) Z
     shift: Array3  # (S, N, P) B
     deflection: Matrix  # (K, P) of the clearances
     deflection_shift: Matrix  # (K, P)
-    lower_shift: Vector  # of every piece
-    upper_shift: Vector
+    lower_shift: Vector  # of the lower corner of every piece
+    upper_shift: Vector  # of the upper corner
 
 
 class Marched(NamedTuple):
-    """A driveline as it is laid out, and a motion of it that was marched."""
+    """The arrays of a driveline, and a motion that was marched."""
 
     common: Any  # see ``memory_addresses``
     laws: Any
-    regions: Any  # see ``packed``
+    regions: Any  # see ``march_arrays``
     log: Any
-    events: int  # crossings
-    initial: IntVector  # (K,) pieces of the clearances at its start
+    events: int  # number of crossings
+    initial: IntVector  # (K,) pieces of the clearances at the start of the motion
     end: float  # in periods
 
 
@@ -110,8 +111,8 @@ def _write_rows(workspace, regions, generator, deflection):
 
 @strict
 def _write_rates(workspace, cases, scales, regions, v, rates):
-    """Write the rates of a variant, and their shifts from both variants beside it; all in its scales."""
-    # rates of both variants beside it, then of this one
+    """Write the rates of a variant, and their shifts from its two neighbours, in the scales of the variant."""
+    # rates of both neighbours, then of the variant
     slots, states, size = rates.shift.shape
     generators = np.empty((NEIGHBOURS, slots, states, size))
     deflections = np.empty((NEIGHBOURS, rates.deflection.shape[0], size))
@@ -124,7 +125,7 @@ def _write_rates(workspace, cases, scales, regions, v, rates):
             for j in range(size):
                 rates.generator[slot, i, j] = 0.0
     _write_rows(workspace, regions, rates.generator, rates.deflection)
-    # the inputs' rows, and the shift B by central differences
+    # rows of the inputs, and the shift B by central differences
     frequency = common_at(workspace).frequency
     for slot in range(slots):
         for h in range(frequency.size):
@@ -160,7 +161,7 @@ def slot_of(regions, slots, pieces):
 
 @strict
 def _write_path(marched, rates, path):
-    """Write the intervals of a motion with their slots, and its crossings: corners of laws alone."""
+    """Write the intervals of a motion with their slots, and its crossings, which are corners of laws."""
     common = marched.common
     laws = marched.laws
     log = marched.log
@@ -169,7 +170,7 @@ def _write_path(marched, rates, path):
     slots = rates.shift.shape[0]
     path.time[0] = 0.0
     for i in range(events + 1):
-        # each interval: its region, its end, and the corners around the pieces
+        # each interval: its region, its end, and the corners of the pieces
         path.slot[i] = slot_of(marched.regions, slots, pieces)
         path.time[i + 1] = log.cycle[i] + log.fraction[i] if i < events else marched.end
         for k in range(pieces.size):
@@ -178,7 +179,7 @@ def _write_path(marched, rates, path):
             path.upper[i, k] = laws.upper[piece]
             path.lower_shift[i, k] = rates.lower_shift[piece]
             path.upper_shift[i, k] = rates.upper_shift[piece]
-        # the crossing at its end: what is watched, how the corner moves, and the next pieces
+        # the crossing at its end: the watched row, the shift of the corner, and the next pieces
         if i < events:
             crossed = log.clearance[i]
             path.clearance[i] = crossed
@@ -220,7 +221,7 @@ def _room_path(events, clearances, size, outside):
 
 @strict
 def _write_turns(driven, path, z, columns, scale, trace, out):
-    """Write the turning points along the direction that is asked for; none are known if there is no such direction."""
+    """Write the turning points along the requested direction; NO_TURNS if that direction does not exist."""
     if out.turning[0] == ALONG_CHANGE:
         change = out.row.copy()
         for i in range(scale.size):
@@ -236,7 +237,7 @@ def _write_turns(driven, path, z, columns, scale, trace, out):
 
 @strict
 def _follow(marched, rates, carried, scale, out):
-    """Carry perturbations and s along a motion, and write the turning points that are asked for."""
+    """Carry perturbations and s along a motion, and write the requested turning points."""
     # the path of the motion, and the tables of its slots
     common = marched.common
     laws = marched.laws
@@ -252,7 +253,7 @@ def _follow(marched, rates, carried, scale, out):
     steps = Steps(np.empty((slots, most, size, size)), np.empty((slots, most, states, size)), levels, first)
     is_written = np.zeros(slots, np.bool_)
     begin = carried.z.copy()
-    for i in range(events + 1):  # perturbations of the whole state, and s: by tables
+    for i in range(events + 1):  # perturbations of all states, and s, by tables
         slot = path.slot[i]
         generator = rates.generator[slot]
         shift = rates.shift[slot]
@@ -265,12 +266,12 @@ def _follow(marched, rates, carried, scale, out):
             element = common.clearances[crossed]
             before = laws.first[element] + regions.piece[slot, crossed]
             beyond = laws.first[element] + regions.piece[path.slot[i + 1], crossed]
-            # a crossing kicks the velocities where the damping jumps
+            # a jump of damping makes a jump of the perturbed velocities
             jump = laws.damping[beyond] - laws.damping[before]
             if jump != 0.0:
                 row = rates.deflection[crossed]
                 cross(common, element, jump, path.bound_shift[i], row, rates.deflection_shift[crossed], carried)
-    if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:  # one perturbation, with series of deflections
+    if out.corner[0] >= 0 or out.turning[0] != NO_TURNS:  # one perturbation, with the series of the deflections
         driven = Driven(rates.generator, rates.shift, rates.deflection, rates.deflection_shift)
         trace = Trace(
             np.empty((events + 2, size)),
@@ -290,9 +291,9 @@ def _follow(marched, rates, carried, scale, out):
 
 @strict_entry
 def differentiate(workspace, cases, buffers, regions, march, samples, log, cursor, out):
-    """Write the end of a motion that was marched there, and its derivatives.
+    """Write the end of a marched motion, and its derivatives.
 
-    cases, buffers, cursor: of ``variants_march``; the ``NEIGHBOURS`` variants before the present one are its
+    cases, buffers, cursor: see ``variants_march``; the ``NEIGHBOURS`` variants before the present one are its
     neighbours. out: ``Map``.
     """
     # sizes

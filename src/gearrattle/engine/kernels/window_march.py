@@ -1,13 +1,13 @@
-"""The march of a large driveline: window by window, all motions as polynomials, no regions and no tables.
+"""The march of a large driveline: window by window, with all motions as polynomials, without regions and tables.
 
-Windows have one length, so short that a Taylor series represents every motion in them to rounding whatever pieces the
-elements are in. In a window every clearance's gap is a polynomial: either its coefficients alone prove that it stays
-open, or its first root is isolated (``polynomial.exit_from``). The earliest over all clearances is the next crossing.
-There only that element's piece changes, and only the polynomials near it (``correct``); after a number of crossings,
-and at the window's end, all are made afresh from the states. Nothing can be skipped: every instant lies in a window
-searched from its beginning.
+All windows have one length. It is so short that a Taylor series represents every motion to rounding, for all pieces of
+the elements. In a window every clearance's gap is a polynomial: either its coefficients prove that it stays positive,
+or its first root is isolated (``first_exit.exit_from``). The earliest root of all clearances is the next crossing. It
+changes the piece of one element, and the polynomials near that element (``crossing_correction``). After a number of
+crossings, and at the end of the window, all polynomials are computed again from the states. No crossing is skipped:
+every instant lies in a window that is searched from its beginning.
 
-The kernel works in slices, as ``march`` does; where a slice ends changes no bit of the motion.
+The kernel works in slices, as ``march`` does; the end of a slice changes no bit of the motion.
 """
 
 from __future__ import annotations
@@ -28,26 +28,27 @@ from gearrattle.engine.kernels.outcomes import CHATTER, DONE, LOG_FULL, NO_PROGR
 from gearrattle.engine.kernels.strip_products import copy
 
 WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
-"""More indices into ``counts``: the window in its period, crossings since all was made afresh, whether it ever was."""
+"""More indices into ``counts``: number of the window in its period; crossings since all polynomials were computed; 1
+once they have been computed."""
 
 
 class Sweep(NamedTuple):
-    """State of a sweep: all arrays that change, from which a later slice goes on with the same bits."""
+    """State of a march by windows: all arrays that change; a later slice continues from them with the same bits."""
 
-    most: int  # crossings in a window before all is made afresh
-    counts: IntVector  # (SIZE,) integers, see the names above and in ``packed``
-    clock: Vector  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
-    table: Matrix  # (ORDER + 1, columns)
+    most: int  # most crossings in a window before all polynomials are computed again
+    counts: IntVector  # (SIZE,) integers, see the names above and in ``march_arrays``
+    clock: Vector  # (2,) in window lengths: the polynomials' origin in the window; the present time from the origin
+    table: Matrix  # (ORDER + 1, columns) coefficients of all motions, see ``network_series.Network``
     errors: Matrix  # (ORDER + 2, E) coefficients of transmission errors
     reach: Vector  # (m,) sum of |c_j| of each deflection's orders from 1 on
     piece: IntVector  # (K,)
     stiffness: Vector  # (m,) of the present pieces
     damping: Vector  # (m,)
     offset: Vector  # (m,)
-    side: IntVector  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
-    exit: Vector  # (K,) next crossing of each clearance in this window, from the origin; NEVER: none
-    upward: IntVector  # (K,) its direction
-    rate: Vector  # (K,) and d delta / ds a window
+    side: IntVector  # (K,) -1: sits on the lower corner (to the band), +1: on the upper corner, 0: on no corner
+    exit: Vector  # (K,) next crossing of every clearance in this window, from the origin; NEVER: none
+    upward: IntVector  # (K,) direction of that crossing
+    rate: Vector  # (K,) d delta / ds at that crossing, per window
 
 
 class SweepBuffers(NamedTuple):
@@ -61,11 +62,11 @@ class SweepBuffers(NamedTuple):
     load: Vector  # (T,)
     jump: Vector  # (ORDER,)
     matrix: Matrix  # (ORDER + 1, ORDER + 1), zero below the diagonal
-    laws: Matrix  # (2, most elements near a clearance)
-    moved: Matrix  # (ORDER + 1, twice the most elements near a clearance)
-    turned: Matrix  # (ORDER + 1, the most inertias, and one)
-    row: Vector  # as long as the longer of their rows
-    whole: Vector  # (ORDER + 1,) a deflection
+    laws: Matrix  # (2, largest number of elements near a clearance)
+    moved: Matrix  # (ORDER + 1, twice that number)
+    turned: Matrix  # (ORDER + 1, largest number of inertias near a clearance, and one)
+    row: Vector  # as long as the longer row of ``moved`` and ``turned``
+    whole: Vector  # (ORDER + 1,) series of a deflection
     gap: Vector  # (ORDER + 1,)
 
 
@@ -74,11 +75,11 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
     """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
 
     table, errors: coefficients.
-    row: of the element's transmission error, or -1.
+    row: of the element's transmission error in ``errors``; -1: it has none.
     reach: sum of |c_j| of its deflection's orders from 1 on.
-    lower, upper: corners around its piece.
-    fixed: its rounding band, 0 if relative to its motion.
-    side: (K,) changed where the clearance has left the corner it sat on.
+    lower, upper: corners of its piece.
+    fixed: its rounding band; 0: relative to its motion.
+    side: (K,) set to 0 if the clearance has left the corner on which it sat.
     """
     # the coefficients alone prove that the gap stays open: |g(0)| > sum of |c_j|
     start = table[0, k]
@@ -111,7 +112,7 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
         distance = sign * (corner - here)
         for j in range(gap.size):
             gap[j] = -sign * whole[j]
-        # on the corner that it sits on the gap counts as at least the band
+        # at a corner on which the element sits the gap counts as the band at least
         gap[0] += sign * corner
         if side[c] == sign:
             if low == 0.0:
@@ -129,7 +130,7 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
 
 @kernel
 def _search_all(driveline, sweep, buffers, low):
-    """Find every clearance's next crossing."""
+    """Compute the next crossing of every clearance."""
     network = driveline.network
     laws = driveline.laws
     band = driveline.band
@@ -144,7 +145,7 @@ def _search_all(driveline, sweep, buffers, low):
     whole = buffers.whole
     gap = buffers.gap
     end = 1.0 - sweep.clock[0]
-    # from the instant reached to the end of the window
+    # from the present time to the end of the window
     for c in range(side.size):
         k = clearances[c]
         p = first[k] + piece[c]
@@ -168,7 +169,7 @@ def _search_all(driveline, sweep, buffers, low):
 
 @kernel
 def _search_near(driveline, sweep, buffers, c, low):
-    """Find the next crossing of the clearances near one that has crossed."""
+    """Compute the next crossings of the clearances near clearance c, which has crossed."""
     network = driveline.network
     laws = driveline.laws
     near = driveline.near
@@ -217,7 +218,7 @@ def _search_near(driveline, sweep, buffers, c, low):
 
 @kernel
 def _refresh(driveline, sweep, buffers):
-    """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
+    """Compute all polynomials from the states in ``buffers.y`` at the origin, and the next crossings."""
     counts = sweep.counts
     clock = sweep.clock
     network = driveline.network
@@ -252,7 +253,7 @@ def _refresh(driveline, sweep, buffers):
 
 @kernel
 def _emit(windows, sweep, samples, until, buffers):
-    """Store every sample before ``until``, counted from the origin; so many windows are a period."""
+    """Store every sample before ``until`` (from the origin, in windows); a period has ``windows`` of them."""
     counts = sweep.counts
     clock = sweep.clock
     per_cycle = samples.per_cycle
@@ -272,7 +273,7 @@ def _emit(windows, sweep, samples, until, buffers):
 
 @kernel
 def _cross(driveline, sweep, log, buffers, c):
-    """Take clearance c over its corner, and the motion on from there."""
+    """Move clearance c over its corner, and compute the motion after the crossing."""
     network = driveline.network
     laws = driveline.laws
     windows = driveline.windows
@@ -282,13 +283,13 @@ def _cross(driveline, sweep, log, buffers, c):
     s = sweep.exit[c]
     upward = sweep.upward[c]
     before = clock[0] + clock[1]
-    # the force integral at the crossing, and its line in the log
+    # the force integral at the crossing
     column = network.mean.size + c
     integral = 0.0
     for j in range(sweep.table.shape[0] - 1, -1, -1):
         integral = integral * s + sweep.table[j, column]
     clock[1] = s
-    # log it
+    # log the crossing
     time = (counts[WINDOW] + (clock[0] + s)) / windows
     rate = sweep.rate[c] * windows
     log_crossing(log, counts[EVENTS], counts[CYCLE], time, c, upward, sweep.piece[c], rate, integral)
@@ -303,7 +304,7 @@ def _cross(driveline, sweep, log, buffers, c):
     sweep.stiffness[k] = laws.stiffness[q]
     sweep.damping[k] = laws.damping[q]
     sweep.offset[k] = laws.offset[q]
-    # the force changes by a known polynomial: add what that makes of the motion near the element
+    # the force changes by a known polynomial: add the resulting motion near the element
     if counts[CORRECTED] < sweep.most:
         change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
         jump_series(
@@ -335,9 +336,9 @@ def _cross(driveline, sweep, log, buffers, c):
             buffers.row,
         )
         counts[CORRECTED] += 1
-        # only the gaps near it are searched again, from the crossing on
+        # only the gaps near the element are searched again, from the crossing on
         _search_near(driveline, sweep, buffers, c, s)
-    # too many crossings in the window: all motions are made afresh from the states here
+    # too many crossings in the window: all polynomials are computed again from the states here
     else:
         move(sweep.table, s, buffers.y)
         clock[0] += s
@@ -348,8 +349,8 @@ def _cross(driveline, sweep, log, buffers, c):
 def sweep_on(driveline, sweep, samples, log, buffers, budget):
     """March until all samples are stored or the caller must act.
 
-    sweep, samples, log, buffers: see ``Sweep`` and ``packed``; sweep, samples and log change. Samples are columns of a
-        table.
+    sweep, buffers: see ``Sweep`` and ``SweepBuffers``; sweep changes.
+    samples, log: see ``march_arrays``; both change. The states of a sample are the columns of the sweep's table.
     budget: most windows and crossings in this slice.
     Returns an ``Outcome`` code.
     """
@@ -377,7 +378,7 @@ def sweep_on(driveline, sweep, samples, log, buffers, budget):
                 end = exits[c]
         if end < 0.0:  # undecided
             return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
-        # up to that crossing, and over it
+        # move to that crossing, and over it
         if k >= 0:
             _emit(windows, sweep, samples, end, buffers)
             if counts[SAMPLE] >= samples.pieces.shape[0]:

@@ -1,7 +1,7 @@
 """Works and losses of a large driveline along a known motion (``quadrature`` does the same with dense regions).
 
-The motion is made afresh from every sampled state, all polynomials at every crossing, without the shortcuts of the
-sweep; the powers are integrated by Gauss-Legendre quadrature.
+The motion is computed again from every sampled state, and all polynomials after every crossing, unlike in
+``window_march``. The powers are integrated by Gauss-Legendre quadrature.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ class Intervals(NamedTuple):
     """The intervals between neighbouring samples and crossings, I in all."""
 
     duration: Vector  # (I,) in windows
-    sample: IntVector  # (I,) the sample an interval's first state is taken from; -1: goes on
-    clearance: IntVector  # (I,) what crosses at its end, or -1
-    piece: IntVector  # (I,) the piece entered
+    sample: IntVector  # (I,) index of the sample with the first state; -1: the end of the interval before
+    clearance: IntVector  # (I,) the clearance that crosses at the end; -1: none
+    piece: IntVector  # (I,) the piece that it enters
 
 
 class Works(NamedTuple):
     """Sums of works [J]."""
 
     torque: Vector  # (n,) work of the torques
-    drag: Vector  # (n,) loss
-    element: Vector  # (m,) loss
+    drag: Vector  # (n,) loss by drag
+    element: Vector  # (m,) loss in the elements' damping
     error: Vector  # (m,) work of the transmission errors
 
 
 class WorkBuffers(NamedTuple):
-    """Present pieces, series and scratch; see ``sweep``."""
+    """Laws of the present pieces, series and scratch; see ``window_march.SweepBuffers``."""
 
-    now: Vector  # (2,) whole periods and the rest, in periods
+    now: Vector  # (2,) the time: whole periods, fraction of a period
     table: Matrix
     waves: Matrix
     errors: Matrix
@@ -46,7 +46,7 @@ class WorkBuffers(NamedTuple):
     y: Vector
     wave: Vector  # (2 H,)
     slip: Matrix  # (2, E) errors and their rates
-    torque: Vector  # (m + n,) of velocities, by their columns
+    torque: Vector  # (m + n,) torques at the columns of the velocities
     load: Vector  # (T,)
     force: Vector
     pull: Vector
@@ -56,7 +56,7 @@ class WorkBuffers(NamedTuple):
 
 @kernel
 def _add_powers(network, buffers, works, length, s, weight):
-    """Add weight times every power at s of the window in the table."""
+    """Add weight times every power at the time s of the window in the table."""
     # the motion and the inputs at s
     y = buffers.y
     wave = buffers.wave
@@ -100,7 +100,7 @@ def _add_powers(network, buffers, works, length, s, weight):
 
 @kernel
 def _over(driveline, buffers, works, share, abscissas, weights):
-    """Add the powers over a share of a window from the state in the table, and move that to the end."""
+    """Add the works over a share of a window from the state in the table, and replace that state by the last one."""
     network = driveline.network
     # the inputs and the Taylor series over that share of the window
     length = share * network.length
@@ -141,7 +141,7 @@ def integrate_works(driveline, path, first, last, samples, buffers, works, nodes
     """Integrate every power over the intervals first ... last - 1.
 
     driveline, path, buffers, works: see their types; buffers and works change.
-    samples: see ``packed``; columns of the sweep's table.
+    samples: see ``march_arrays.Samples``; states have the columns of ``Sweep.table``.
     nodes: (2, Q) abscissas in 0 ... 1 and weights.
     """
     network = driveline.network

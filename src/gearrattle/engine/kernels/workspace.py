@@ -1,13 +1,25 @@
-"""The work arrays in which the regions of a driveline are built one at a time: shared ones, and ones for each region.
+"""The work arrays in which the regions of a driveline are built one after the other.
 
-m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Q entries
-of chains (a *chain* is an input over time with its derivatives, see ``system.piecewise_signals``), Z = N + U + Q, K
-clearances, W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P pieces of all elements,
-then of all auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the states, the inputs kept as
-states and the chains. J rows bound the fourth derivatives.
+    m                 elements
+    n                 inertias
+    r                 deflections that are states
+    S                 memories of auxiliaries
+    N = r + n + S     states
+    H                 harmonics
+    U = 1 + 2 H       inputs: a constant, then cosines and sines
+    D                 degree of the signals
+    Q                 entries of all chains: a *chain* is a signal with its derivatives (``system.piecewise_signals``)
+    Z = N + U + Q     entries of z = (states, inputs, chains)
+    Y <= Z            entries of y = (states, inputs kept as states, chains)
+    K                 clearances
+    W                 watched quantities: the clearances, then the auxiliaries
+    R                 reference angles
+    C = R + K         carried quantities: reference angles, then force integrals of the clearances
+    P                 pieces of all elements, then of all auxiliaries
+    J                 rows that bound the fourth derivatives
 
-Every array has the largest size that a region may need. ``Free.width`` and ``Bounds.used`` give the sizes along y and
-along J that a region uses. Arrays are grouped so that a compiled stage receives only those that it uses: every array
+Every array has the largest size that a region may need. ``Free.width`` and ``Bounds.used`` give the sizes Y and J that
+the present region uses. Arrays are grouped so that a compiled stage receives only the groups that it uses: every array
 argument costs compile time.
 """
 
@@ -36,15 +48,15 @@ from gearrattle.engine.kernels.march_arrays import ORDER
 
 
 class Common(NamedTuple):
-    """Arrays that the regions of a driveline share; rows over z."""
+    """Arrays that the regions of a driveline share; rows have one entry for each entry of z."""
 
     motion: Matrix  # (r, Z) rates of the deflections that are states
-    balance: Matrix  # (n, Z) torques less drag
-    rows: Matrix  # (m, n) W
+    balance: Matrix  # (n, Z) external torques minus drag torques
+    rows: Matrix  # (m, n) deflections of the elements per angle of the bodies
     deflection: Matrix  # (m, Z) of every element
     rate: Matrix  # (m, Z)
     references: Matrix  # (R, Z) rates of the reference angles
-    seen: Matrix  # (2 K, Z) deflections and rates of the clearances, in corner scales
+    seen: Matrix  # (2 K, Z) deflections of the clearances, then their rates, in corner scales
     curvature: Matrix  # (K, Z) e'' of the clearances [SI]
     inertia: Vector  # (n,)
     pace: Vector  # (n,) T times the scale of every velocity
@@ -55,13 +67,13 @@ class Common(NamedTuple):
     clearances: IntVector  # (K,) elements
     cornered: IntVector  # (K,) 1: the clearance has a corner other than zero
     limits: Vector  # (LIMITS,) by the indices PERIOD ...
-    coarsest: IntVector  # (1,) lower limit for the level of the finest step
-    links: IntVector  # (1,) D + 1, entries per chain
+    coarsest: IntVector  # (1,) least level that the finest step may have
+    links: IntVector  # (1,) D + 1, entries of one chain
 
 
 PERIOD, LARGEST_STATE, FAST, CHAIN_PACE, HORIZON, LIMITS = range(6)
-"""Indices of ``Common.limits``: T [s]; largest state for which a particular solution is used; frequency from which a
-mode counts as fast [radians per period]; pace of the chains; time for which bounds must hold [periods]."""
+"""Indices of ``Common.limits``: T [s]; largest scaled state of a particular solution that is split off; frequency from
+which a mode counts as fast [radians per period]; pace of the chains; time for which bounds must hold [periods]."""
 
 
 class Auxiliaries(NamedTuple):
@@ -69,50 +81,50 @@ class Auxiliaries(NamedTuple):
 
     element: IntVector  # (auxiliaries,)
     state: IntVector  # (auxiliaries,) index of its memory among the states; -1: no memory
-    scale: Vector  # (auxiliaries,) of its memory
+    scale: Vector  # (auxiliaries,) scale of its memory
     by_memory: Vector  # (P,) force per unit of memory
     moves: Vector  # (P,) 1: the memory changes with time; 0: it does not
-    by_deflection: Vector  # (P,) coefficient of the deflection in what is watched
-    by_rate: Vector  # (P,) coefficient of its rate
+    by_deflection: Vector  # (P,) coefficient of the element's deflection in the watched quantity
+    by_rate: Vector  # (P,) coefficient of the deflection's rate
     by_itself: Vector  # (P,) coefficient of the memory
 
 
 class Region(NamedTuple):
-    """The region that is being built; rows over z."""
+    """The region that is being built; rows have one entry for each entry of z."""
 
     pieces: IntVector  # (m + auxiliaries,)
     force: Matrix  # (m, Z)
     acceleration: Matrix  # (n, Z)
     matrix: Matrix  # (N, Z) A and G: rates of the states
     carried: Matrix  # (C, Z) rates of the carried quantities
-    watched: Matrix  # (3 W, Z) what is watched, its first and second derivatives
+    watched: Matrix  # (3 W, Z) the watched quantities, then their first, then their second derivatives
     kept: IntVector  # (U,) 1: the input is kept as a state; 0: it is split off
     particular: Matrix  # (N, U) P
-    forced: Matrix  # (4 W, U) response of what is watched to the inputs split off, and three derivatives
-    flowing: Matrix  # (C, U) the same response of the rates of the carried quantities
-    integral: Matrix  # (C, U) its time integral
+    forced: Matrix  # (4 W, U) response of the watched quantities to the inputs split off, with three derivatives
+    flowing: Matrix  # (C, U) response of the rates of the carried quantities to these inputs
+    integral: Matrix  # (C, U) time integral of that response
 
 
 class Free(NamedTuple):
-    """The same region without the inputs split off; rows over y."""
+    """The same region without the inputs split off; rows have one entry for each entry of y."""
 
     width: IntVector  # (1,) Y
     chained: IntVector  # (1,) where the chains begin in y
     column: IntVector  # (Y,) index in z of every entry of y
-    amplitude: Vector  # (U,) of the kept constant and harmonics
+    amplitude: Vector  # (U,) amplitudes of the inputs that are kept
     rates: Matrix  # (C + Y, Y) of the carried quantities and of y
     generator: Matrix  # (Y, Y) of y alone
-    watched: Matrix  # (4 W, Y) what is watched, and three derivatives
+    watched: Matrix  # (4 W, Y) the watched quantities with three derivatives
     calm: Matrix  # (4 W, Y) the same without the fast modes
-    fast: Matrix  # (W, Y) the fast modes' part of what is watched
+    fast: Matrix  # (W, Y) the part of the watched quantities that the fast modes make
     fine: IntVector  # (1,) level of the finest step
 
 
 class Modes(NamedTuple):
-    """The generator without chains as a product, right T left, with T upper triangular."""
+    """The generator without the chains, factored into right T left with T upper triangular."""
 
     schur: ComplexMatrix  # (N, N) Schur form of A, transposed
-    basis: ComplexMatrix  # (N, N) its vectors, transposed
+    basis: ComplexMatrix  # (N, N) Schur vectors of A, transposed
     triangle: ComplexMatrix  # (Y, Y) T; columns of chains: their input to the modes
     left: ComplexMatrix  # (Y, Y) V^-1
     right: ComplexMatrix  # (Y, Y) V
@@ -121,14 +133,14 @@ class Modes(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Bounds on fourth derivatives: W rows, W without the fast modes, W of the fast modes alone."""
+    """Bounds, W of each kind: on fourth derivatives; the same without the fast modes; on the fast modes alone."""
 
     used: IntVector  # (1,) J
     rows: ComplexMatrix  # (J, Y)
     weights: Matrix  # (3 W, J)
     constant: Vector  # (3 W,)
     pushed: Matrix  # (3 W, Q) bounds on what chains drive
-    followed: Matrix  # (W, Q) part of the deflections that follows the chains directly
+    followed: Matrix  # (W, Q) the part of the deflections that the chains make directly
 
 
 class Scratch(NamedTuple):
@@ -154,10 +166,10 @@ class Solver(NamedTuple):
 class Lapack(NamedTuple):
     """Arguments of zgees (LAPACK)."""
 
-    letters: ByteVector  # (2,) JOBVS = V, SORT = N: Schur vectors, no sorting
+    letters: ByteVector  # (2,) JOBVS = V: Schur vectors are computed; SORT = N: eigenvalues are not sorted
     integers: Int32Vector  # (5,) sizes; the last is INFO, 0 if the Schur form was found
     room: ComplexVector  # WORK, W and RWORK
-    arguments: IntVector  # (15,) addresses
+    arguments: IntVector  # (15,) addresses of the arguments
 
 
 class Workspace(NamedTuple):
@@ -191,24 +203,26 @@ class Sizes(NamedTuple):
 
 
 SLACK = 1.0 + 1e-6
-"""Covers the rounding of a region's decomposition."""
+"""Factor on every bound that covers the rounding of the decomposition."""
 LARGEST = 2.0
-"""A particular solution is used up to this many times an ordinary motion, and up to this many corner scales."""
+"""A particular solution is split off if its states are at most this many times those of an ordinary motion, and its
+deflections at most this many corner scales."""
 FAST_ROUNDING = 1e-10
-"""Added to the bound on fast modes, for the rounding of the decomposition [corner scales]."""
+"""Addition to the bound on fast modes that covers the rounding of the decomposition [corner scales]."""
 ELIMINATION = 100.0
-"""Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
+"""Largest entry of the matrices that eliminate the coupling of blocks. Bounds hold for any value; this one keeps them
+close."""
 BUILT, NOT_FINITE, NO_SCHUR_FORM = range(3)
 """Result of building a region."""
 REASONS = {NOT_FINITE: "its rates are not finite", NO_SCHUR_FORM: "its eigenvalues are not found"}
 POWERS = 4
 """Number of powers of the generator kept for the Taylor window."""
-_LINE = 8  # numbers in a cache line
+_LINE = 8  # doubles in a cache line
 _LAPACK = 34  # complex work numbers of zgees per row
 
 
 def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
-    """Return all arrays, zero except the arguments of zgees; and (words,) address and shape of one after the other."""
+    """Return all arrays, zero except the arguments of zgees; and (words,) the address and the shape of every array."""
     plan, words, addresses, count = _laid_out(sizes)
     block = np.zeros(count)
     groups: tuple[Any, ...] = plan
@@ -222,7 +236,7 @@ def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
 def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
     """Return the position of every array in one block of memory.
 
-    Returns shape, type and first byte of every array; the words for a block at address 0; 1 for each word that is an
+    Returns shape, type and first byte of every array; the words for a block at address 0; for every word 1 if it is an
         address, else 0; the size of the block in numbers of 8 bytes.
     """
     count = 0

@@ -1,6 +1,7 @@
 """One motion over whole periods, its gradient and its slope over a parameter (``kernels.whole_periods``), compiled.
 
-For drivelines of laws and harmonics alone. What the loop cannot do, such as a start on a corner, it leaves out.
+For drivelines with laws and harmonics alone. Motions that the loop cannot follow, such as a start on a corner, are left
+to general code.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ NOWHERE = Touch(-1, 0, np.nan)
 class PeriodBatch(Batch):
     """The loop for one motion, used many times: buffers and compiled code are made once.
 
-    numbers: of three variants; only their shapes matter here.
+    numbers: of three variants; only their shapes are used.
     """
 
     def __init__(self, system: PiecewiseSystem, cycles: int, numbers: Coefficients) -> None:
@@ -65,7 +66,7 @@ class PeriodBatch(Batch):
         touch: Touch | None = None,
         turns_along: Array | Along | None = None,
     ) -> bool:
-        """Follow a motion to its end, which ``out`` then holds; whether it was followed.
+        """Follow a motion to its end, which is written to ``out``; return whether it was followed.
 
         angle, velocity: (n,) at the start [rad, rad/s].
         touch: a corner and an instant, of which ``out.touched`` is written.
@@ -101,7 +102,7 @@ class PeriodBatch(Batch):
         return Passages(time, watch, log.upward[:count].copy(), velocity, np.zeros((count, 0)))
 
     def turns(self) -> Turns | None:
-        """Return the turning points, if they were asked for and there is one direction for their slopes."""
+        """Return the turning points, if they were requested and their slopes have a unique direction."""
         count = int(self.out.turning[0])
         crossings = int(self.march.counts[march_arrays.EVENTS])
         known = crossings <= len(self.out.delay)

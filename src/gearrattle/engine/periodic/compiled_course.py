@@ -1,7 +1,7 @@
-"""The compiled course of a motion (``kernels.perturbed_motion``) for drivelines of any kind, and what it has found.
+"""The course of a motion with a perturbation (``kernels.perturbed_motion``) for drivelines of any kind.
 
-A driveline with friction, clipped damping or alternating stiffness is described by its flow and those of its
-neighbours: derivatives by the parameter p are central differences of coefficients; no motion is differenced.
+A driveline with friction, clipped damping or alternating stiffness is described by its flow and the flows of its two
+neighbours: derivatives by the parameter p are central differences of coefficients, not of motions.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Pair = tuple[Array, Array]
 
-_SAME_TICK = 1e-9  # periods
-_REACH = 0.25  # of the corner nearest to zero: turning points farther from a corner are left out
+_SAME_TICK = 1e-9  # periods: largest difference of equal instants
+_REACH = 0.25  # share of the smallest corner: turning points farther from a corner are omitted
 
 
 class Setting:
-    """A driveline and how it changes with its parameter, in the scales of its own flow.
+    """A driveline and its derivatives by the parameter, in the scales of its flow.
 
-    low, high: with a smaller and with a larger parameter; ``distance`` is between both.
+    low, high: flows with a smaller and with a larger parameter; ``distance``: difference of both parameters.
     """
 
     def __init__(self, flow: Flow, low: Flow, high: Flow, distance: float) -> None:
@@ -49,30 +49,30 @@ class Setting:
         return generator, shift[: self.flow.states]
 
     def deflections(self) -> Pair:
-        """Return (K, Z) rows of the deflections of the clearances, and how they change with p."""
+        """Return (K, Z) rows of the deflections of the clearances, and their derivatives by p."""
         chosen = list(self.flow.system.clearances)
         return self._pair(lambda flow: flow.deflection[chosen] * self._ratio(flow))
 
     def corners(self, element: int) -> Pair:
-        """Return lower and upper corners (2, pieces) of an element, and how these change with p."""
+        """Return lower and upper corners (2, pieces) of an element, and their derivatives by p."""
         return self._pair(lambda flow: np.stack([flow.system.laws[element].lower, flow.system.laws[element].upper]))
 
     def row(self, pieces: Pieces, watch: int) -> Pair:
-        """Return (Z,) what crosses a bound in a region, and how it changes with p."""
+        """Return the row (Z,) of a watched quantity in a region, and its derivative by p."""
         return self._pair(lambda flow: row_of(flow, pieces, watch) * self._ratio(flow))
 
     def bound(self, pieces: Pieces, watch: int, upward: int) -> Pair:
-        """Return that bound, infinite where the clock decides, and how it changes with p."""
+        """Return the bound of that quantity, infinite for a change by the clock, and its derivative by p."""
         return self._pair(lambda flow: np.array(bound_of(flow, pieces, watch, upward)))
 
     def known(self, pieces: Pieces) -> Pair:
-        """Return (S,) memories that are known in a region, in scales of z, and how they change with p."""
+        """Return (S,) known values of memories in a region, in scales of z, and their derivatives by p."""
         known = self.flow.known(pieces)
         _, shift = self._pair(lambda flow: flow.known(pieces) / flow.memory * self.flow.memory)
         return known, shift
 
     def tick_shift(self, auxiliary: int, time: float) -> float:
-        """Return how the instant of a change by the clock moves with p [periods]."""
+        """Return the derivative by p of the instant of a change by the clock [periods]."""
         ticks = []
         for flow in self._all:
             clock = flow.system.clock
@@ -84,7 +84,7 @@ class Setting:
         if not apart.size or apart.min() > _SAME_TICK:
             return 0.0
         low, high = (tick[int(np.argmin(apart))] for tick in ticks[1:])
-        moved = np.remainder(high - low + 0.5, 1.0) - 0.5  # one at the end of the period may pass it
+        moved = np.remainder(high - low + 0.5, 1.0) - 0.5  # an instant may move over the end of the period
         return float(moved / self._distance)
 
     def _ratio(self, flow: Flow) -> Array:
@@ -92,19 +92,19 @@ class Setting:
         return sizes_of(flow) / self.sizes
 
     def _pair(self, of: Callable[[Flow], Array]) -> Pair:
-        """What the driveline has, and how that changes with p; entries that are not finite do not."""
+        """A property of the driveline, and its derivative by p; zero for entries that are not finite."""
         own, low, high = (of(flow) for flow in self._all)
         change = np.subtract(high, low, out=np.zeros(own.shape), where=np.isfinite(own))
         return own, change / self._distance
 
 
 def is_alike(flow: Flow, other: Flow) -> bool:
-    """Return whether two drivelines differ in numbers alone."""
+    """Return whether two drivelines have the same structure and differ in numbers only."""
     return _shape(flow) == _shape(other)
 
 
 def _shape(flow: Flow) -> tuple[object, ...]:
-    """What drivelines that differ in numbers alone have in common."""
+    """The structure of a driveline: equal for drivelines that differ in numbers only."""
     system = flow.system
     pieces = tuple(law.pieces for law in system.laws)
     others = tuple((own.kind, own.element, len(own.lower)) for own in system.auxiliaries)
@@ -119,7 +119,7 @@ def sizes_of(flow: Flow) -> Array:
 
 
 def row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
-    """Return (Z,) what crosses a bound [its own unit]."""
+    """Return the row (Z,) of a watched quantity [its own unit]."""
     clearances = flow.system.clearances
     auxiliary = watch - len(clearances)
     if auxiliary < 0:
@@ -131,7 +131,7 @@ def row_of(flow: Flow, pieces: Pieces, watch: int) -> Array:
 
 
 def bound_of(flow: Flow, pieces: Pieces, watch: int, upward: int) -> float:
-    """Return the bound; infinite where there is none or the clock decides."""
+    """Return the bound; infinite if there is none, or for a change by the clock."""
     system = flow.system
     auxiliary = watch - len(system.clearances)
     if auxiliary < 0:
@@ -158,19 +158,19 @@ class Course:
         self._path = _path(setting, regions, slots, crossings, float(period_map.cycles))
 
     def slope(self) -> Array:
-        """Return (N,) d end / d p [SI] of the motion with the crossings that it has.
+        """Return (N,) d end / d p [SI] of the motion with unchanged crossings.
 
-        Near a touch, a difference is that of a motion with the touch and one without it.
+        Near a touch, a difference of motions would compare a motion with the touch and one without.
         """
         trace = self._trace(rows=0)
         write_course(self._driven, self._path, self._z, np.append(np.zeros(self._scale.size), 1.0), trace)
         return np.asarray(trace.v[-1] / self._scale)
 
     def turns_along(self, slope: Array, row: Array) -> Turns | None:
-        """Return the turning points, with slopes along the change that keeps the gap; None if there is no such one.
+        """Return the turning points, with slopes along the change that keeps end - start; None if it is not unique.
 
         slope: (N,) d end / d p [SI].
-        row: (N + 1,) over the state at the start and p, of which the product with the change is 1 [1/SI].
+        row: (N + 1,) over the state at the start and p, whose product with the change is 1 [1/SI].
         """
         scale = self._scale
         columns = np.column_stack([scale[:, None] * self._motion.gradient / scale, scale * slope])
@@ -189,7 +189,7 @@ class Course:
         return turns_of(trace.turns, int(trace.number[0]), trace.delay)
 
     def approach(self, touch: Touch) -> Approach | None:
-        """Return the extremum of a clearance near an instant; None if there is none, or no corner near it."""
+        """Return the extremum of a clearance near an instant; None without an extremum, or without a corner near it."""
         touched = room_for_touch(self._scale.size, touch)
         trace = self._trace(rows=0)
         corner = np.array([touch.watch, touch.upward])
@@ -211,7 +211,7 @@ class Course:
 
 
 def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
-    """What drives a motion through regions, and which slot each of them has."""
+    """The rates of a motion in all its regions, and the slot of every region."""
     slots = {pieces: slot for slot, pieces in enumerate(dict.fromkeys(regions))}
     generators, shifts = zip(*(setting.rates(pieces) for pieces in slots), strict=True)
     driven = Driven(np.array(generators), np.array(shifts), *setting.deflections())
@@ -219,8 +219,8 @@ def _driven(setting: Setting, regions: list[Pieces]) -> tuple[Driven, IntArray]:
 
 
 def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: Passages, end: float) -> Path:
-    """The crossings of a motion that ends after so many periods."""
-    # corners of the pieces in every interval, and how they move with the parameter
+    """The crossings of a motion that ends at ``end`` [periods]."""
+    # corners of the pieces in every interval, and their derivatives by p
     flow = setting.flow
     count = len(regions)
     system = flow.system
@@ -232,7 +232,7 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         own, shift = setting.corners(element)
         corners[:2, :, k] = own[:, pieces[:, k]]
         corners[2:, :, k] = shift[:, pieces[:, k]]
-    # what crosses, and whether a law alone changes there
+    # watched quantities that cross, and whether only a law changes there
     rows = np.zeros((2, count - 1, setting.sizes.size))
     numbers = np.zeros((2, count - 1))
     time = np.concatenate([[0.0], crossings.time / system.inputs.period, [end]])
@@ -244,7 +244,7 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
         if not np.isfinite(bound):
             numbers[1, i] = setting.tick_shift(watch - len(clearances), float(time[i + 1]))
         is_law[i] = watch < len(clearances) and regions[i][first:] == regions[i + 1][first:]
-    # memories that are known where an interval begins
+    # known values of memories at the starts of intervals
     known, known_shift = (np.array(part) for part in zip(*map(setting.known, regions), strict=True))
     return Path(
         time=time,
@@ -267,9 +267,10 @@ def _path(setting: Setting, regions: list[Pieces], slots: IntArray, crossings: P
 
 
 def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) -> IntArray:
-    """Return (2, K) which way clearances cross before and after a part of a motion that repeats, as in Along.
+    """Return (2, K) directions of the last crossings before a part of a periodic motion and of the first after, see
+    Along.
 
-    begins: how many crossings lie before the start and before the end of the part; 0 and 0 for the whole motion.
+    begins: number of crossings before the start and before the end of the part; 0 and 0 for the whole motion.
     """
     outside = np.empty((2, clearances), np.int64)
     turning_point_depths.write_outside(
@@ -279,13 +280,13 @@ def outside_of(crossings: Passages, begins: tuple[int, int], clearances: int) ->
 
 
 def reaches(system: PiecewiseSystem) -> Array:
-    """Return (K,) from how far of a corner turning points of every clearance count [SI]."""
+    """Return (K,) distances from a corner up to which turning points are computed [SI]."""
     corners = [law.corners[law.corners != 0.0] for law in (system.laws[k] for k in system.clearances)]
     return _REACH * np.array([np.abs(own).min(initial=np.inf) for own in corners])
 
 
 def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
-    """Return turning points and dips from rows of the compiled course; None where they are not known."""
+    """Return turning points and dips from the rows of the compiled course; None if they are not known."""
     if count < 0:
         return None
     rows = rows[:count]
@@ -298,13 +299,13 @@ def turns_of(rows: Array, count: int, delay: Array) -> Turns | None:
 
 
 def room_for_touch(states: int, touch: Touch) -> Touched:
-    """Return where the compiled course writes an approach."""
+    """Return the arrays to which the compiled course writes an approach."""
     number = np.array([touch.time, np.nan, np.nan])
     return Touched(number, np.full(states + 1, np.nan), np.full(states + 1, np.nan))
 
 
 def approach_of(touched: Touched, period: float, step: float = 1.0) -> Approach | None:
-    """Return what the compiled course has found of an extremum, for a parameter counted in steps; None: nothing."""
+    """Return the extremum that the compiled course has written, for a parameter in steps; None: no extremum."""
     time, depth, bend = touched.number.tolist()
     if not np.isfinite(depth):
         return None

@@ -5,15 +5,15 @@ A branch is a curve in w = (u, p / unit): u the balanced state at the start of a
     F(w) = P(u; p) - u = 0,      t . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 dF/du = M - I is exact, and so is dF/dp for drivelines of laws and harmonics (``families``). Newton's method solves
-both. Where a turning point of a deflection comes to its corner within a step the branch is first followed to the motion
-that grazes (``turning_points``), and from there on: the tangents of motions that touch vary like the root of the
-distance.
+F = 0 and the plane's equation. If a turning point of a deflection reaches its corner within a step, the branch is first
+followed to the motion that grazes (``turning_points``), then from it: the tangents of motions that touch vary like the
+root of the distance from the grazing.
 
-A step is taken if Newton's method converges, the tangent turns little, and the chord between both points is the mean of
-their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction. So the
-determinant of [dF/du, dF/dp; t] is watched too: along a branch it keeps its sign until another branch crosses, where it
-passes zero. A step on which it jumps from one sign to the other is not taken. A fold may be so sharp that it seems to
-pass zero there: so over the shortest steps it may change its sign only if the branch has no corner to turn back at.
+A step is accepted if Newton's method converges, the tangent turns little, and the chord between both points is the mean
+of their tangents: a nearby branch has another direction. The two legs of a sharp fold have the same direction.
+Therefore the determinant of [dF/du, dF/dp; t] is tested too: along a branch it keeps its sign until another branch
+crosses, where it passes zero. A step over which it jumps from one sign to the other is rejected. At a very sharp fold
+it may seem to pass zero: so over the shortest steps it may change its sign only if the branch has no corner there.
 
 H. B. Keller, in Applications of Bifurcation Theory, ed. P. H. Rabinowitz, Academic Press 1977, 359-384.
 """
@@ -50,38 +50,38 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_EASY = 3  # iterations: a step that needs no more may grow
+_EASY = 3  # iterations of Newton's method: after no more, the next step may be longer
 _TURN = 0.9  # least cosine between the tangents at both ends of a step
 _DEFECT = 0.08  # largest difference between a chord and the mean of both tangents
-_BISECTIONS = 7  # after which a determinant that passes zero has fallen below a share of what it was
-_LEFT = 0.1  # that share
-_KINK = 1e-6  # a step shorter than this may turn by any angle: the branch has a corner there
-_SHORTEST = 1e-10  # step
-_CORNER = 1e-10  # from a grazing: a motion nearer to it that touches may have any tangent
-_NEARER = 0.9  # of the way to a grazing that is too far: the step from motions that touch
-_HALF = 0.5  # the same, from others
-_OVERSHOOT = 1.5  # steps: a grazing farther away is another one
-_RISE = 4.0  # times what it is at a grazing: slope of the depth at the end of the first step beyond, at most
-_AFTER_TOUCH = 16.0  # steps before a grazing: the next try where motions no longer touch
-_AHEAD = tuple(10.0**power for power in range(-9, -3))  # beyond a corner of the branch
-_NEAR_CORNER = 10.0  # steps: a point farther from a corner lies elsewhere
-_GROWTH = 4.0  # of a step after one that was easy, at most
-_LEAST_GROWTH = 1.6  # of a step after one that was easy and shorter than a kink
-_SAFE = 0.9  # of the step up to which depths agree: the next one
-_LEAST_SHARE = 0.1  # of a step that was not taken: the next try, at least
-_FIRST = 0.1  # of the longest step
-_SHARE = 0.5  # of the norm of a state: counts as its unit if that is less
-_SAME_HALVES = 1e-9  # of the length of a motion: halves that are no farther apart are the same
-_JOINED = 1e-3  # of how far they were apart, the same
-_CLOSED = 1e-3  # of the longest step: a branch that passes its first point nearer than this is closed
-_SHORTER = 0.2  # of a step: the shorter steps by which it is checked
-_MOST_SHORTER = 100  # how many they are, at most
-_DETOUR = 3.0  # of the step: their way, at most
-_SAME = 1e-2  # of a step: shorter steps that pass its end nearer than this lead there
+_BISECTIONS = 7  # bisections after which a determinant that passes zero is below _LEFT times its value at an end
+_LEFT = 0.1  # share of the determinant at an end of the step
+_KINK = 1e-6  # arclength: over a shorter step the tangent may turn by any angle, at a corner of the branch
+_SHORTEST = 1e-10  # arclength of the shortest step
+_CORNER = 1e-10  # arclength from a grazing within which a motion that touches may have any tangent
+_NEARER = 0.9  # share of the way to a distant grazing for the next step, if motions touch
+_HALF = 0.5  # share of the way to a distant grazing for the next step, if they do not touch
+_OVERSHOOT = 1.5  # steps: largest distance of a grazing that is expected within a step
+_RISE = 4.0  # largest ratio of the slopes of the depth at the end of the first step beyond a grazing and at it
+_AFTER_TOUCH = 16.0  # factor on the next step where motions no longer touch
+_AHEAD = tuple(10.0**power for power in range(-9, -3))  # arclengths tried beyond a corner of the branch
+_NEAR_CORNER = 10.0  # steps: largest distance of a point from the corner before it
+_GROWTH = 4.0  # largest ratio of a step to an easy step before it
+_LEAST_GROWTH = 1.6  # least ratio of a step to an easy step before it that is shorter than _KINK
+_SAFE = 0.9  # ratio of the next step to the step up to which depths agree
+_LEAST_SHARE = 0.1  # least ratio of a trial step to the rejected one
+_FIRST = 0.1  # share of the longest step for the first step
+_SHARE = 0.5  # share of the norm of a state that serves as its unit if the unit is smaller
+_SAME_HALVES = 1e-9  # share of the size of a motion below which the difference of its halves is rounding
+_JOINED = 1e-3  # ratio of the differences of the halves after and before a step that joins another branch
+_CLOSED = 1e-3  # share of the longest step: distance from the first point at which a branch is closed
+_SHORTER = 0.2  # length of the shorter steps that check a step, over that step
+_MOST_SHORTER = 100  # most shorter steps
+_DETOUR = 3.0  # longest way of the shorter steps, over the step
+_SAME = 1e-2  # largest distance of the shorter steps from the end of the step, over the step
 
 
 class WrongBranch(ConvergenceError):
-    """A step has gone from one branch to another.
+    """A step leads from one branch to another.
 
     distance: length of the step.
     """
@@ -94,7 +94,7 @@ class WrongBranch(ConvergenceError):
 class Continuation:
     """Follows branches of periodic motions.
 
-    longest: longest step, in units of w; where a state is more than twice its unit, the share of half the state.
+    longest: longest step, in units of w; for a state larger than twice its unit, as a share of half the state.
     step_limit: largest change of the parameter in a step [its own unit]; None: only ``longest`` limits steps.
     units: scale (N,) and size of the states, as in a Point; None: those of the family.
     """
@@ -113,11 +113,11 @@ class Continuation:
         self._units = (family.scale, family.size) if units is None else units
         self._corrector = Corrector(family, self._units)
         self._first = _FIRST * longest
-        self._refused: Point | None = None  # a grazing ahead, too far for one step
+        self._refused: Point | None = None  # a grazing ahead that is too far for one step
 
     @property
     def cycles(self) -> int:
-        """Periods after which its motions repeat."""
+        """Periods after which the motions of the branch repeat."""
         return self.family.cycles
 
     def begin(self, state: State, parameter: float, *, upward: bool = True) -> Point:
@@ -135,8 +135,8 @@ class Continuation:
     def follow(self, begin: Point, lowest: float, highest: float) -> Iterator[Point]:
         """Yield the points of a branch after its first one, the last of them at an end of the range of the parameter.
 
-        A closed branch ends with its first point again. The first step of one that leaves another branch is no longer
-        than the way from there.
+        A closed branch ends with its first point. The first step of a branch that leaves another branch is not longer
+        than the distance between both.
         """
         earlier = begin
         point = begin
@@ -156,7 +156,7 @@ class Continuation:
                 if point.parameter != end:
                     yield self.at_parameter(point, following, end)
                 elif (point.tangent[-1] > 0.0) == (end == lowest) and distance > _SHORTEST:
-                    step = _LEAST_SHARE * distance  # it turns back within the step
+                    step = _LEAST_SHARE * distance  # the branch turns back within the step
                     continue
                 return
             step = next_step
@@ -170,9 +170,9 @@ class Continuation:
     def with_shorter_steps(self, before: Point, after: Point) -> list[Point]:
         """Return the points of a branch from one of its points to the next, the last included, with shorter steps.
 
-        Where these would be shorter than the shortest step there is no other point.
+        If these would be shorter than the shortest step, only the last point is returned.
 
-        WrongBranch: they do not lead there.
+        WrongBranch: the shorter steps do not lead to the last point.
         """
         distance = after.length - before.length
         if _SHORTER * distance <= _SHORTEST:
@@ -209,7 +209,7 @@ class Continuation:
         return self.on_the_way(before, replace(point, length=length), after)
 
     def on_the_way(self, before: Point, point: Point, after: Point) -> Point:
-        """Return a point between two others with its tangent along the way, which theirs do not determine near a fold.
+        """Return a point between two others with its tangent in the direction of the branch from one to the other.
 
         Orientations keep their sign, but between the two places where another branch leaves this one and joins it.
         """
@@ -228,7 +228,7 @@ class Continuation:
         return Continuation(family, longest=self._longest, units=self._units)
 
     def beginning_with(self, step: float) -> Continuation:
-        """Return the same with another length of the first step."""
+        """Return the same Continuation with another length of the first step."""
         other = copy(self)
         other._first = step
         return other
@@ -243,7 +243,7 @@ class Continuation:
         """Return the motion in the plane through a prediction at right angles to a direction.
 
         predicted, normal: (N + 1,).
-        slack: change of w at which Newton's method may end; the motion is then the last one followed.
+        slack: change of w at which Newton's method may end; the last motion is then returned.
         """
         return self._corrector.point(like.guess(predicted), normal, like.tangent, slack=slack, touch=touch)
 
@@ -313,7 +313,7 @@ class Continuation:
             return crossing
 
     def _grazing_within(self, point: Point, step: float) -> tuple[Point | None, float]:
-        """The motion that grazes before a step ends; where there is none, or it is too far, the step to try."""
+        """The motion that grazes within a step, and the step to try if there is none or it is too far."""
         refused = self._refused
         self._refused = None
         ahead = grazing_ahead(point)
@@ -341,7 +341,7 @@ class Continuation:
         return first_step_beyond(self._corrector, point, step, _SHORTEST)
 
     def _last(self, point: Point, step: float, lowest: float, highest: float) -> Point | None:
-        """The point at an end of the range, if it is no more than a step ahead; None if it is not."""
+        """The point at an end of the range, if it is at most a step ahead; else None."""
         end = (highest if point.tangent[-1] > 0.0 else lowest) / self.family.unit
         ahead = end - point.w[-1]
         if ahead == 0.0 or abs(ahead) > step * abs(point.tangent[-1]):
@@ -359,13 +359,13 @@ class Continuation:
         return replace(appended(point, last), parameter=highest if point.tangent[-1] > 0.0 else lowest)
 
     def _is_allowed(self, point: Point, following: Point) -> bool:
-        """Whether a step keeps its limit and its way."""
+        """Whether a step keeps the limit of the parameter and stays on the branch."""
         return abs(following.w[-1] - point.w[-1]) <= self._step_limit and self._keeps_way(point, following)
 
     def _joins_halves(self, point: Point, following: Point) -> bool:
-        """Whether both halves of a motion become the same over a step: it may lead to a branch of half as many periods.
+        """Whether both halves of a motion become equal over a step, which may lead to a branch of half as many periods.
 
-        Where such a branch is joined smoothly, a step leads past the joint, and halves differ again.
+        If the branch joins the other one smoothly, a step leads past that point, and the halves differ again.
         """
         if self.family.cycles % 2:
             return False
@@ -400,7 +400,7 @@ class Continuation:
         raise ConvergenceError(message, remedy="another start, or another range")
 
     def _keeps_way(self, point: Point, following: Point) -> bool:
-        """Whether two points lie on one branch, passed in the same direction: see the top of this file."""
+        """Whether two points lie on one branch, passed in the same direction, by the tests at the top of this file."""
         if point.orientation * following.orientation >= 0.0:
             return True
         length = float(np.linalg.norm(following.w - point.w))
@@ -421,7 +421,7 @@ class Continuation:
         return point.length > 0.0 and self._passes(begin, point, following, _CLOSED * self._longest)
 
     def _passes(self, target: Point, point: Point, following: Point, nearest: float) -> bool:
-        """Whether the branch passes a point between two points, by less than a distance."""
+        """Whether the branch between two points passes ``target`` at less than a distance."""
         if float(following.tangent @ target.tangent) < _TURN:
             return False
         chord = following.w - point.w
@@ -432,9 +432,9 @@ class Continuation:
 
 
 def _predicted(earlier: Point, point: Point, step: float) -> Array:
-    """(N + 1,) a step from a point: along its tangent, curved like the cubic through the last two points.
+    """Prediction (N + 1,) a step from a point: along its tangent, with the curvature of the cubic through two points.
 
-    Along free directions tangents are zero, and the cubic's extrapolation would enlarge every shift fivefold a step.
+    Along free directions tangents are zero; there the cubic alone would enlarge every shift fivefold per step.
     """
     last = point.length - earlier.length
     along = point.w + step * point.tangent
@@ -455,6 +455,6 @@ def _is_straight(point: Point, following: Point) -> bool:
 
 
 def _growth(point: Point, following: Point) -> float:
-    """By how much a step may grow: to where the tangent turns by half the angle that it may turn by."""
+    """Factor on the next step, for which the tangent would turn by half the largest angle."""
     turn = max(1.0 - float(point.tangent @ following.tangent), 1e-12)
     return float(np.clip(np.sqrt(0.25 * (1.0 - _TURN) / turn), 1.0, _GROWTH))

@@ -1,4 +1,4 @@
-"""Linear equations that may be singular: the shortest solution, and the directions that are free."""
+"""Linear equations that may be singular: the shortest solution, and the free directions (the null space)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 Array = NDArray[np.float64]
 
 _REGULAR = 1e-7
-"""Reciprocal condition of equations that are surely not singular."""
+"""Reciprocal condition above which equations are surely regular."""
 _FREE = 1e-9
 _FREE_OF_LARGEST = 1e-13
-"""A singular value below the first, and this share of the largest, is zero."""
+"""A singular value counts as zero if it is below _FREE and below _FREE_OF_LARGEST times the largest."""
 _ORTHOGONAL = 1e-12
-"""Cosine between a direction and the plane of free ones that counts as zero."""
+"""Cosine between a direction and the null space below which they are orthogonal."""
 
 
 class Factored:
@@ -31,7 +31,7 @@ class Factored:
         self.is_regular = bool(dgecon(self._factors, norm)[0] > _REGULAR * min(1.0, norm))
 
     def solution(self, right: Array) -> Array:
-        """Return the shortest x (P,) with A x = b (P,), nothing done along singular directions."""
+        """Return the shortest x (P,) with A x = b (P,), without any part along singular directions."""
         if not self.is_regular:
             return shortest_solution(self._matrix, right)[0]
         return np.asarray(dgetrs(self._factors, self._pivots, right)[0])
@@ -46,7 +46,7 @@ class Bordered(Factored):
     """Equations A x = b with one unknown more than equations, bordered by a row: [A; row] x = (b, c), factored once.
 
     matrix: (P, P + 1) A.
-    row: (W,) over the first W unknowns, which norms are taken of.
+    row: (W,) over the first W unknowns; norms are norms of these.
     """
 
     def __init__(self, matrix: Array, row: Array) -> None:
@@ -59,10 +59,11 @@ class Bordered(Factored):
         self._row = row
 
     def null_vector(self, direction: Array) -> tuple[Array, int, float]:
-        """Return the t (P + 1,) with A t = 0 that is nearest to a direction (W,), how many others there are, and
-        det [A; t]; 0 where there are others.
+        """Return the t (P + 1,) with A t = 0 nearest to a direction (W,), the number of further solutions, and det [A;
+        t].
 
-        The length of its first W entries is one, and these are the last row of the determinant.
+        The first W entries of t have norm one and form the last row of the determinant; it is 0 if there are further
+        solutions.
         """
         width = self._width
         if self.is_regular:
@@ -74,7 +75,7 @@ class Bordered(Factored):
         _, nulls = shortest_solution(matrix, np.zeros(len(matrix)))
         tangent = nulls @ (direction @ nulls[:width])
         norm = float(np.linalg.norm(tangent[:width]))
-        if norm < _ORTHOGONAL:  # at right angles to it: any of them
+        if norm < _ORTHOGONAL:  # the direction is orthogonal to the null space: any vector of it
             tangent = nulls[:, 0]
             norm = float(np.linalg.norm(nulls[:width, 0]))
         others = nulls.shape[1] - 1
@@ -86,7 +87,7 @@ class Bordered(Factored):
 
 
 def shortest_solution(matrix: Array, right: Array) -> tuple[Array, Array]:
-    """Return the shortest x with A x = b, nothing done along singular directions, and these directions.
+    """Return the shortest x with A x = b, without any part along singular directions, and these directions.
 
     matrix: (N, P) A.
     right: (N,) b.

@@ -1,15 +1,16 @@
 """The period map of a driveline with a parameter: the state n periods later, its gradient and slope.
 
-A GeneralFamily makes a system for every parameter value, of any driveline; its slope is that of the motion's own
-crossings (``course``). A CompiledFamily, for drivelines of laws and harmonics alone, makes columns of coefficients
-instead and follows one motion in compiled code (``compiled``): the same bits in a small part of the time.
+A GeneralFamily creates a system for every parameter value, for any driveline; the slope follows from the crossings of
+the motion (``compiled_course``). A CompiledFamily, for drivelines with laws and harmonics alone, creates columns of
+coefficients instead and follows one motion in compiled code (``compiled``): the same bits in much less time.
 
 *Parts.* A motion may be followed in parts of equal length, each from a state of its own:
 
     P_i(y_i; p) - y_(i+1) = 0,   i = 1 ... m,   y_(m+1) = y_1
 
-Where a disturbance grows a million times over a motion, Newton's method for its start alone (``newton``) needs a
-prediction a million times as near. Over a part it grows little. See ``multiple_shooting``, the same for one driveline.
+If a disturbance grows a million times over a motion, Newton's method for its start alone (``newton``) needs a
+prediction that is a million times as accurate. Over a part the disturbance grows little. ``multiple_shooting`` does the
+same for one driveline.
 
 *Half a period.* The motions of a symmetric driveline may be followed over half of their length, and mirrored
 (``symmetry``).
@@ -42,7 +43,7 @@ Array = NDArray[np.float64]
 
 _SHARE = 1e-5
 _LEAST = 1e-3
-"""Step of the central difference of coefficients: a share of the parameter, which counts as at least so many units."""
+"""Step of the central difference of coefficients: _SHARE of the parameter, of its modulus but at least _LEAST units."""
 
 SystemOf = Callable[[float], PiecewiseSystem]
 Shown = Callable[[float], str]
@@ -50,7 +51,7 @@ CoefficientsOf = Callable[[Array], tuple[Coefficients, NDArray[np.bool_]]]
 
 
 IntArray = NDArray[np.int64]
-_BESIDE = 1e-6  # of the parameter's unit: a driveline so near is of the same kind
+_BESIDE = 1e-6  # units of the parameter: a driveline at this distance must have the same structure
 
 
 class Family(ABC):
@@ -60,13 +61,13 @@ class Family(ABC):
     size: float  # norm of balanced states that counts as one: the largest corner
     cycles: int  # n, periods that a motion lasts
     unit: float  # scale of the parameter: a change by it counts as one
-    parts: int = 1  # m, into which a motion is cut where disturbances grow much; 1: it is always followed as a whole
-    clearances: int  # number of them: what crosses bounds counts from 0, clearances first
-    memories: int  # number of them, the last entries of a state
+    parts: int = 1  # m, the parts of a motion over which disturbances grow much; 1: motions are never divided
+    clearances: int  # number of clearances, the first of the watched quantities
+    memories: int  # number of memories, the last entries of a state
     shown: Shown  # writes a parameter value with its unit, for messages
 
     def _be_like(self, other: Family) -> None:
-        """Take what is alike in two families of one driveline, all but the parts."""
+        """Copy the data of another family of the same driveline, except for the parts."""
         self.scale = other.scale
         self.size = other.size
         self.cycles = other.cycles
@@ -80,7 +81,7 @@ class Family(ABC):
         """Return the map of one driveline."""
 
     def part(self, begin: float, length: float) -> Family:
-        """Return the family of a part of the motion, begin and length in periods, where there are parts."""
+        """Return the family of a part of the motion, begin and length in periods, if motions are divided."""
         raise NotImplementedError
 
     def over(self, cycles: int) -> Family:
@@ -93,10 +94,10 @@ class Family(ABC):
     ) -> tuple[Pass, Array]:
         """Follow a state.
 
-        touch: a corner and an instant, for the approach in the Pass; None: none.
-        turns_along: (N + 1,) a row over the state at the start and the parameter [1/SI]: the Pass is to hold its
-        turning points, with slopes along the change by which the gap stays as it is and of which the product with the
-        row is 1; of a part of a motion the change itself.
+        touch: a corner and an instant, for the approach in the Pass; None: no approach is computed.
+        turns_along: (N + 1,) a row over the state at the start and the parameter [1/SI]. The Pass then holds the
+        turning points, with slopes along the change that keeps the difference of end and start, and whose product with
+        the row is 1. For a part of a motion it is the change itself.
         Returns the motion over n periods, and (N,) d end / d parameter for a fixed state [SI].
         """
 
@@ -104,8 +105,8 @@ class Family(ABC):
 class GeneralFamily(Family):
     """The family of a driveline of any kind.
 
-    first: a parameter value; its driveline sets the scales.
-    repeats: whether its motions may repeat: those of a part of a period do not.
+    first: a parameter value whose driveline sets the scales.
+    repeats: whether motions may be periodic: motions over a part of a period are not.
     """
 
     def __init__(
@@ -136,7 +137,7 @@ class GeneralFamily(Family):
     def map_at(self, parameter: float) -> PeriodMap:
         """Return the map of one driveline.
 
-        ConvergenceError: there is none, or its states are others: it has a slider more, or less.
+        ConvergenceError: the driveline does not exist, or has other states, because a slider appears or vanishes.
         """
         period_map = PeriodMap(self._system_of(parameter), self.cycles, repeats=self.repeats)
         if self._states not in (None, period_map.scale.size):
@@ -164,7 +165,7 @@ class GeneralFamily(Family):
         motion = replace(period_map(state), start=state)
         neighbours = self._neighbours(parameter)
         alike = {side: one.flow for side, one in neighbours.items() if is_alike(one.flow, period_map.flow)}
-        if not alike:  # the driveline is of another kind: a gap that has closed
+        if not alike:  # the driveline has another structure: a gap has closed
             side, other = next(iter(neighbours.items()))
             return motion, (other.later(state).y - motion.end.y) / side
         course = Course(period_map, _setting(period_map.flow, alike), motion)
@@ -180,7 +181,7 @@ class GeneralFamily(Family):
         return replace(motion, approach=approach, turns=turns), slope
 
     def _neighbours(self, parameter: float) -> dict[float, PeriodMap]:
-        """The maps of drivelines near one, by how far away they are; one of them, where there is none beyond it."""
+        """The maps of the two neighbours by their distance in the parameter; one map if the other does not exist."""
         step = _step(parameter, self.unit)
         neighbours = dict[float, PeriodMap]()
         for side in (-step, step):
@@ -192,7 +193,7 @@ class GeneralFamily(Family):
 
 
 def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
-    """A driveline with those near it that differ in numbers alone, by how far away they are."""
+    """A driveline with its neighbours of the same structure, by their distance in the parameter."""
     sides = {0.0: flow, **alike} if len(alike) == 1 else alike
     low = min(sides)
     high = max(sides)
@@ -202,8 +203,8 @@ def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
 class CompiledFamily(Family):
     """The family of a driveline of laws and harmonics alone.
 
-    general: the same family; follows what the loop leaves out.
-    coefficients_of: gives, for (V,) parameter values, the coefficients with a leading axis V, and (V,) which of them
+    general: the same family, for motions that the compiled loop cannot follow.
+    coefficients_of: returns for (V,) parameter values the coefficients with a leading axis V, and (V,) whether they
     have the structure of ``system``.
     """
 
@@ -266,14 +267,14 @@ class CompiledFamily(Family):
         return Pass(state, State(end), gradient, turned, *passed), slope / step
 
     def _coefficients_at(self, values: Array) -> tuple[Coefficients, NDArray[np.bool_]]:
-        """The coefficients; all parts of a motion ask for the same."""
+        """The coefficients; the last ones are kept, because all parts of a motion need the same."""
         if self._last is None or not np.array_equal(self._last[0], values):
             self._last = values, self._coefficients_of(values)
         return self._last[1]
 
 
 def _step(parameter: float, unit: float) -> float:
-    """Half the distance of both neighbours of a parameter."""
+    """Half the difference of the parameters of both neighbours."""
     return _SHARE * min(unit, max(abs(parameter), _LEAST * unit))
 
 
@@ -287,7 +288,7 @@ class PartedFamily:
         self._parts = [family.part(i * self._length, self._length) for i in range(family.parts)]
 
     def starts(self, state: State, parameter: float) -> Array:
-        """Return (m - 1, N) states at the start of the later parts of a motion [SI]."""
+        """Return (m - 1, N) states at the starts of the later parts of a motion [SI]."""
         states = [state]
         for part in self._parts[:-1]:
             states.append(part.map_at(parameter).later(states[-1]))
@@ -296,8 +297,8 @@ class PartedFamily:
     def follow(self, start: State, later: Array, parameter: float, touch: Touch | None = None) -> tuple[Pass, Array]:
         """Follow a motion in parts.
 
-        later: (m - 1, N) states at the start of the later parts [SI].
-        touch: a corner and an instant, for the approach in the Pass; None: none.
+        later: (m - 1, N) states at the starts of the later parts [SI].
+        touch: a corner and an instant, for the approach in the Pass; None: no approach is computed.
         Returns the motion over n periods, without turning points, and (N,) d end / d parameter for a fixed start [SI].
         """
         index, touch = self._within(touch)
@@ -323,7 +324,8 @@ class PartedFamily:
     def turns(self, motion: Pass, parameter: float, changes: Array) -> Turns | None:
         """Return the turning points of a motion that was followed in parts; None where they are not known.
 
-        changes: (m, N + 1) along which their slopes are: of the states at the start of the parts [SI], and of p.
+        changes: (m, N + 1) changes of the states at the starts of the parts [SI] and of p, along which slopes are
+        taken.
         """
         assert motion.parts is not None
         pieces = motion.start.auxiliary_pieces
@@ -350,7 +352,7 @@ class PartedFamily:
         return index, replace(touch, time=time - np.floor(time))
 
     def _approach(self, approach: Approach | None, index: int) -> Approach | None:
-        """An approach of a part as one of the whole motion; what depends on the rest of the motion is not known."""
+        """An approach of a part as one of the whole motion; its slopes are by the state at the start of the part."""
         if approach is None:
             return None
         time = self._length * (index + approach.time)
@@ -375,7 +377,7 @@ class PartedFamily:
 
 
 def _before(motion: Pass, time: float) -> int:
-    """How many crossings of a motion lie before an instant [periods]."""
+    """Number of crossings of a motion before an instant [periods]."""
     return int(np.searchsorted(motion.crossings.time, time * motion.period))
 
 
@@ -397,11 +399,11 @@ class HalfPeriodFamily(Family):
     ) -> tuple[Pass, Array]:
         """Follow a state over half of its periods, and mirror it; see ``Family.follow``.
 
-        NotImplementedError: a touch is asked for.
+        NotImplementedError: an approach is requested.
         """
         if touch is not None:
             raise NotImplementedError
-        del turns_along  # which are not sought
+        del turns_along  # turning points are not computed
         motion, slope = self._half.follow(state, parameter)
         if self._mirror is None:
             self._mirror = self.map_at(parameter).mirror
@@ -416,7 +418,7 @@ def half_of(family: Family) -> Family:
 
 
 def are_symmetric(family: Family, parameter: float) -> bool:
-    """Return whether drivelines are symmetric at a parameter and near it: not where a mean torque is zero."""
+    """Return whether drivelines are symmetric at a parameter and near it, not only where a mean torque is zero."""
     if not is_symmetric(family.map_at(parameter).system):
         return False
     for side in (1.0, -1.0):

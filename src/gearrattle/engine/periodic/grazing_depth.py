@@ -1,8 +1,8 @@
-"""How near a motion comes to a corner, with contact or without: a smooth function of its state.
+"""The depth of a touch: a smooth function of the state, with contact or without.
 
-In the region that the motion lies in before it touches, the deflection has an extremum there. How far that lies beyond
-the corner is the *depth* of the touch: zero at a grazing, negative without contact. The region is extended beyond the
-corner, so the contact has no effect on the depth: it is smooth where the period map is not.
+The motion in the region before the touch is continued beyond the corner, without contact; its deflection has an
+extremum there. The *depth* of the touch is the distance of that extremum beyond the corner: zero at a grazing, negative
+without contact. The contact has no effect on it: it is smooth where the period map is not.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SAMPLES = 64  # a period
-_NEAR = 1.0 / 64.0  # periods that the extremum may have moved
-_ITERATIONS = 30
-_SETTLED = 1e-12  # periods: the next change of Newton would be of the order of its square
+_SAMPLES = 64  # per period
+_NEAR = 1.0 / 64.0  # periods: largest distance of the extremum from its expected instant
+_ITERATIONS = 30  # of Newton's method
+_SETTLED = 1e-12  # periods: last step of Newton's method; the next one would be of the order of its square
 
 
 def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Touch]:
-    """Return how far an extremum lies beyond a corner [SI], and the touch with the instant of the extremum.
+    """Return the depth of a touch [SI], and the touch with the instant of the extremum.
 
     ConvergenceError: there is no extremum nearby.
     """
@@ -51,7 +51,7 @@ def depth(period_map: PeriodMap, state: State, touch: Touch) -> tuple[float, Tou
 
 
 def _approached(flow: Flow, pieces: Pieces, touch: Touch) -> tuple[Array, float]:
-    """What comes to a bound, as a row times z [SI], and that bound: a corner, or that of a limiter.
+    """The row of the quantity that approaches a bound [SI], and that bound: a corner, or the bound of a limiter.
 
     ConvergenceError: there is no such bound.
     """
@@ -73,8 +73,8 @@ def before_touch(
     """Return a state z = (balanced y, inputs) before a touch, the pieces of its region, and its time in periods.
 
     is_located: whether the instant of the touch is that of the extremum.
-    Between that time and the touch nothing is crossed. Parameters are those of ``depth``; a touch beyond the end of the
-    motion raises its error.
+    Between the returned time and the touch there is no crossing. Parameters and errors as for ``depth``; a touch beyond
+    the end of the motion raises ConvergenceError.
     """
     flow = period_map.flow
     system = period_map.system
@@ -126,9 +126,9 @@ def pieces_before(period_map: PeriodMap, motion: Pass, touch: Touch) -> Pieces:
 
 
 def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int, slack: float) -> float:
-    """When a touch begins, in periods: the corner is crossed, or where it is not, the instant of the extremum.
+    """The begin of a touch in periods: the crossing of the corner, or without one the instant of the extremum.
 
-    ``piece`` is that of the clearance at the start.
+    piece: of the clearance at the start.
     """
     begin = touch.time
     for i, j in _visits_around(crossings, times, touch, slack):
@@ -140,10 +140,10 @@ def _begin_of(crossings: Passages, times: Array, touch: Touch, piece: int, slack
 
 
 def _visits_around(crossings: Passages, times: Array, touch: Touch, slack: float) -> list[tuple[int, int]]:
-    """The crossings to and fro between which the instant of a touch lies, whichever corner they are of.
+    """The pairs of crossings out and back, of any corner, between which the instant of a touch lies.
 
-    The extremum of a short visit may have moved out of it, by a slack [periods]; none where the touch is located, for
-    another visit may lie near. A long one may have ended just before another touch.
+    slack: time [periods] by which the extremum of a short visit may lie outside of it; 0 if the touch is located, for
+    another visit may be near. A long visit may have ended just before another touch.
     """
     ours = np.flatnonzero(crossings.watch == touch.watch)
     return [

@@ -16,30 +16,30 @@ IntArray = NDArray[np.int64]
 
 
 DECIDED = -1
-"""Piece of an auxiliary that follows from the rest of the state."""
-_FREE = 1e-9  # a singular value below this is zero
+"""In place of a piece: the piece of the auxiliary follows from the rest of the state."""
+_FREE = 1e-9  # singular value that counts as zero
 
 
 @dataclass(frozen=True)
 class Touch:
-    """Which corner is touched, and about when.
+    """The corner that is touched, and the approximate instant.
 
-    corner: which one of the clearance's law, counted from below; None: the next one where the extremum lies, except for
-    visits beyond a corner that are so short that they may be rounding.
+    corner: its index in the clearance's law, from below; None: the next corner at the extremum, where visits beyond a
+    corner that may be rounding are ignored.
     """
 
-    watch: int  # the clearance; behind all of them, the auxiliary.
-    upward: int  # 1: its deflection, or what it watches, grows towards the corner.
+    watch: int  # index of the watched quantity: clearances, then auxiliaries
+    upward: int  # 1: the watched quantity grows towards the corner
     time: float  # of the extremum, in periods from the start of the motion
     corner: int | None = None
 
 
 @dataclass(frozen=True)
 class State:
-    """A state at the start of a period, which decides the motion from there.
+    """A state at the start of a period, which determines the motion.
 
-    auxiliary_pieces: (C,) pieces of the auxiliaries, ``DECIDED`` for those without a memory, which deflection, rate and
-    clock decide; None: deflections and rates decide them, with no memory loaded.
+    auxiliary_pieces: (C,) pieces of the auxiliaries; ``DECIDED`` for auxiliaries without a memory, whose pieces follow
+    from deflection, rate and clock; None: all follow from deflections and rates, with memories zero.
     """
 
     y: Array  # (N,) deflections of the basis, velocities, memories of auxiliaries [SI]
@@ -49,44 +49,44 @@ class State:
 class Approach(NamedTuple):
     """An extremum of a clearance's deflection near a corner."""
 
-    depth: float  # how far it lies beyond the corner [SI]
+    depth: float  # distance of the extremum beyond the corner [SI]
     time: float  # in periods from the start
     acceleration: float  # of the deflection [SI]
     slope: Array  # (N + 1,) of the depth, by the state at the start and by a parameter [SI]
     time_slope: Array  # (N + 1,) of the time, by the same
-    part: int = 0  # of the motion: slopes are by the state at its start
+    part: int = 0  # index of the part of the motion; slopes are by the state at the start of the part
 
 
 class Dips(NamedTuple):
-    """Where rates of deflections come nearest to zero and do not reach it: two turning points may appear there."""
+    """Extrema of rates near zero, at which two turning points may appear."""
 
     watch: IntArray  # (D,) clearance
     upward: IntArray  # (D,) ``kernels.turning_point_depths.RISING`` or FALLING, by the sign of the rate
     time: Array  # (D,) in periods from the start
-    depth: Array  # (D,) how far the rate lies beyond zero, a negative number [SI, per period]
-    slope: Array  # (D,) of that along a direction
+    depth: Array  # (D,) distance of the rate beyond zero, negative [SI, per period]
+    slope: Array  # (D,) of the depth along a direction
     time_slope: Array  # (D,) of the time along it
-    level: Array  # (D,) how far the deflection is from the corner nearest to it [SI]
-    level_slope: Array  # (D,) of that along the direction
+    level: Array  # (D,) distance of the deflection from the nearest corner [SI]
+    level_slope: Array  # (D,) of the level along the direction
 
 
 class Turns(NamedTuple):
-    """The E turning points of a motion's deflections, each by a corner that it has not reached, or has passed.
+    """The E turning points of a motion's deflections near corners, before or beyond them.
 
-    With them come its dips, and the slopes of the instants of its C crossings.
+    Also the dips of the motion, and the slopes of the instants of its C crossings.
     """
 
     watch: IntArray  # (E,) clearance
     upward: IntArray  # (E,) 1: its deflection grows towards the corner
     time: Array  # (E,) in periods from the start
-    depth: Array  # (E,) how far it lies beyond the corner [SI]
+    depth: Array  # (E,) distance beyond the corner [SI]
     slope: Array  # (E,) of the depth along a direction
     time_slope: Array  # (E,) of the time along it
     dips: Dips
-    delay: Array  # (C,) by how much each crossing of the motion comes later along it [periods]
+    delay: Array  # (C,) slope of the instant of every crossing along it [periods]
 
     def scaled(self, factor: float) -> Turns:
-        """Return them with slopes along a direction so many times as long."""
+        """Return the turning points with slopes along a direction that is ``factor`` times as long."""
         slopes = {name: factor * getattr(self.dips, name) for name in ("slope", "time_slope", "level_slope")}
         dips = self.dips._replace(**slopes)
         ours = {name: factor * getattr(self, name) for name in ("slope", "time_slope", "delay")}
@@ -98,11 +98,11 @@ OF_TURNS = [name for name in Turns._fields if name not in ("dips", "delay")]
 
 
 class Along(NamedTuple):
-    """The change along which slopes of the turning points of a part of a motion are."""
+    """The change that defines the slopes of the turning points of a part of a motion."""
 
     state: Array  # (N,) at the start of the part [SI]
     parameter: float
-    outside: IntArray  # (2, K) 1 upwards, 0 downwards: what clearances cross before, and after the part; -1: nothing
+    outside: IntArray  # (2, K) last crossing before the part, first one after: 1 upwards, 0 downwards, -1 none
 
 
 class Parts(NamedTuple):
@@ -118,19 +118,19 @@ class Parts(NamedTuple):
 class Pass:
     """A motion over n periods.
 
-    start, end: its states.
-    crossings: all of them and all changes by the clock, in order of time; one at a time at which the motion begins and
-    ends comes last.
+    start, end: states.
+    crossings: all crossings and changes by the clock, in order of time; one at the instant at which the motion begins
+    and ends is the last.
     """
 
     start: State
     end: State
     gradient: Array  # (N, N) d end / d start [SI]
-    turned: Array  # (R,) how far the reference inertia of every free train has turned [rad]
+    turned: Array  # (R,) angle through which the reference inertia of every free train has turned [rad]
     crossings: Passages
     period: float  # T [s]
     cycles: int  # n
-    approach: Approach | None = None  # of a clearance to a corner; None: there is no extremum, or none was asked for.
+    approach: Approach | None = None  # of a clearance to a corner; None: there is no extremum, or it was not requested
     turns: Turns | None = None  # turning points; None: they are not known.
     parts: Parts | None = None  # of a motion that was followed in parts; None: it was followed as a whole.
 
@@ -141,7 +141,7 @@ class Pass:
 
 
 def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
-    """Return motions of one length that follow one another as one over so many periods [s]."""
+    """Return successive motions of equal length as one motion over ``cycles`` periods of the length ``period`` [s]."""
     gradient = np.eye(len(parts[0].gradient))
     length = cycles * period / len(parts)
     for part in parts:
@@ -159,7 +159,7 @@ def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
 
 
 def idle_memories(motion: Pass, scale: Array, memories: int) -> IntArray:
-    """Return which entries of the state are memories that are released all along a motion, and may be anything.
+    """Return the indices of the memories whose sliders are released all along a motion, so that they have no effect.
 
     scale: (N,) balanced = scale * SI.
     """

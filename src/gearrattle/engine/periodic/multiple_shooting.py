@@ -1,7 +1,7 @@
 """Multiple shooting: a motion of n periods as shorter motions, joined by Newton's method.
 
 Over n periods a small disturbance may grow a million times, as in chaos; then no state at the start is accurate enough
-for the end. Over a part of them it grows little. So the states at the start of every part are unknown together,
+for the end. Over a part of the motion it grows little. So the states at the starts of all parts are unknowns,
 
     P_1(y_1) - y_2 = 0,   P_2(y_2) - y_3 = 0,   ...   P_m(y_m) - y_1 = 0.
 
@@ -25,9 +25,9 @@ from gearrattle.engine.periodic.period_map import PeriodMap
 Array = NDArray[np.float64]
 
 LARGEST_SYSTEM = 1024
-"""Unknowns, parts times N, up to which multiple shooting is used."""
+"""Largest number of unknowns, parts times N, for multiple shooting."""
 EIGHTHS = 8
-"""Parts of a period: one, or so many."""
+"""Parts of a period, if it is divided."""
 
 
 def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
@@ -44,7 +44,7 @@ def maps_of_parts(period_map: PeriodMap, parts: int) -> Sequence[PeriodMap]:
 
 
 def parts_of(period_map: PeriodMap) -> int:
-    """Return into how many parts of equal length n periods are cut: eighths of periods, whole ones, or none."""
+    """Return the number of equal parts of n periods: eighths of periods, whole periods, or one part."""
     cycles = period_map.cycles
     for parts in (EIGHTHS * cycles, cycles):
         if (parts == cycles or period_map.system.clock is None) and parts * len(period_map.scale) <= LARGEST_SYSTEM:
@@ -53,14 +53,14 @@ def parts_of(period_map: PeriodMap) -> int:
 
 
 def _jumps(parts: list[Pass]) -> list[Array]:
-    """From the end of every part to the start of the next [SI]; after the last comes the first."""
+    """Differences from the end of every part to the start of the next [SI]; the first part follows the last."""
     return [part.end.y - following.start.y for part, following in zip(parts, [*parts[1:], parts[0]], strict=True)]
 
 
 def residual_of_parts(period_map: PeriodMap, parts: list[Pass]) -> float:
     """Return the largest distance between the end of a part and the start of the next.
 
-    It is taken over the largest corner, or over the size of the largest state at a start.
+    It is divided by the largest corner, or by the size of the largest state at a start.
     """
     scale = period_map.scale
     size = max([period_map.size, *(float(np.linalg.norm(part.start.y * scale)) for part in parts)])

@@ -1,7 +1,7 @@
-"""Multipliers and the unit circle: how many lie outside.
+"""The number of multipliers outside the unit circle.
 
-Directions in which neighbouring motions repeat as well have a multiplier 1 and do not count. Without damping the
-multipliers are inverse in pairs, and leave the circle only where two pairs meet on it.
+A *free* direction, in which neighbouring motions are periodic too, has a multiplier 1 that is not counted. Without
+damping multipliers m and 1 / m come in pairs; they leave the circle only where two pairs meet on it.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.point import Point
 
-REAL = 1e-9  # a multiplier with a smaller imaginary part is real except for rounding
-_CONSERVED = 1e-9  # the product of all multipliers is one except for so much where nothing is lost
-_LEAVES = 1e-6  # a pair that leaves the circle there goes with the root of the distance, and rounding moves it less
+REAL = 1e-9  # imaginary part below which a multiplier is real except for rounding
+_CONSERVED = 1e-9  # largest difference from 1 of the product of all multipliers without losses
+_LEAVES = 1e-6  # distance from the circle above rounding: pairs leave it with the root of the distance along the branch
 
 
 def not_free(point: Point) -> NDArray[np.complex128]:
@@ -24,13 +24,13 @@ def not_free(point: Point) -> NDArray[np.complex128]:
 
 
 def nearest_to(number: float, values: NDArray[np.complex128]) -> tuple[complex, float]:
-    """Return the value nearest to a number, and its distance; infinite where there is none."""
+    """Return the value nearest to a number, and its distance; infinity without values."""
     away = np.abs(values - number)
     return (complex(values[np.argmin(away)]), float(away.min())) if values.size else (0j, np.inf)
 
 
 def number_outside(point: Point, crossing: Sequence[complex] = ()) -> int:
-    """Return how many multipliers lie outside the unit circle, except for those nearest to some values on it."""
+    """Return how many multipliers lie outside the unit circle, except for those nearest to ``crossing`` on it."""
     above, below, pairs = outside(point, crossing)
     return above + below + 2 * pairs
 
@@ -48,5 +48,5 @@ def outside(point: Point, crossing: Sequence[complex] = ()) -> tuple[int, int, i
 
 
 def is_conservative(point: Point) -> bool:
-    """Return whether nothing is lost over a period: then pairs lie on the circle, and leave it where two meet."""
+    """Return whether a motion has no losses: then pairs lie on the circle, and leave it where two pairs meet."""
     return bool(abs(np.prod(point.multipliers) - 1.0) < _CONSERVED)

@@ -3,8 +3,8 @@
     F(w) = P(u; p) - u = 0,      normal . (w - w_predicted) = 0,      [dF/du, dF/dp] t = 0,  |t| = 1
 
 w = (u, p / unit), u the balanced state at the start of a period over the size; t is the tangent of the branch. Where a
-disturbance grows much over the motion, the states at the start of its parts (``families``) are unknown too: F has a row
-of equations for each of them, and normal none.
+disturbance grows much over the motion, the states at the starts of its parts (``families``) are unknown too: F has
+equations for each of them, and the normal has zeros there.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_TOLERANCE = 1e-12  # of the residual, over the size of the state
-_ROUNDING = 1e-14  # the same, for each unit of the gradient's norm
-_ITERATIONS = 8
-_IN_PLANE = 1e-12  # of w: a motion so near to the plane is in it
-_LARGE = 1e4  # growth of a disturbance from which motions are followed in parts
-_LAST = 1.0  # times what rounding leaves: an expected residual below it is likely to be the last one
+_TOLERANCE = 1e-12  # residual over the size of the state
+_ROUNDING = 1e-14  # rounding of the residual over the size of the state and the norm of the gradient
+_ITERATIONS = 8  # most iterations
+_IN_PLANE = 1e-12  # distance of w from the plane that is rounding
+_LARGE = 1e4  # growth of a disturbance above which motions are followed in parts
+_LAST = 1.0  # factor on the rounding: an expected residual below it is likely to be the last one
 
 
 class Corrector:
-    """Finds motions of a branch near predictions.
+    """Computes motions of a branch from predictions.
 
-    scale: (N,) the part of w of a state is scale * state.
+    scale: (N,) u = scale * state.
     """
 
     def __init__(self, family: Family, units: tuple[Array, float]) -> None:
@@ -47,13 +47,13 @@ class Corrector:
 
     @cached_property
     def _parts(self) -> PartedFamily:
-        """What follows motions in parts."""
+        """The family that follows motions in parts."""
         return PartedFamily(self._family)
 
     def followed(
         self, guess: Guess, touch: Touch | None = None, turns_along: Array | None = None
     ) -> tuple[Pass, Array]:
-        """Return the motion from a guess, and its slope (N,) [SI]; for a row over w with its turning points."""
+        """Return the motion from a guess, and its slope (N,) [SI]; with a row over w, also its turning points."""
         parameter = float(guess.w[-1] * self._family.unit)
         state = State(guess.w[:-1] / self.scale, guess.pieces)
         if guess.later is None:
@@ -89,11 +89,11 @@ class Corrector:
         return matrix
 
     def _first(self, part: int) -> int:
-        """Where the state at the start of a part begins among all unknowns; p stands behind the first one."""
+        """Index of the state at the start of a part among the unknowns, in which p follows the first state."""
         return part * len(self.scale) + (1 if part else 0)
 
     def row(self, row: Array, part: int, motion: Pass) -> Array:
-        """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as one over all P + 1 unknowns."""
+        """Return a row (N + 1,) over the state at the start of a part and p [1/SI] as a row over all P + 1 unknowns."""
         states = len(self.scale)
         own = np.asarray(row / self._to_units)
         if motion.parts is None:
@@ -116,7 +116,7 @@ class Corrector:
         return _TOLERANCE * max(1.0, norm_of(guess.w[:-1])) + _ROUNDING * norm_of(matrix.ravel())
 
     def in_parts(self, guess: Guess, motion: Pass) -> Guess:
-        """Return what a motion is followed from, in parts if a disturbance grows much over it."""
+        """Return the guess from which a motion is followed, in parts if a disturbance grows much over it."""
         growth = norm_of((self._balance * motion.gradient).ravel())
         if guess.later is not None or self._family.parts == 1 or growth < _LARGE:
             return guess
@@ -126,9 +126,9 @@ class Corrector:
     def point_at(self, guess: Guess, motion: Pass, slope: Array, direction: Array, equations: Bordered) -> Point:
         """Return the point of the branch at a motion.
 
-        motion, slope: of ``followed``, with slopes of its turning points along the change for a direction.
-        direction: (N + 1,) the tangent points to its side.
-        equations: of ``matrix``.
+        motion, slope: from ``followed``, with slopes of the turning points along the change for ``direction``.
+        direction: (N + 1,) the tangent has a positive product with it.
+        equations: with the matrix of ``matrix``.
         """
         tangent, free, orientation = equations.null_vector(direction)
         own, behind = np.split(tangent, [len(direction)])
@@ -150,9 +150,9 @@ class Corrector:
         )
 
     def _with_turns_along(self, motion: Pass, cosine: float, free: int) -> Pass:
-        """A motion with the slopes of its turning points along the tangent, not where that is one of several.
+        """A motion with the slopes of its turning points along the tangent; without turning points if it is not unique.
 
-        A memory that may be anything makes no other tangent.
+        A memory that is not coupled to the motion does not count as another tangent.
         """
         if motion.turns is None:
             return motion
@@ -160,7 +160,7 @@ class Corrector:
         return replace(motion, turns=motion.turns.scaled(cosine) if is_one else None)
 
     def _changes(self, change: Array) -> Array:
-        """(m, N + 1) changes of the states at the start of the parts [SI] and of p, from one of all unknowns."""
+        """(m, N + 1) changes of the states at the starts of the parts [SI] and of p, from a change of all unknowns."""
         states = len(self.scale)
         own = change[: states + 1]
         behind = change[states + 1 :].reshape(-1, states)
@@ -181,10 +181,10 @@ class Corrector:
         """Return the motion in the plane through a prediction at right angles to ``normal``.
 
         normal: (N + 1,).
-        direction: (N + 1,) the tangent points to its side.
-        is_near: whether the prediction is given up once the residual grows: then Newton's method goes round in circles
-            between two patterns of crossings, and a shorter step costs less.
-        slack: change of w at which the iteration may end; the motion is then the last one followed.
+        direction: (N + 1,) the tangent has a positive product with it.
+        is_near: whether the iteration ends in an error once the residual grows: then it alternates between two patterns
+            of crossings, and a shorter step takes less time.
+        slack: change of w at which the iteration may end; the last motion is then returned.
         """
         guess = predicted
         last = np.inf
@@ -234,7 +234,8 @@ class Corrector:
 def _sliders_repeat(motion: Pass) -> bool:
     """Whether sliders end a motion in the pieces in which they begin it.
 
-    A crossing may pass from the end of the period to its start along a branch; then those of the neighbour do not hold.
+    Along a branch a crossing may move from the end of the period to its start; then the pieces of the neighbour are
+    wrong.
     """
     start = motion.start.auxiliary_pieces
     end = motion.end.auxiliary_pieces

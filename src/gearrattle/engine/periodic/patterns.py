@@ -1,7 +1,8 @@
-"""Patterns of crossings: what crosses which bound in the course of a motion, in order of time, wherever it begins.
+"""Patterns of crossings: the order in which watched quantities cross their bounds, independent of the start of the
+period.
 
-A crossing is a letter, a motion a word, its pattern the smallest rotation of that word. Words compare and rotate in a
-small part of the time that lists of pairs take.
+A crossing is a letter, a motion is a word, and its pattern is the smallest rotation of that word. Comparing and
+rotating words takes much less time than lists of pairs.
 """
 
 from __future__ import annotations
@@ -13,23 +14,23 @@ from gearrattle.engine.system.crossings_in_order import Passages
 
 Pattern = tuple[tuple[int, int], ...]
 """Crossings in order, as pairs (watch, 1 for the upper bound)."""
-_AT_ONCE = 2  # crossings that come or go by themselves: of both halves of a symmetric motion
+_AT_ONCE = 2  # most lone crossings that appear at once: one in each half of a symmetric motion
 
 
 def word_of(crossings: Passages) -> str:
-    """Return the word of some crossings, those at one instant in the order of watches."""
+    """Return the word of crossings; those at one instant are in the order of the watched quantities."""
     crossings = crossings.in_order()
     letters = (2 * crossings.watch + crossings.upward).tolist()
     return "".join(map(chr, letters))
 
 
 def watch_of(letter: str) -> int:
-    """Return what crosses."""
+    """Return the index of the watched quantity that crosses."""
     return ord(letter) // 2
 
 
 def is_upward(letter: str) -> int:
-    """Return 1 if it crosses its upper bound, else 0."""
+    """Return 1 if the quantity crosses its upper bound, else 0."""
     return ord(letter) % 2
 
 
@@ -66,16 +67,16 @@ def exchanged(word: str, i: int) -> str:
 
 
 def touches(fewer: str, more: str) -> list[int]:
-    """Return the crossings i of a word such that it has the pattern of another one without i and the next."""
+    """Return the indices i for which ``more`` without crossings i and i + 1 has the pattern of ``fewer``."""
     if len(more) != len(fewer) + 2:
         return []
     return [i for i in range(len(more)) if (rest := without(more, i)) is not None and is_rotation(rest, fewer)]
 
 
 def swaps(one: str, other: str) -> list[int]:
-    """Return the crossings i of a word such that it has the pattern of another one with i and the next exchanged.
+    """Return the indices i for which ``one`` with crossings i and i + 1 exchanged has the pattern of ``other``.
 
-    They are of different watches: one that crosses its bounds up and down does not do so the other way round.
+    The two crossings are of different quantities: one quantity cannot exchange its crossings up and down.
     """
     if sorted(one) != sorted(other):
         return []
@@ -84,16 +85,16 @@ def swaps(one: str, other: str) -> list[int]:
 
 
 def lone(fewer: str, more: str) -> str:
-    """Return the letters that a word has more of than another one, and not of the way back.
+    """Return the letters that occur more often in ``more`` than in ``fewer``, and whose crossings back do not.
 
-    They are of sliders: one that is released sooner than it slips has one crossing less.
+    They are crossings of sliders: a slider that is released before it slips has one crossing less.
     """
     letters = "".join((Counter(more) - Counter(fewer)).elements())
     return "".join(letter for letter in letters if chr(ord(letter) ^ 1) not in letters)
 
 
 def is_lone_change(fewer: str, more: str) -> bool:
-    """Return whether a word without its lone letters, one or two, has the pattern of another one.
+    """Return whether ``more`` without its lone letters, one or two, has the pattern of ``fewer``.
 
     In a symmetric motion two sliders are released at once.
     """

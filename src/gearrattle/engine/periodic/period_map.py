@@ -1,9 +1,9 @@
 """The period map: the state n periods later as a function of the state, and its gradient.
 
-The state at t = 0 decides the whole motion: y = (x, v, e), independent deflections, velocities and the memories of
-auxiliaries, and the pieces of the auxiliaries. The angles by which a free train turns as a whole are not in it; how far
-they turn is kept apart. Vectors and matrices are in SI; norms are taken of scale * y, the engine's balanced
-coordinates (``system.energy_scaling``), and are roots of energies.
+The state at t = 0 determines the motion: y = (x, v, e), independent deflections, velocities and memories of
+auxiliaries, and the pieces of the auxiliaries. The angles through which a free train turns as a whole are not part of
+the state; they are stored separately. Vectors and matrices are in SI units; norms are norms of scale * y, the engine's
+scaled coordinates (``system.energy_scaling``), and are roots of energies.
 
 The map is ``exact``'s: crossings certified, its gradient by exponentials and saltations
 (``system.perturbation_growth``).
@@ -37,14 +37,14 @@ from gearrattle.time_limits import check_time
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 _PERIODIC = 1e-9
-"""How far cycles of a period may be from whole numbers."""
+"""Largest difference of the cycles per period from whole numbers."""
 
 
 class Marched(NamedTuple):
-    """A march that is done."""
+    """A march that has ended."""
 
     samples: march_arrays.Samples
-    initial: IntArray  # (W,) pieces of all that may cross, at its start
+    initial: IntArray  # (W,) pieces of the watched quantities at the start
     log: march_arrays.Log
     cycles: int
 
@@ -75,7 +75,7 @@ class PeriodMap:
 
     @property
     def regions(self) -> int:
-        """How many regions are built: the marches have been there, or those of earlier maps of the same system."""
+        """Number of regions that are built, by marches of this map or of earlier maps of the same system."""
         return 0 if self._slots is None else len(self._slots.pieces)
 
     @property
@@ -125,7 +125,7 @@ class PeriodMap:
         return Pass(start, end, gradient, turned, crossings, self.system.inputs.period, self.cycles)
 
     def _consistent(self, state: State, march: Marched) -> State:
-        """A start with the pieces that its region allows, and the memories that are known in these."""
+        """A start with pieces that its region allows, and the values of memories that are known in these pieces."""
         memories = self.flow.memory.size
         if not memories:
             return state
@@ -149,7 +149,7 @@ class PeriodMap:
         return tuple(pieces)
 
     def turned(self, march: Marched, row: int) -> Array:
-        """Return how far the reference inertia of every free train has turned (R,) [rad], up to a sample of a march."""
+        """Return the angles (R,) [rad] through which the reference inertias have turned, up to a sample of a march."""
         angles = slice(self.flow.states, self.flow.states + len(self.flow.coordinates.references))
         return np.asarray(march.samples.states[row, angles] - march.samples.states[0, angles])
 

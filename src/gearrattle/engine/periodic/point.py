@@ -17,43 +17,40 @@ from gearrattle.engine.system.crossings_in_order import Passages
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SMALL = 1e3  # growth of a disturbance below which motions are followed as a whole again
+_SMALL = 1e3  # growth of a disturbance below which a motion is followed as a whole again
 
 
 class Guess(NamedTuple):
-    """What a motion is followed from.
-
-    The unknowns of Newton's method are w, and behind it the states of ``later``.
-    """
+    """The unknowns from which a motion is followed: w, then the states of ``later``."""
 
     w: Array  # (N + 1,) state at the start and parameter in the branch's units
     pieces: IntArray | None  # (C,) of the auxiliaries at the start; None: the state decides them
-    later: Array | None = None  # (m - 1, N) states at the start of its later parts; None: it is followed as a whole
+    later: Array | None = None  # (m - 1, N) states at the starts of the later parts; None: the motion is not divided
 
     def moved(self, change: Array) -> Guess:
-        """Return it after a change of all unknowns."""
+        """Return the guess after a change of all unknowns."""
         own = self.w.size
         later = None if self.later is None else self.later + change[own:].reshape(self.later.shape)
         return self._replace(w=self.w + change[:own], later=later)
 
     def halfway(self, other: Guess) -> Guess:
-        """Return it half of the way to another one."""
+        """Return the mean of this guess and another one."""
         later = None if self.later is None or other.later is None else 0.5 * (self.later + other.later)
         return self._replace(w=0.5 * (self.w + other.w), later=later)
 
 
 class Later(NamedTuple):
-    """The states at the start of the later parts of a motion that was followed in m parts, in the branch's units."""
+    """States at the starts of the later parts of a motion that was followed in m parts, in the branch's units."""
 
     state: Array  # (m - 1, N)
-    tangent: Array  # (m - 1, N) their change along the branch
+    tangent: Array  # (m - 1, N) derivatives of these states along the branch
 
 
 @dataclass(frozen=True)
 class Point:
     """A periodic motion of a branch.
 
-    touch: the corner that the motion grazes, and the instant; None: it was not sought as one that grazes.
+    touch: the corner that the motion grazes, and the instant; None: the motion was not computed as a grazing.
     """
 
     parameter: float  # p
@@ -63,8 +60,8 @@ class Point:
     size: float  # norm of balanced coordinates that counts as one
     w: Array  # (N + 1,) state and parameter in the branch's units
     tangent: Array  # (N + 1,) direction of the branch, of length one
-    free: int  # number of directions in which neighbouring motions repeat as well, at the same parameter
-    orientation: float  # det [dF/du, dF/dp; t]; 0 where there are free directions.
+    free: int  # number of free directions, in which neighbouring motions at the same parameter are periodic too
+    orientation: float  # det [dF/du, dF/dp; t]; 0 with free directions
     error: float = 0.0  # estimated error of the state, over its size
     iterations: int = 0  # motions that Newton's method followed
     length: float = 0.0  # arclength from the start of the branch
@@ -88,11 +85,11 @@ class Point:
 
     @cached_property
     def word(self) -> str:
-        """Its pattern, as a word of ``patterns``."""
+        """The pattern of the motion, as a word of ``patterns``."""
         return rotated(word_of(self.motion.crossings))
 
     def guess(self, w: Array) -> Guess:
-        """Return what a motion nearby (N + 1,) is followed from."""
+        """Return the guess for a motion at a nearby w (N + 1,)."""
         later = self.later
         pieces = self.motion.end.auxiliary_pieces
         if later is None or np.linalg.norm(self.gradient) < _SMALL:
@@ -107,24 +104,24 @@ class Point:
 
     @property
     def pattern(self) -> Pattern:
-        """What crosses its bounds, and which bound (1: the upper one), in order of time."""
+        """Crossings in order of time: watched quantity and bound (1: the upper one)."""
         return pairs_of(self.word)
 
 
 def pattern_of(motion: Pass) -> Pattern:
-    """Return the crossings of a motion in order of time, wherever it begins."""
+    """Return the pattern of a motion, independent of its start."""
     return pattern_along(motion.crossings)
 
 
 def pattern_along(crossings: Passages) -> Pattern:
-    """Return crossings in order of time, wherever the motion begins."""
+    """Return the pattern of crossings, independent of the start of the motion."""
     return pairs_of(rotated(word_of(crossings)))
 
 
 def halves_apart(motion: Pass) -> float:
-    """Return by how much instants of the same crossings in both halves of a motion differ, over its length.
+    """Return the difference of the instants of equal crossings in both halves of a motion, over its length.
 
-    Infinite where the halves do not cross the same bounds in the same order, or cross none.
+    Infinity if the halves have different patterns or no crossings.
     """
     crossings = motion.crossings.in_order()
     half, odd = divmod(len(crossings.time), 2)
@@ -150,7 +147,7 @@ def appended(point: Point, following: Point) -> Point:
 
 
 def interpolated(before: Point, after: Point, share: float) -> Array:
-    """Return the value (N + 1,) at a share of the cubic through two points that has their tangents."""
+    """Return w (N + 1,) at a share of the cubic through two points with their tangents."""
     chord = after.w - before.w
     length = np.linalg.norm(chord)
     s = share

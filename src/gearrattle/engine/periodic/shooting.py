@@ -1,11 +1,11 @@
-"""Shooting: the state that the period map takes to itself, by Newton's method.
+"""Shooting: the fixed point of the period map, by Newton's method.
 
     (I - M) d = P(y) - y,      M = dP/dy exact,
 
-solved by singular values. Where I - M is singular the motion is one of a family: a free train without drag may have any
-speed, a slider that never slips any offset, a body that floats in its gap any place. Then d is the shortest step, so
-the motion found lies near the start; the directions of the family are given with it. Where M is large over several
-periods, the states at the start of every period are sought together (``multiple_shooting``).
+solved by singular values. If I - M is singular, the motion belongs to a continuous family: a free train without drag
+may have any speed, a slider that never slips any offset, a body within its gap any position. Then d is the shortest
+step, so that the solution is near the start; the directions of the family are returned with it. If M is large over
+several periods, the states at the starts of all periods are unknowns (``multiple_shooting``).
 
 R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapter 7.
 """
@@ -35,26 +35,26 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-12
 """Largest residual of an orbit, in units of the largest corner or of the state, whichever is larger."""
-_ROUNDING = 1e-10  # largest residual accepted where a sensitive motion magnifies rounding
-_LARGE = 1e4  # norm of M, balanced, from which several periods are followed one by one
-_SETTLING = 8  # passes, the first time
-# passes of one attempt, and halvings of a step: of whole motions, and of motions in parts
+_ROUNDING = 1e-10  # largest accepted residual of a motion that magnifies rounding
+_LARGE = 1e4  # norm of M in scaled coordinates above which several periods are followed one by one
+_SETTLING = 8  # applications of the period map before Newton's method begins again for the first time
+# most applications of the map in one attempt, most halvings of a step: of whole motions, of motions in parts
 _MOST_PASSES = (60, 40)
 _HALVINGS = (6, 8)
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """A motion that repeats after n periods.
+    """A motion that is periodic with n periods.
 
     residual: |P(y) - y|, in units of the largest corner or of the state; of multiple shooting, the largest of all
-    periods.
+    parts.
     """
 
     motion: Pass  # over n periods
     residual: float
-    free: Array  # (N, F) directions in which neighbouring motions repeat as well [SI]; F = 0 for an isolated motion.
-    passes: int  # how many times the period map was applied
+    free: Array  # (N, F) directions in which neighbouring motions are periodic too [SI]; F = 0: an isolated motion
+    passes: int  # number of applications of the period map
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -99,7 +99,7 @@ def shoot(
 
 
 def _later_states(period_map: PeriodMap, state: State, passes: int) -> tuple[State, State]:
-    """The state so many passes later, and the one before that comes nearest to itself one pass later."""
+    """The state after ``passes`` applications of the map, and the earlier state that came nearest to itself."""
     march = period_map.marched(state, passes)
     states = [period_map.sampled(march, row) for row in range(passes * period_map.cycles + 1)]
     y = np.array([state.y for state in states]) * period_map.scale
@@ -110,9 +110,10 @@ def _later_states(period_map: PeriodMap, state: State, passes: int) -> tuple[Sta
 def _newton(
     period_map: PeriodMap, state: State, tolerance: float, *, is_quick: bool = False
 ) -> tuple[Pass, float, int]:
-    """Newton's method until the residual is small or does not fall: the motion, its residual, the passes used.
+    """Newton's method until the residual is small or does not fall: the motion, its residual, the applications of the
+    map.
 
-    If it is to be quick, it ends where a full step does not halve the residual.
+    If ``quick``, it ends when a full step does not halve the residual.
     """
     motion = period_map(state)
     if _is_sensitive(period_map, motion):
@@ -123,7 +124,7 @@ def _newton(
 def shoot_in_parts(
     period_map: PeriodMap, state: State, tolerance: float, parts_of_period: int = 1
 ) -> tuple[Pass, float, int]:
-    """Return the motion near a state by multiple shooting, its residual, and how many passes were used."""
+    """Return the motion near a state by multiple shooting, its residual, and the number of applications of the map."""
     maps = maps_of_parts(period_map, parts_of_period)
     parts = [maps[0](state)]
     for part_map in maps[1:]:
@@ -150,7 +151,7 @@ def _closed(
 
 
 def _is_sensitive(period_map: PeriodMap, motion: Pass) -> bool:
-    """Whether disturbances grow so much over several periods that these are better followed one by one."""
+    """Whether disturbances grow so much over several periods that multiple shooting is better."""
     grown = float(np.linalg.norm(period_map.scale[:, None] * motion.gradient / period_map.scale))
     return period_map.repeats_one_period and grown > _LARGE and period_map.cycles * len(motion.gap) <= LARGEST_SYSTEM
 
@@ -173,7 +174,7 @@ def _shortened(
 ) -> tuple[list[Pass] | None, float, int]:
     """The parts after a step of Newton's method, half of it, a quarter, ...: the first whose residual falls, or None.
 
-    Also returns that residual, and how many steps were tried.
+    Also return that residual, and the number of trial steps.
     """
     is_parted = len(parts) > 1
     steps = newton_step_in_parts(maps[0].scale, parts) if is_parted else newton_step(maps[0], parts[0])[:1]

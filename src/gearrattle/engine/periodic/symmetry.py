@@ -1,4 +1,4 @@
-"""The half-period map of a symmetric driveline: half a motion forward, then mirrored.
+"""The half-period map of a symmetric driveline: the motion over half its length, then its mirror image.
 
 A driveline is symmetric if its mirror image, all angles and torques reversed, is the same driveline half a period
 later: no mean load, odd harmonics only, laws that are odd functions. Then a motion of n periods, n odd, may be its own
@@ -6,8 +6,8 @@ mirror image half its length later. With S y = -y and P_half the flow over half 
 
     H(y) = S P_half(y),      P = H(H(y)),      M = (dH/dy)^2.
 
-Symmetric motions are the fixed points of H. A multiplier 1 of M alone does not say what happens there; that of H does:
-1 is a fold, -1 the end of the symmetry.
+Symmetric motions are the fixed points of H. A multiplier 1 of M is ambiguous; the multiplier of H decides: 1 is a fold,
+-1 a breaking of the symmetry.
 
 J. W. Swift, K. Wiesenfeld, Physical Review Letters 52 (1984), 705-708.
 """
@@ -35,14 +35,14 @@ _ODD = 1e-12  # largest relative difference between a law and its mirror image
 
 @dataclass(frozen=True)
 class Mirror:
-    """The mirror image of a symmetric driveline's states: all reversed, and what is drive for what is coast.
+    """The mirror image of a symmetric driveline's states: signs are reversed, drive and coast sides exchanged.
 
-    auxiliary: (C,) the image of every auxiliary element: a slider that acts in the pieces on the other side, often
-    itself.
+    auxiliary: (C,) index of the image of every auxiliary: a slider that acts in the pieces on the other side, often the
+    same slider.
     """
 
     auxiliary: IntArray
-    entry: IntArray  # (N,) of which entry of a state every entry of its image is the negative
+    entry: IntArray  # (N,) index i of the entry of a state for every entry of its image: image = -state[i]
     remembers: NDArray[np.bool_]  # (C,) whether an auxiliary element has a memory
 
     def state(self, state: State) -> State:
@@ -95,7 +95,7 @@ def _images(auxiliaries: Sequence[Auxiliary]) -> list[int] | None:
 
 
 def _is_image(slider: Auxiliary, other: Auxiliary) -> bool:
-    """Whether another slider of the element is as strong, and acts in the pieces of its law on the other side."""
+    """Whether another slider of the element has the same strength, and acts in the pieces on the other side."""
     if slider.element != other.element or not other.remembers:
         return False
     acts, other_acts = (one.follow[:, STICK] != OFF for one in (slider, other))
@@ -115,14 +115,14 @@ def is_odd(law: PiecewiseLaw) -> bool:
 
 
 def half_period_map(system: PiecewiseSystem, cycles: int = 1) -> HalfPeriodMap | None:
-    """Return the half-period map of n periods; None where there is none: no symmetry, or n is even."""
+    """Return the half-period map of n periods; None without symmetry, or if n is even."""
     return HalfPeriodMap(system, cycles) if cycles % 2 == 1 and is_symmetric(system) else None
 
 
 class HalfPeriodMap(PeriodMap):
     """The map over half of n periods, mirrored; its fixed points are the symmetric motions.
 
-    mirror: of its states.
+    mirror: the mirror of the driveline's states.
     ValueError: the driveline is not symmetric, or n is even.
     """
 
@@ -140,7 +140,7 @@ class HalfPeriodMap(PeriodMap):
 
     @property
     def repeats_one_period(self) -> bool:
-        """False: half a motion is no number of whole periods."""
+        """False: half a motion is not a whole number of periods."""
         return False
 
     def __call__(self, state: State) -> Pass:

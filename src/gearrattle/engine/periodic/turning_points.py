@@ -1,30 +1,30 @@
-"""What the turning points of a motion tell of the branch: which one grazes next, what two motions hide between them.
+"""Uses of the turning points of motions: the next grazing of a branch, and events hidden between two of its points.
 
-Every turning point of a deflection has a depth, by which it lies beyond a corner, and a slope of that along the branch
+Every turning point of a deflection has a depth, its distance beyond a corner, and a slope of the depth along the branch
 (``kernels.turning_point_depths``).
 
-*Hidden touches.* If a touch comes and goes between two points, or goes and comes back, both have the same pattern, and
-the crossings say nothing. But a depth that is negative at both can be positive in between only if it grows at the first
-one and falls at the second one. While it bends one way its graph lies below both tangents: where these meet below zero
-nothing is hidden, and where they meet above zero the branch is looked at there. A touch that goes and comes back is the
-same with the opposite sign. So is a pair of turning points that appears and vanishes: there a rate comes nearest to
-zero at both points, and its distance beyond zero is the depth. And a turning point that one motion alone has, or such a
-rate, may be led to zero by its slope before the other motion: the branch is looked at a little beyond. Where one touch
-goes and another one comes, at the other corner, the pattern is the same as well, but a depth changes its sign. If a
-motion touches what one beside it grazes, although the slope of that one's depth leads away from the corner, there is
-another grazing between both.
+*Hidden touches.* If a touch appears and vanishes between two points, or vanishes and appears again, both points have
+the same pattern. The depth shows it: a depth that is negative at both points can be positive in between only if it
+grows at the first point and falls at the second. If the depth is concave, its graph lies below both tangents: if these
+meet below zero, no touch is hidden; if they meet above zero, a motion is computed there. For a touch that vanishes and
+appears again the signs are opposite. The same test holds for a pair of turning points that appears and vanishes: there
+a rate has an extremum near zero at both points, and its distance beyond zero is the depth. If only one motion has a
+turning point, or such a rate, whose slope leads it to zero before the other motion, a motion a little beyond that zero
+is computed. If one touch vanishes and another appears at the opposite corner, the pattern is also the same, but a depth
+changes its sign. If a motion touches a corner that its neighbour grazes, although the slope of the neighbour's depth
+leads away from the corner, there is another grazing between both.
 
-*Hidden loops.* Near grazings a branch may go back and forth in a loop too small for its tangent to tell. The depths
-tell: over a step their change is the mean of both slopes, except for cubic terms; and none that comes nearer
-to its corner appears or is lost. The depth of what grazes at one end of a step and touches at the other has different
-slopes on both sides: along the first step beyond it may become a few times as steep.
+*Hidden loops.* Near grazings a branch may have a loop too small to be noticed by its tangents. The depths show it: over
+a step without a loop their change is the mean of both slopes, except for cubic terms, and no turning point that
+approaches its corner appears or vanishes. The depth of a turning point that grazes at one end of a step and touches at
+the other has different slopes on both sides: along the first step beyond a grazing it may become a few times as steep.
 
-*The next grazing.* It is found by Newton's method for the motion and its depth together:
+*The next grazing.* Newton's method solves for the motion and its depth together:
 
     P(u; p) - u = 0,      depth(u, p) = -e,      e -> 0
 
 The depth of a turning point and its gradient (``kernels.corner_approach``) are exact and smooth on the side without
-contact, and so is the map there. Every iteration leaves as much of the depth as the last one was off, so no motion
+contact, and so is the period map. Every iteration aims at a depth -e of the size of the last error, so that no motion
 touches.
 """
 
@@ -46,30 +46,30 @@ from gearrattle.errors import ConvergenceError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_MOVED = 1.0 / 32.0  # periods that a turning point may move between two points
-_WIDER = 2.0  # times what its slope says: so far a level may move over a step
-_BORN = 1.0 / 128.0  # periods between two turning points and the dip of the rate that they have come from
-_GRAZES = 1e-6  # periods between a grazing and the turning point that it is
+_MOVED = 1.0 / 32.0  # periods: largest difference of the instants of a turning point at two points
+_WIDER = 2.0  # largest ratio of the change of a level over a step to the change by its slope
+_BORN = 1.0 / 128.0  # periods: largest time between a dip and the two turning points that appear from it
+_GRAZES = 1e-6  # periods: largest time between a grazing and its turning point
 _KINDS = 4  # values of the column UPWARD
 _FLAT = 1e-300  # [SI] slope that counts as zero
-_LEAST = 1e-3  # share of the way from either end at which the branch is looked at, at least
-_DEFECT = 0.25  # between the change of a depth and the mean of both slopes, over the larger slope
-_A_LITTLE_MORE = 1.5  # times the way to where a depth reaches zero: there the branch is looked at
-_COUNTS = 0.25  # slope over depth, from which a depth counts
-_ITERATIONS = 12
-_RETREATS = 3
-_LEFT = 0.05  # of the depth that the first iteration leaves
-_OFF = 3.0  # times what the depth is expected to be off: so much is left
-_CLOSE = 1e-12  # of w: so near to the corner a motion grazes
-_AIM = 0.3  # of that: the depth to aim at
-_NEAR = 1e-6  # change of w from which the next motion is likely to be the last one
-_BEYOND = 0.2  # of the way to a grazing with contact before it: so far beyond it Newton's method begins
-_WITH_IT = 1e-10  # of w: what comes to its corner so near beyond another turning point does so with it
-_SAME_TURN = 1e-3  # periods: a turning point that moves by less is the same
-# [rad] by which the tangent may turn: aimed at, and at most
+_LEAST = 1e-3  # least share of the step between either end and the motion that is computed in between
+_DEFECT = 0.25  # largest difference of a depth's change and the mean of both slopes, over the larger slope
+_A_LITTLE_MORE = 1.5  # factor on the way to a zero of a depth, for the motion that is computed beyond it
+_COUNTS = 0.25  # least ratio of slope to depth for a depth that is compared
+_ITERATIONS = 12  # most iterations of Newton's method
+_RETREATS = 3  # most returns to a motion without contact
+_LEFT = 0.05  # share of the depth that the first iteration leaves
+_OFF = 3.0  # ratio of the depth that an iteration leaves to its expected error
+_CLOSE = 1e-12  # largest distance [w] of a grazing from the corner
+_AIM = 0.3  # share of _CLOSE that is the last aim
+_NEAR = 1e-6  # change of w below which the next motion is likely to be the last one
+_BEYOND = 0.2  # share of the way by which Newton's method begins beyond a grazing with contact before it
+_WITH_IT = 1e-10  # largest distance [w] of two grazings that are simultaneous
+_SAME_TURN = 1e-3  # periods: largest motion of a turning point that remains the same
+# rad: angle by which the tangent turns: the aim, and the limit
 _ANGLE = 0.2
 _LARGEST_ANGLE = 0.25
-# shares by which a step is shortened
+# least and largest factor by which a step is shortened
 _LEAST_OF_STEP = 0.01
 _MOST_OF_STEP = 0.3
 
@@ -96,8 +96,8 @@ def hidden_between(before: Point, after: Point) -> float | None:
 def _passes_corner(before: Point, after: Point, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> bool:
     """Whether a turning point that two motions have in common touches in one of them alone.
 
-    Where both have the same pattern another one then touches in the other motion, such as one at the opposite corner:
-    it is crossed to and fro in the same directions.
+    If both motions have the same pattern, another turning point touches in the other motion, such as one at the
+    opposite corner, which is crossed out and back in the same directions.
     """
     i, j = common
     is_known = grazes(before, one)[i] | grazes(after, other)[j]
@@ -117,18 +117,18 @@ def _near_corners(dips: Dips, length: float) -> Dips:
 def _hidden(
     length: float, one: Turns | Dips, other: Turns | Dips, common: tuple[IntArray, IntArray]
 ) -> tuple[float, float]:
-    """At which share of the way a depth lies highest beyond zero, and how high, over what it is at both ends."""
+    """The share of the step at which a depth is farthest beyond zero, and that depth over the depths at both ends."""
     i, j = common
     return beyond_zero(one.depth[i], other.depth[j], length * one.slope[i], length * other.slope[j])
 
 
 def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: Array) -> tuple[float, float]:
-    """Return where values of one sign at both ends of a step lie farthest beyond zero, as their slopes tell.
+    """Return where values of one sign at both ends of a step may lie farthest beyond zero, by their slopes.
 
     before, after: (E,) values at both ends.
-    slope_before, slope_after: (E,) their slopes there, over the whole step.
-    Returns the share of the way, and how far beyond zero both tangents meet there, over the sum of both values; 0 where
-    no value comes nearer to zero from both ends.
+    slope_before, slope_after: (E,) slopes at both ends, times the length of the step.
+    Returns the share of the step, and the distance beyond zero at which both tangents meet, over the sum of both
+    values; 0 if no value approaches zero from both ends.
     """
     side = -np.sign(before)
     rises = side * slope_before
@@ -144,9 +144,9 @@ def beyond_zero(before: Array, after: Array, slope_before: Array, slope_after: A
 
 
 def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[IntArray, IntArray]) -> float | None:
-    """A share of the way a little beyond where a depth of one motion alone reaches zero, as its slope tells.
+    """A share of the step a little beyond the zero to which its slope leads a depth that only one motion has.
 
-    Of turning points that both motions have the depths agree with the slopes: see ``agreeing_step``.
+    For turning points that both motions have, see ``agreeing_step``.
     """
     ours, theirs = (_without(turns, same) for turns, same in zip((one, other), common, strict=True))
     ways = [_way_to_zero(cycles, length, ours, theirs), _way_to_zero(cycles, -length, theirs, ours)]
@@ -157,15 +157,15 @@ def _lost(cycles: int, length: float, one: Turns, other: Turns, common: tuple[In
 
 
 def _without(turns: Turns, chosen: IntArray) -> Turns:
-    """Turning points except for some, with all dips."""
+    """The turning points without those ``chosen``, with all dips."""
     kept = {name: np.delete(getattr(turns, name), chosen) for name in OF_TURNS}
     return turns._replace(dips=turns.dips, **kept)
 
 
 def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> float:
-    """The least share of the way at which a depth that one motion alone has reaches zero, infinite if none does.
+    """The least share of the step at which a depth that only one motion has reaches zero; infinity if none does.
 
-    A rate that reaches zero has become two turning points: where the other motion has those, nothing is lost.
+    A rate that reaches zero becomes two turning points: if the other motion has these, the dip is not counted.
     """
     dips = ours.dips
     apart = times_between(dips.time + length * dips.time_slope, theirs.time, cycles)
@@ -177,11 +177,11 @@ def _way_to_zero(cycles: int, length: float, ours: Turns, theirs: Turns) -> floa
 
 
 def agreeing_step(before: Point, after: Point) -> float:
-    """Return how many times as long a step may be for the depths of its motions to change as their slopes say.
+    """Return the factor on a step for which the changes of depths agree with their slopes; agreement: 1 or more.
 
-    From 1 on they agree. What the slopes leave out grows with the third power of a step. The way that a turning point
-    of one motion alone comes nearer to its corner grows in proportion to it. A depth counts if its slope could take it
-    to the corner within a few steps. Parameters are those of ``hidden_between``.
+    The difference grows with the third power of the step; the approach to the corner of a turning point that only one
+    motion has grows in proportion to the step. A depth is compared if its slope could take it to the corner within a
+    few steps. Parameters as in ``hidden_between``.
     """
     known = _common(before, after)
     if known is None:
@@ -206,12 +206,12 @@ def agreeing_step(before: Point, after: Point) -> float:
 
 
 class Passed(NamedTuple):
-    """A turning point that touches at one end of a step and not at the other, where it does not touch."""
+    """A turning point that touches at one end of a step only: its values at the end without contact."""
 
     touch: Touch
     depth: float  # [SI]
     slope: float  # of the depth towards the other end, over the whole step [SI]
-    time_slope: float  # of the instant, by the same [periods]
+    time_slope: float  # of the instant towards the other end, over the whole step [periods]
 
 
 def passed_between(apart: Point, touching: Point) -> Passed | None:
@@ -230,9 +230,10 @@ def passed_between(apart: Point, touching: Point) -> Passed | None:
 
 
 def way_beyond(grazing: Point, other: Point) -> float:
-    """Return by how much a depth would grow from a motion that grazes to another one [SI]; 0 if that does not touch.
+    """Return the growth of a depth by its slope from a motion that grazes to another one [SI]; 0 if that does not
+    touch.
 
-    Where it is positive the other motion touches what the first one grazes, as the slope of the depth tells.
+    A positive value agrees with a touch of the same corner in the other motion.
     """
     known = _common(grazing, other)
     if grazing.touch is None or known is None:
@@ -243,7 +244,7 @@ def way_beyond(grazing: Point, other: Point) -> float:
 
 
 def rise_beyond(grazing: Point, touching: Point) -> float:
-    """Return how many times as steep as at a motion that grazes its depth is at one that touches; 1 at least."""
+    """Return the ratio of the slopes of a depth at a motion that touches and at the grazing; at least 1."""
     known = _common(grazing, touching)
     if known is None:
         return 1.0
@@ -262,23 +263,23 @@ def grazes(point: Point, turns: Turns) -> NDArray[np.bool_]:
 
 
 def length_between(one: Point, other: Point) -> float:
-    """Return how far it is from one point to another [arclength]; negative if it goes backwards."""
+    """Return the arclength from one point to another; negative if it is backwards along the branch."""
     step = other.w - one.w
     return float(np.copysign(np.linalg.norm(step), step @ one.tangent))
 
 
 def _common(before: Point, after: Point) -> tuple[Turns, Turns, tuple[IntArray, IntArray]] | None:
-    """The turning points of two motions, and which of them are the same; None where they are not known."""
+    """The turning points of two motions, and the indices of those in common; None if they are not known."""
     one = before.motion.turns
     other = after.motion.turns
     return None if one is None or other is None else (one, other, _same(before, after, one, other))
 
 
 def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -> tuple[IntArray, IntArray]:
-    """Which turning points of two motions are the same: by the corner, and each the nearest of the other in time.
+    """Indices of the turning points in common of two motions: at the same corner, each nearest to the other in time.
 
-    Their instants move along the branch, in a row of rebounds by more than the time from one to the next. So the change
-    of the instant is compared with the mean of both slopes.
+    In a series of rebounds the instants may move along the branch by more than the time between two of them. So the
+    change of the instant is compared with the mean of both slopes.
     """
     cycles = before.motion.cycles
     length = length_between(before, after)
@@ -296,7 +297,7 @@ def _same(before: Point, after: Point, one: Turns | Dips, other: Turns | Dips) -
 
 
 def times_between(times: Array, others: Array, cycles: int) -> Array:
-    """Return how far apart instants of a motion are from others, whichever way round its periods."""
+    """Return the differences of instants of a periodic motion from others, modulo its length."""
     apart = times[:, None] - others
     return np.asarray(np.abs(apart - cycles * np.rint(apart / cycles)))
 
@@ -324,7 +325,7 @@ class Ahead(NamedTuple):
 
 
 def grazing_ahead(point: Point) -> Ahead | None:
-    """Return the turning point that comes to its corner next, as the tangent tells; None if none does."""
+    """Return the turning point that reaches its corner next along the tangent; None if none does."""
     turns = point.motion.turns
     if turns is None or not len(turns.depth):
         return None
@@ -342,8 +343,8 @@ def grazing_ahead(point: Point) -> Ahead | None:
 def landed(corrector: Corrector, point: Point, ahead: Ahead, farthest: float) -> Point | None:
     """Return the motion that grazes, from the side without contact.
 
-    farthest: from the point [w].
-    Returns None if it is not found.
+    farthest: largest distance from the point [w].
+    Returns None if Newton's method does not converge.
     """
     try:
         return _Landing(corrector, point, ahead).run(farthest)
@@ -390,7 +391,7 @@ class _Landing:
         self._is_near = False
 
     def run(self, farthest: float) -> Point | None:
-        """Return the motion that grazes; None if it is not found."""
+        """Return the motion that grazes; None if the iteration does not converge."""
         for _ in range(_ITERATIONS):
             if np.linalg.norm(self._guess.w - self._point.w) > farthest:
                 return None
@@ -403,7 +404,7 @@ class _Landing:
                 if not self._retreat():
                     return None
                 continue
-            # the equations: it repeats, and the depth is the one that is sought
+            # the equations: the motion is periodic, and its depth is the target
             residual = self._corrector.residual(motion)
             matrix = self._corrector.matrix(motion, slope)
             row, time_row = (
@@ -426,7 +427,7 @@ class _Landing:
         return None
 
     def _retreat(self) -> bool:
-        """Go half of the way back to the last motion without contact; whether there is one."""
+        """Go half of the way back to the last motion without contact; return whether there is one."""
         if self._last is None or self._retreats == _RETREATS:
             return False
         guess, time = self._last
@@ -437,7 +438,7 @@ class _Landing:
         return True
 
     def _next_target(self, now: float, close: float) -> float:
-        """The depth to aim at: less of it is left the better the last one was met."""
+        """The next target of the depth: the nearer to zero, the smaller the last error was."""
         left = _LEFT * abs(now)
         if np.isfinite(self._target):
             left = min(left, _OFF * abs(now - self._target) * (now / self._depth) ** 2)
@@ -458,7 +459,7 @@ class _Landing:
 
 
 def _touches_at_once(point: Point) -> bool:
-    """Whether another turning point lies at its corner as well; True where that is not known."""
+    """Whether another turning point lies at its corner too; True if that is not known."""
     turns = point.motion.turns
     if turns is None:
         return True

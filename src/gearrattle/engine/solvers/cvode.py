@@ -32,10 +32,10 @@ from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome
 
 TOLERANCE = 1e-6
-_SLICE = 0.02  # seconds
-_FIRST_LOG = 4096
-_FIRST_BUDGET = 256
-_LARGEST_BUDGET = 2**20
+_SLICE = 0.02  # s: aim for the length of a slice
+_FIRST_LOG = 4096  # crossings in the first log
+_FIRST_BUDGET = 256  # steps in the first slice
+_LARGEST_BUDGET = 2**20  # most steps per slice
 
 
 class MultistepMarch:

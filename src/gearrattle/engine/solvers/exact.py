@@ -1,9 +1,9 @@
 """``exact``: event-driven, certified, exact between corners.
 
 Inside a region the motion is propagated by tables of the matrix exponential. Crossings are isolated and located to
-rounding (``kernels.march``, ``kernels.taylor_window.first_crossing``, ``kernels.first_exit.first_exit``). Nothing here
-approximates the model: what remains is rounding, amplified by the motion's own sensitivity. Regions come from
-``system.region``, built one at a time when they are first met.
+rounding (``kernels.march``, ``kernels.taylor_window.first_crossing``, ``kernels.first_exit.first_exit``). The model is
+not approximated: the only error is rounding, amplified by the sensitivity of the motion. A region is built when the
+motion first enters it (``system.region_store``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.march import march_on
-from gearrattle.engine.kernels.sample_notes import work_out
+from gearrattle.engine.kernels.sample_notes import store_noted_samples
 from gearrattle.engine.kernels.start_pieces import deflect
 from gearrattle.engine.solvers.region_slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.engine.solvers.samples_in_si import (
@@ -42,15 +42,15 @@ from gearrattle.outcome import Outcome
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_BUDGET = 20_000  # steps per slice
-_PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C works
-_BUILDING = 2.4e11  # regions built in a period of the fastest input, times states cubed: about an hour
-_NOTES = 1024  # steps with samples in them before these are worked out
-_NOTED = 1_000_000  # samples per cycle, times notes
+_BUDGET = 20_000  # most steps per slice
+_PRODUCTS = 100_000_000  # most multiplications per slice, some tenths of a second: Ctrl-C takes effect between slices
+_BUILDING = 2.4e11  # most regions built in a period of the fastest input, times states cubed: about an hour
+_NOTES = 1024  # most notes, each for one step with samples in it, before the samples are computed
+_NOTED = 1_000_000  # most notes times samples per cycle
 
 
 def notes_for(size: Size, per_cycle: int) -> march_arrays.Notes:
-    """Room for some notes: few where a step passes many samples, so that Ctrl-C works while they are worked out."""
+    """Arrays for notes: fewer where a step may pass many samples, so that computing the samples takes a short time."""
     room = max(1, min(_NOTES, _NOTED // per_cycle))
     whole = 4 * strips_for(size.longest)
     carried = 4 * strips_for(size.carried)
@@ -65,7 +65,7 @@ class ExactMarch:
     def __init__(self, task: Task, slots: Slots | None = None) -> None:
         # the driveline and its regions
         self._march_on = vectorised(march_on)
-        self._work_out = vectorised(work_out)
+        self._store_noted_samples = vectorised(store_noted_samples)
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots
         self.flow = self.slots.flow
@@ -83,7 +83,7 @@ class ExactMarch:
         known = flow.known(pieces)
         memory = states[size.states - size.memories : size.states]
         memory[:] = np.where(np.isnan(known), memory, known)
-        # the march stands in the first region, with no bound and no fresh inputs yet
+        # the march begins in the first region, without bounds; large counts make the first step compute the inputs
         counts = np.zeros(march_arrays.COUNTS, np.int64)
         counts[march_arrays.SLOT] = self.slots.slot_of(pieces)
         counts[march_arrays.PENDING] = -1
@@ -103,7 +103,7 @@ class ExactMarch:
         self.notes = notes_for(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
-        # limits: steps per slice, steps without progress, regions built
+        # limits: steps per slice, steps in a period of the fastest input, regions built in one
         rows = size.longest + size.carried + 12 * size.watched
         self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
         self._limit = StepLimit(task.system)
@@ -113,8 +113,8 @@ class ExactMarch:
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
-        """Make room for the samples of some cycles, the first of them taken already, and count anew."""
-        # samples of these cycles, the first one taken already
+        """Allocate the samples of the next cycles, store the first one, which is known, and set the counts to zero."""
+        # samples of these cycles, the first one known
         counts = self.march.counts
         per_cycle = self.task.samples_per_cycle
         rows = cycles * per_cycle + 1
@@ -129,7 +129,7 @@ class ExactMarch:
         )
         self.first_cycle = first_cycle
         self.cycles = cycles
-        # counts anew, and the instants known beforehand
+        # counts from zero, and the instants known beforehand
         counts[march_arrays.SAMPLE] = self.samples.first + 1
         counts[march_arrays.EVENTS] = 0
         self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
@@ -138,11 +138,11 @@ class ExactMarch:
         self.auditor: Auditor | None = None
 
     def extend(self, cycles: int) -> None:
-        """Go on for some cycles more, with fresh samples and an empty log (see ``solver.Extensible``)."""
+        """Continue for some cycles more, with new samples and an empty log (see ``solver.Extensible``)."""
         self._begin(self.first_cycle + self.cycles, cycles, self.samples.states[-1])
 
     def snapshot(self) -> dict[str, Array | IntArray]:
-        """The march, its last sample, and where both stand; regions by their pieces, for slots are numbered as met."""
+        """The arrays of the march, its last sample and cycle, and the pieces of its region (slots differ by run)."""
         arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
         region = np.array(self.slots.pieces[self.march.counts[march_arrays.SLOT]], dtype=np.int64)
         cycle = np.array(self.first_cycle + self.cycles)
@@ -150,14 +150,14 @@ class ExactMarch:
         return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
-        """Go on from a snapshot for some cycles."""
+        """Continue from a snapshot for some cycles."""
         for name, value in self.march._asdict().items():
             value[...] = snapshot[name]
         self.march.counts[march_arrays.SLOT] = self.slots.slot_of(tuple(int(piece) for piece in snapshot["region"]))
         self._begin(int(snapshot["cycle"]), cycles, np.asarray(snapshot["sample"], dtype=float))
 
     def advance(self) -> Outcome:
-        """March one slice, then audit slice by slice."""
+        """March one slice; once all samples are stored, audit one slice."""
         if self.auditor is not None:
             return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
         outcome = self._march()
@@ -170,14 +170,14 @@ class ExactMarch:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts = self.march.counts
         regions = self.slots.packed
-        # one slice of the compiled march, and the samples that it noted
+        # one slice of the compiled march, then the states at the samples that it noted
         budget = min(_BUDGET, self._most_steps)
         outcome = Outcome(
             self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
         )
         if counts[march_arrays.NOTED]:
-            self._work_out(regions, self.inputs, self.notes, self.samples, counts)
-        # what it asks for: room for notes, the next region, a larger log
+            self._store_noted_samples(regions, self.inputs, self.notes, self.samples, counts)
+        # the march asks for an empty list of notes, the next region or a larger log
         if outcome is Outcome.NOTES_FULL:
             return Outcome.SLICE_SPENT
         if outcome is Outcome.NEEDS_REGION:
@@ -186,7 +186,7 @@ class ExactMarch:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
         if outcome is Outcome.SLICE_SPENT:
-            # a run that goes on without end
+            # a march that would not end
             now = self._now()
             if chatters(self.log, int(counts[march_arrays.EVENTS]), now):
                 return Outcome.CHATTER
@@ -211,7 +211,7 @@ class ExactMarch:
         return float(self.march.counts[march_arrays.CYCLE] + self.march.clock[:2].sum())
 
     def fraction(self) -> float:
-        """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
+        """Samples stored as a fraction of all; with an audit, the march and the audit count half each."""
         marched = float((self.march.counts[march_arrays.SAMPLE] - self.samples.first) / len(self.samples.pieces))
         if not self.task.audit:
             return marched
@@ -241,7 +241,7 @@ class ExactMarch:
         return system.clearances.index(element) if element in system.clearances else None
 
     def motion(self) -> Motion:
-        """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
+        """Angles, accelerations and forces from the sampled states, with the region in which the sample lies."""
         flow = self.flow
         period = self.flow.system.inputs.period
         counted = self.march.counts - self.before[0]
@@ -269,7 +269,7 @@ class ExactMarch:
         )
 
     def sampled_z(self) -> Array:
-        """(t, Z) states and inputs at the samples, once all are there."""
+        """(t, Z) states and inputs at the samples, once all samples are stored."""
         return sampled_z(self.flow, self.samples)
 
     def _audit(self) -> Auditor:

@@ -42,12 +42,12 @@ TOLERANCE = 1e-6
 """Tolerance of a step where the caller gives none."""
 MOST_STEPS = 1e9
 """Fixed steps in a run; a run of more is refused: it takes hours."""
-_BUDGET = 5_000
-_PRODUCTS = 10_000_000  # the same, of large drivelines in products
-_CALLS_A_STEP = 8  # of Runge-Kutta methods with variable steps
-_CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C works
-_FIRST_LOG = 4096
-_SHORTEST = 1e-14  # of a period
+_BUDGET = 5_000  # most steps per slice
+_PRODUCTS = 10_000_000  # most multiplications per slice
+_CALLS_A_STEP = 8  # evaluations per step of a Runge-Kutta method with variable steps
+_CALLS_OF_EXTRAPOLATION = 100  # evaluations per long step of the extrapolation method
+_FIRST_LOG = 4096  # crossings in the first log
+_SHORTEST = 1e-14  # shortest step in periods
 
 
 class StepMarch:

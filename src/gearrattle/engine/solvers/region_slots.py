@@ -1,12 +1,11 @@
-"""Regions met so far, packed for the kernel: one slot each, arrays that double when full.
+"""The regions visited so far in arrays for the kernels: one slot per region; the arrays double when they are full.
 
-The regions of the last few systems are kept, so that running a driveline again (another start, another length, another
-algorithm to compare) builds nothing twice. Threads may share them: building is behind a lock, and arrays a kernel holds
-are only ever added to or replaced.
+The regions of the last few systems are kept, so that another run of a driveline (another start, length or algorithm)
+does not build them again. Threads may share them: regions are built under a lock, and the arrays in use by a kernel are
+extended or replaced, but not changed.
 
-Memory is bounded: a run that needs one region more than fits goes on with fresh, empty slots (``renewed``) and forgets
-what it knew; a region that comes back is built again, to the same bits. Other runs keep the slots they hold as long as
-they need no more.
+Memory is bounded: a run that needs one region too many continues with empty slots (``renewed``); a region that is
+visited again is built again with the same bits. Other runs keep their slots until they need more.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ Array = NDArray[np.float64]
 
 T = TypeVar("T")
 
-_QUICK = 100  # states; a region of as many is built in a tenth of a second
-MOST_BYTES = 1 << 30  # of arrays, which double when they are full: slots that would pass it take no more regions
+_QUICK = 100  # states: such a region is built in a tenth of a second
+MOST_BYTES = 1 << 30  # most bytes of the arrays, which double when they are full
 
 
 @kept
@@ -130,7 +129,7 @@ class Slots:
             return self._index[pieces]
 
     def beyond(self, slot: int, clearance: int, upward: int) -> tuple[Slots, int]:
-        """The slots to go on with, and in them that of the region across a corner; remembered as the neighbour."""
+        """The slots with which the run continues, and the slot beyond a corner, which is stored as the neighbour."""
         pieces = self.flow.system.beyond(self.pieces[slot], clearance, upward)
         if pieces not in self._index and self.store.is_full(MOST_BYTES):
             fresh = self.renewed()
@@ -160,9 +159,9 @@ class Shelf:
 
 
 def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
-    """Do some work on a driveline; for a large one in a thread, so that the main one can listen to Ctrl-C.
+    """Call ``work``; for a large driveline in a thread, so that the main thread can receive Ctrl-C.
 
-    LAPACK cannot be stopped: after Ctrl-C the work goes on to its end, and is kept.
+    LAPACK cannot be stopped: after Ctrl-C the work continues to its end, and its result is kept.
     """
     if flow.states <= _QUICK or current_thread() is not main_thread():
         return work()

@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FIRST_LOG = 8192
-_MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
-_MOST_STEPS = 2_000_000  # without progress
-_MOST_OF_EXACT = 1024.0 * _MOST_STEPS  # in a period of the fastest input
+_MOST_A_PERIOD = 1_000_000  # crossings per period; more is chatter
+_MOST_STEPS = 2_000_000  # steps after which a march is judged
+_MOST_OF_EXACT = 1024.0 * _MOST_STEPS  # most steps in a period of the fastest input
 MOST_CHOSEN = 1e6
 """Steps in a period of the fastest input that an algorithm which chooses them may take: a second or more."""
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
@@ -49,15 +49,14 @@ def chatters(log: march_arrays.Log, count: int, now: float) -> bool:
 
 
 class StepLimit:
-    """Whether a march takes too many steps: two million in too small a part of the fastest input's period.
+    """Whether a march takes too many steps: by default two million within 1/1024 of the fastest input's period.
 
-    That part is 1/1024 unless said otherwise: such a march needs more than two thousand million steps for the period,
-    hours, if it ends at all. The measure is the period of the fastest input and not T, which is long where orders have
-    no small common multiple.
+    Such a march needs more than two thousand million steps for that period, that is, hours. The limit is for the period
+    of the fastest input and not for T, which is long if orders have no small common multiple.
 
-    most: steps after which a march is judged; fewer where steps are made in Python.
+    most: steps after which a march is judged; fewer for steps in Python.
     a_period: most steps in a period of the fastest input.
-    average: mean step of those that were too many, in periods; None: there were none yet.
+    average: mean step of a march that exceeded the limit, in periods; None: the limit is not exceeded.
     """
 
     def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
@@ -68,7 +67,7 @@ class StepLimit:
         self.average: float | None = None
 
     def is_exceeded(self, steps: int, now: float) -> bool:
-        """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
+        """Whether ``steps`` up to a time in periods exceed the limit; a lower number or time begins another run."""
         if steps < self._steps or now < self._time or now - self._time >= self._least:
             self._steps = steps
             self._time = now
@@ -79,13 +78,13 @@ class StepLimit:
 
 
 def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
-    """The element that moves fastest by itself (see ``rates_of``); None where none moves."""
+    """The element with the largest rate (see ``rates_of``); None if all rates are zero."""
     rates = rates_of(system, pieces)
     return int(np.argmax(rates)) if rates.any() else None
 
 
 def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
-    """(m,) how fast elements move by themselves [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
+    """(m,) rates of the elements alone [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
 
     pieces: (m,) piece of every element.
     """
@@ -181,7 +180,7 @@ def _lines(flow: Flow) -> Lines:
 
 
 def _by_row(rows: tuple[Array, int], states: Array) -> Array:
-    """states @ rows.T, each state by itself: how many there are changes no bit."""
+    """states @ rows.T; the bits of a product do not depend on the other states."""
     stack, count = rows
     out = np.empty((len(states), 4 * stack.shape[1]))
     vectorised(rows_at)(stack, np.zeros(len(states), np.int64), states, out)
@@ -233,7 +232,7 @@ def crossings_of(flow: Flow, log: march_arrays.Log) -> Crossings:
 
 
 def passages_of(flow: Flow, log: march_arrays.Log) -> Passages:
-    """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
+    """All crossings of a log in its order, in copied arrays, because the log is overwritten later."""
     period = flow.system.inputs.period
     count = len(flow.system.clearances)
     velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)

@@ -1,7 +1,7 @@
 """The interface of solvers: a solver starts on a task, works in slices, and hands over a motion.
 
-A solver never meets a model, a file or a unit: it gets a piecewise system, initial angles and velocities and an output
-grid. The loop that drives it, shows progress and listens to Ctrl-C is ``simulate.simulate``, the same for all.
+A solver does not know models, files or units: it receives a piecewise system, initial angles and velocities, and an
+output grid. The loop that calls it, shows progress and handles Ctrl-C is ``simulate.simulate`` for all solvers.
 To add a solver: write its file with a function ``Task -> Marching``, add one line to the table in ``__init__``, and its
 test page; the tests over the table then cover it.
 """
@@ -47,8 +47,8 @@ class Task:
 class Motion:
     """Result of a solver [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
-    ``function_calls`` are those of the algorithm; what only output needs is not counted. ``aside`` is the time [s] that
-    notes took, which is not the algorithm's either.
+    ``function_calls`` are evaluations by the algorithm, without those for output only. ``aside`` is the time [s] for
+    notes, which is not part of the algorithm either.
     """
 
     angle: Array
@@ -80,7 +80,7 @@ class Position:
     time: float  # [s]
     deflection: Array  # (K,) of the clearances
     last_crossed: int | None  # the clearance that crossed last, if any
-    fastest: int | None = None  # the element whose own motion needs the shortest steps; None where that is not known
+    fastest: int | None = None  # the element with the largest rate, which needs the shortest steps; None: not known
 
 
 class Marching(Protocol):
@@ -101,10 +101,10 @@ class Marching(Protocol):
 
 @runtime_checkable
 class Extensible(Marching, Protocol):
-    """A run that can go on where it ended, with the same bits as if it had been longer from the beginning.
+    """A run that can be continued, with the same bits as a longer run from the beginning.
 
-    A long run is made in chunks of bounded size: ``advance`` until DONE, ``motion``, ``extend``, and so on. The last
-    sample of a chunk is the first of the next; force integrals go on, logs and counts of steps begin anew.
+    A long run is computed in chunks of bounded size: ``advance`` until DONE, ``motion``, ``extend``, and so on. The
+    last sample of a chunk is the first of the next; force integrals continue, logs and counts of steps start again.
     """
 
     def extend(self, cycles: int) -> None:

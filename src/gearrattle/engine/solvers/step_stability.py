@@ -1,6 +1,7 @@
-"""Stability of a fixed step: |R(h lambda)| <= 1 for every eigenvalue of every region met.
+"""Stability of a fixed step: |R(h lambda)| <= 1 for every eigenvalue of every visited region.
 
-A step outside makes a mode grow that really decays, and the run invents motion (the 1995 paper's RK4 step does).
+With a step outside this region a mode grows in the computation although it decays (as with the RK4 step of the 1995
+paper).
 """
 
 from __future__ import annotations

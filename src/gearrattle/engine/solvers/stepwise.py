@@ -25,11 +25,11 @@ Array = NDArray[np.float64]
 Interpolant = Callable[[float], Array]
 
 LARGEST = 1e150
-"""A state this many times an ordinary motion's is on its way out of the numbers, whatever a library says of it."""
-_SLICE = 0.02  # seconds
-_MOST_STEPS = 20_000  # after which a run is judged
-_MOST_A_PERIOD = 200_000.0  # steps in a period of the fastest input: some 20 s
-_CLOSE = 4 * float(np.finfo(float).eps)  # a crossing's time, relative
+"""Largest state over its size in an ordinary motion: beyond it the motion diverges."""
+_SLICE = 0.02  # s: length of a slice
+_MOST_STEPS = 20_000  # steps after which a run is judged
+_MOST_A_PERIOD = 200_000.0  # most steps in a period of the fastest input: some 20 s
+_CLOSE = 4 * float(np.finfo(float).eps)  # relative error of a crossing's time
 
 
 class Stepper(Protocol):

@@ -1,11 +1,12 @@
 """Variants of a driveline that differ in numbers alone, marched by ``exact`` and evaluated in one compiled loop.
 
-The loop (``kernels.variants_march``) runs the machine code of a single run, so every variant comes out to the same bits
-as one alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop
-cannot do - no equilibrium, a start on a corner, a state that is not finite, chatter - it leaves out, and says so.
+The loop (``kernels.variants_march``) calls the machine code of a single run, so every variant has the same bits as in a
+run by itself. The interpreter lock is released for a few hundred milliseconds at a time, so threads run in parallel.
+Variants that the loop cannot do - no equilibrium, a start on a corner, a state that is not finite, chatter - are marked
+and left to single runs.
 
-Motions over the last cycles of each variant are available where these are asked for: the samples of one variant are in
-memory at a time.
+On request the motion over the last cycles of every variant is available; the samples of one variant are in memory at a
+time.
 """
 
 from __future__ import annotations
@@ -63,9 +64,9 @@ from gearrattle.engine.system.region_store import Capacity, Size, Store, aligned
 
 Array = NDArray[np.float64]
 
-_SLICES = 20  # of 20 000 steps, or variants: between two looks at whether to stop
-_VECTORISED = ("march_on", "work_out_samples")  # as a single run compiles them
-_LARGEST_LOG = 1 << 21  # crossings; a motion of more goes the general way
+_SLICES = 20  # slices, each of 20 000 steps or one variant, between two checks for an end
+_VECTORISED = ("march_on", "store_noted_samples")  # as a single run compiles them
+_LARGEST_LOG = 1 << 21  # crossings; a motion with more is left to a single run
 
 
 class Kept(NamedTuple):
@@ -292,13 +293,14 @@ class Batch:
         solution = cases.statics, buffers.sought, buffers.rest
         response = system, frame, cases.statics, buffers.rest, buffers.angle, buffers.velocity
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
+        noted = regions, self.inputs, self.notes, self.samples, counts
         finished = workspace, cases, buffers, regions, self.march, self.samples, self.log, self.cursor, self.out
         # kernels by the names in ``variants_march.Entries``
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
             "scale": (state_scaling.scale, (system, frame, buffers.scales)),
             "lay_out": (variant_common.lay_out, (workspace, system, frame, buffers.scales)),
             "limit_states": (region_stages.limit_states, (stages, workspace)),
-            "work_out": (region_stages.work_out, (stages, zgees, workspace)),
+            "build_region": (region_stages.build_region, (stages, zgees, workspace)),
             "pack": (region_stages.pack, (stages, workspace, regions, 0, 0)),
             "accelerate_rigidly": (equilibrium_kernel.accelerate_rigidly, (system, cases.statics.motion, acceleration)),
             "rest": (
@@ -309,7 +311,7 @@ class Batch:
             "angles_from_deflections": (equilibrium_kernel.angles_from_deflections, solution),
             "respond_rigidly": (rigid_response.respond_rigidly, response),
             "march_on": (march.march_on, marched),
-            "work_out_samples": (sample_notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
+            "store_noted_samples": (sample_notes.store_noted_samples, noted),
         }
         # compiled, as for a single run
         addresses = {

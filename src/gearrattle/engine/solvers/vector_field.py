@@ -72,7 +72,7 @@ class FieldProblem:
     def size(self) -> Array:
         """(N,) size of x and v in an ordinary motion [SI]: what an error tolerance is relative to."""
         scaling = np.concatenate([self.flow.scaling.deflection, self.flow.scaling.velocity])
-        return np.asarray(RegionBuilder(self.flow).typical / scaling)
+        return np.asarray(RegionBuilder(self.flow).typical_size / scaling)
 
     @cached_property
     def sample_times(self) -> Array:

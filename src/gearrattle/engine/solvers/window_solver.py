@@ -1,8 +1,7 @@
-"""``exact`` for large drivelines: a sweep of Taylor windows, no regions, every clearance watched.
+"""``exact`` for large drivelines: a sweep of Taylor windows without regions, in which every clearance is searched.
 
-The loop is ``kernels.window_march``. The same accuracy as the march through tables, at a cost that grows with the
-number of elements and not with its square,
-and a memory that does not grow with the number of regions met.
+The loop is ``kernels.window_march``. It has the accuracy of the march by tables; its time grows with the number of
+elements and not with its square, and its memory does not grow with the number of visited regions.
 """
 
 from __future__ import annotations
@@ -41,9 +40,9 @@ from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
 
-_BUDGET = 5_000  # windows and crossings per slice
-_COLUMNS = 500_000  # the same, of large drivelines in columns of the table: some tenths of a second
-MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afresh
+_BUDGET = 5_000  # most windows and crossings per slice
+_COLUMNS = 500_000  # most columns of the table over all windows of a slice: some tenths of a second
+MOST_CORRECTED = 16  # most crossings in a window before its polynomials are computed again
 
 
 @dataclass(frozen=True)

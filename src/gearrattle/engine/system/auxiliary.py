@@ -2,22 +2,22 @@
 
     F = k_p delta + c_p delta' + s_p e + f_p,        e' = m_p delta'
 
-in its piece p, which holds while lower_p <= g <= upper_p with g = a_p delta + b_p delta' + d_p e. Beyond, ``below`` and
-``above`` say which piece comes next; ``follow`` says which one comes when the element itself enters another piece of
-its law. All is piecewise linear, so the exact engine sees nothing new: e is one more state, g one more thing to watch.
+in its piece p, which holds while lower_p <= g <= upper_p with g = a_p delta + b_p delta' + d_p e. ``below`` and
+``above`` are the pieces beyond these bounds; ``follow`` is the piece after the element has entered another piece of its
+law. The auxiliary is piecewise linear, so for the exact engine e is one more state and g one more watched quantity.
 
 * ``slider``: a spring in series with a Coulomb slider (Jenkins element; G. M. Jenkins, Analysis of the stress-strain
   relationships in reactor grade graphite, British Journal of Applied Physics 13, 1962, pp. 30-32). It sticks, e' =
   delta', until its spring carries H; then it slips with the torque H until delta' changes sign.
-* ``limiters``: what damping c delta' lacks where contact can neither be pulled nor be pushed by more than the spring
-  does. With the elastic force's size E >= 0,
+* ``limiters``: corrections of the damping force c delta', which in contact may neither pull nor push more than the
+  elastic force. With the size E >= 0 of the elastic force,
 
       min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
 
-  so what damping would push, and what it would pull, beyond E is an auxiliary element each: nothing, or the elastic
-  force without the damping.
+  so there is one auxiliary element for pushing and one for pulling. Its force is zero, or the elastic force minus the
+  damping force.
 
-* ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
+* ``alternation``: the part of a stiffness that is absent half of the time; a ``Clock`` defines the instants.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Auxiliary:
     memory: Array
     offset: Array
     moves: Array  # (P,) m
-    known: Array  # (P,) the value of e in a piece where it is constant; NaN where e goes on
+    known: Array  # (P,) the value of e in a piece in which it is constant; NaN: e keeps its value
     watched: Array  # (P, 3) a, b [s], d
     # lower, upper: (P,) bounds of g, infinite where there is none
     lower: Array
@@ -58,7 +58,7 @@ class Auxiliary:
     # below, above: (P,) the piece entered beyond them
     below: IntArray
     above: IntArray
-    follow: IntArray  # (pieces of the element, P) the piece it is in once the element has entered one of its own
+    follow: IntArray  # (pieces of the element, P) the piece of the auxiliary after the element has entered a piece
     scale: float  # size of g
 
     @property
@@ -68,17 +68,17 @@ class Auxiliary:
 
     @cached_property
     def remembers(self) -> bool:
-        """Whether it has a state e."""
+        """Whether the auxiliary has a state e."""
         return bool(np.any(self.moves != 0.0))
 
     @cached_property
     def is_let_go(self) -> bool:
-        """Whether it is a slider that its element lets go in some pieces of its law, whatever torque it holds."""
+        """Whether it is a slider that is released in some pieces of its element's law, with any torque."""
         off = self.follow == OFF
         return self.remembers and bool(off.any()) and not off.all()
 
     def start(self, piece: int, deflection: float, rate: float) -> int:
-        """The piece it starts in while its element is in ``piece``, e = 0: the first whose bounds hold g."""
+        """The piece at the start for e = 0 and the element in ``piece``: the first whose bounds enclose g."""
         allowed = [p for p in range(self.pieces) if self.follow[piece, p] == p]
         for p in allowed:
             value = self.watched[p, 0] * deflection + self.watched[p, 1] * rate
@@ -92,21 +92,21 @@ def slider(
 ) -> Auxiliary:
     """A spring in series with a slider that slips at a torque.
 
-    element: whose deflection it acts on.
-    spring: its stiffness, and H > 0, the torque at which it slips.
-    labels: of the pieces of the law in which it is engaged; it is released, and its spring relaxes, in the others.
-    period: a time [s] by which rates are made deflections.
+    element: index of the element on whose deflection it acts.
+    spring: stiffness, and slip torque H > 0.
+    labels: of the pieces of the law in which it is engaged; in the others it is released, and its spring relaxes.
+    period: a time [s] by which rates are multiplied to give deflections.
     """
     # pieces: sticking, slipping forwards, slipping backwards, released
     (stiffness, limit) = spring
     none = np.inf
     reach = limit / stiffness
-    # the piece that it is in while its element is in each of its own
+    # the piece of the slider for every piece of the element
     follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
     for piece in range(law.pieces):
         if piece + law.first_label in labels:
             follow[piece] = STICK, FORWARD, BACKWARD, STICK
-    # while it sticks the force follows the memory; it slips where that reaches the limit, until the rate turns
+    # sticking: the force follows the memory, until it reaches the limit; slipping: until the rate changes its sign
     return Auxiliary(
         element,
         "slider",
@@ -196,10 +196,10 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
 
 
 def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Auxiliary:
-    """A part of the elastic force that is lacking now, and not lacking then.
+    """A part of the elastic force that is absent in one piece and present in the other.
 
     lacking: the part, 0 ... 1.
-    begins_lacking: whether it is lacking at the start.
+    begins_lacking: whether it is absent at the start.
     """
     p = law.pieces
     none = np.inf

@@ -1,6 +1,6 @@
-"""Changes by the clock: auxiliaries that enter the piece above their own at times known beforehand.
+"""Changes by the clock: auxiliaries that enter their next piece at instants known beforehand.
 
-So a mesh whose stiffness alternates with the number of tooth pairs in contact: its regions change by time.
+Example: a mesh whose stiffness alternates with the number of tooth pairs in contact.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Clock:
-    """When auxiliaries change."""
+    """The instants at which auxiliaries change their piece."""
 
     time: Array  # (n,) ascending, later than 0, up to the period included if they repeat [s]
-    auxiliary: IntArray  # (n,) which
-    repeats: bool  # whether all comes again every period
+    auxiliary: IntArray  # (n,) index of the auxiliary
+    repeats: bool  # whether the instants repeat every period
 
     def ticks(self, first: int, end: int, period: float) -> tuple[Array, Array, IntArray]:
-        """Ticks from number ``first`` on, up to the end of so many periods: whole periods, the rest, auxiliaries."""
+        """Ticks from number ``first`` on, up to ``end`` periods: whole periods, fractions of a period, auxiliaries."""
         part = self.time / period
         count = len(part) * (end + 1) if self.repeats else len(part)
         number = np.arange(min(first, count), count)

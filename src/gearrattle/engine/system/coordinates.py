@@ -1,8 +1,8 @@
 """Relative coordinates: deflections that span the row space of W, with the rigid-body angles carried separately.
 
 In a free train the absolute angles grow without bound while the deflections keep their size; integrating the angles
-loses four to five digits. So the state is (x, v): x = X q, a set of independent deflections (the elements with
-corners first, so that they are states themselves), and v = q'. Then
+loses four to five digits. So the state is (x, v), where x = X q is a set of independent deflections, those of elements
+with corners first, and v = q'. Then
 
     w_k . q = b_k . x,   B X = W,       x' = X v,       q = Qx x + Qr r,
 
@@ -23,7 +23,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 
-_INDEPENDENT = 1e-9  # a row counts as new if this fraction of its length lies outside the span so far
+_INDEPENDENT = 1e-9  # share of a row's length outside the span of other rows above which it is independent
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class RelativeCoordinates:
     """The chosen basis."""
 
     basis: Array  # (r, n) X, a selection of the rows of W
-    elements: tuple[int, ...]  # (r,) the element each basis row belongs to
-    combination: Array  # (m, r) B, every element's deflection from x
+    elements: tuple[int, ...]  # (r,) the element of every row of X
+    combination: Array  # (m, r) B: deflections of all elements from x
     references: tuple[int, ...]  # indices of the inertias whose absolute angle is carried separately
     # angle_from_basis, angle_from_reference: (n, r) Qx and (n, len(references)) Qr
     angle_from_basis: Array

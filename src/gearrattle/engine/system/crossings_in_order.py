@@ -1,6 +1,6 @@
 """Auxiliary elements along a motion, and all crossings of bounds in their order.
 
-Made by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
+Written by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
 """
 
 from __future__ import annotations
@@ -13,29 +13,28 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_TOGETHER = 1e-12  # of the time: what crosses closer together crosses at once
+_TOGETHER = 1e-12  # share of the last time below which the difference of two crossings is rounding
 
 
 @dataclass(frozen=True)
 class Passages:
-    """All crossings along a motion, clearances' and auxiliaries', in the order in which they came."""
+    """All crossings along a motion, of clearances and auxiliaries, in the order of their log."""
 
     time: Array  # (E,) [s]
-    # watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one
-    watch: IntArray
-    upward: IntArray
+    watch: IntArray  # (E,) index of the watched quantity: clearances, then auxiliaries
+    upward: IntArray  # (E,) 1: it crosses its upper bound, 0: its lower bound
     velocity: Array  # (E,) delta' of clearances [SI]
     memory: Array  # (E, S) memories of auxiliaries before each crossing [SI]
 
     def where(self, kept: NDArray[np.bool_] | IntArray) -> Passages:
-        """Return the crossings that are to be kept, by (E,) truth values or by their indices."""
+        """Return the selected crossings, by (E,) truth values or by indices."""
         return Passages(self.time[kept], self.watch[kept], self.upward[kept], self.velocity[kept], self.memory[kept])
 
     def in_order(self) -> Passages:
-        """Return the same, with what crosses at one instant except for rounding in the order of watches.
+        """Return the crossings with those at one instant (to rounding) in the order of the watched quantities.
 
-        Two sliders of one element stick at the same instant, and equal clearances touch at once: rounding decides in
-        what order these are known.
+        Two sliders of one element stick at the same instant, and equal clearances touch at once: their order in the log
+        is rounding.
         """
         group = self._groups()
         if group is None:
@@ -49,12 +48,12 @@ class Passages:
         return np.arange(len(self.time)) if group is None else np.lexsort((self.upward, self.watch, group))
 
     def _groups(self) -> IntArray | None:
-        """Numbers that are equal for crossings at one instant; None: no two are at one."""
+        """Numbers that are equal for crossings at one instant; None: all instants are different."""
         are_apart = np.diff(self.time) > _TOGETHER * float(self.time.max(initial=0.0))
         return None if are_apart.all() else np.append(0, np.cumsum(are_apart))
 
     def and_later(self, time: float, watches: IntArray) -> Passages:
-        """Return the same and changes by the clock at a later time [s], none of which changes a memory."""
+        """Return the crossings and changes by the clock at a later time [s], which do not change memories."""
         if not len(watches):
             return self
         last = max(time, float(self.time.max(initial=0.0)))
@@ -72,8 +71,8 @@ class Passages:
 class Auxiliaries:
     """Sliders, limiters and alternating stiffness along a motion (``system.auxiliary``): C, S with a memory [SI]."""
 
-    force: Array  # (t, C) what each adds to its element's force [N m or N]
-    memory: Array  # (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter
+    force: Array  # (t, C) force of every auxiliary, added to that of its element [N m or N]
+    memory: Array  # (t, C) state e: the stretch of a slider's spring [rad or m]; 0 for a limiter
     piece: IntArray  # (t, C) pieces
     initial: IntArray  # (C,) pieces at the first sample
-    passages: Passages  # all crossings, clearances' and auxiliaries', in the order in which they came
+    passages: Passages  # all crossings, of clearances and auxiliaries

@@ -2,14 +2,15 @@
 
     d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k L_k delta_k' - sum_k F_k e_k'
 
-with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
-for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
-lost where the slider is released. Every term on the right is a product of two linear forms of the state z: its integral
-follows from that of z z' over the time in every region (``system.state_moments``), which is integrated on dense output,
-interval by interval between crossings and samples that are a long step apart or more. The left side is taken from the
-sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
-residual. Inputs over time, which polynomials stand for in z, count as they are specified: the power of the difference
-is integrated by three more nodes an interval of theirs, so a wrong polynomial shows up as well.
+with U_k the elastic potential, L_k = F_k - dU_k/d delta_k the force of the element beyond its elastic force (c_k
+delta_k' for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2,
+which is lost when the slider is released. Every term on the right is a product of two linear forms of the state z. Its
+integral follows from the integral of z z' over the time in every region (``system.state_moments``), which is computed
+on dense output, interval by interval between crossings and samples that are at least a long step apart. The left side
+follows from the sampled states at both ends. The two sides share no formula: a wrong table, a missed crossing or a
+wrong region makes a residual. Inputs over time, which z represents by polynomials, are counted as specified: the power
+of the difference is integrated with three nodes per interval of the polynomials, so a wrong polynomial makes a residual
+too.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LONG = 4
-"""A long step is so many finest ones."""
+"""Finest steps in a long step."""
 MOST_STEPS = 1e6
-"""Steps in an interval; more are refused."""
-_UNCUT = 1e-9  # of an interval: a difference that is rounding
+"""Most steps in an interval; an audit with more is refused."""
+_UNCUT = 1e-9  # share of an interval below which a difference is rounding
 SLICE = 5e7
-"""Products a slice: some tenths of a second, so that Ctrl-C works."""
+"""Multiplications per slice: some tenths of a second, because Ctrl-C takes effect between slices."""
 TOGETHER = 2048
-"""Most intervals that are added up by themselves: sums of sums round less."""
+"""Most intervals in a partial sum: partial sums reduce rounding."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class EnergyAudit:
 
     @property
     def turnover(self) -> float:
-        """All works and losses without sign, and the energy stored: what the residual is measured against."""
+        """The reference of the residual: the sum of all moduli of works and losses, and of the energy stored."""
         parts = (self.torque_work, self.error_work, self.drag_loss, self.element_loss)
         return float(np.abs(np.concatenate(parts)).sum() + max(abs(energy) for energy in self.stored))
 
@@ -118,10 +119,10 @@ class Auditor:
         """Prepare the audit of a motion.
 
         initial: piece of every element and auxiliary at the start.
-        samples: gives (t, Z) states z of some samples; sample i lies at i / per_cycle periods.
-        count: how many samples there are.
+        samples: returns (t, Z) states z of the samples at some indices; sample i is taken at i / per_cycle periods.
+        count: number of samples.
         per_cycle: samples per period.
-        time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+        time, watch, upward: (E,) crossing times in periods, watched quantity, 1 for its upper bound.
         memory: (E, S) memories before each crossing, scaled.
         first_cycle: whole periods before the first sample.
         """
@@ -187,17 +188,17 @@ class Auditor:
         self._work = np.cumsum(self._steps() * flow.width**2)
 
     def _steps(self) -> Array:
-        """(I,) how many steps every interval takes, about."""
+        """(I,) approximate number of steps in every interval."""
         region = self.path[:, 0]
         return np.asarray(self.durations / self.steps.length[region, -1] + 2.0 * self.steps.length.shape[1])
 
     @property
     def is_endless(self) -> bool:
-        """Whether an interval would take millions of steps: fast modes in a driveline too large for long ones."""
+        """Whether an interval would take millions of steps, because of fast modes without memory for long steps."""
         return bool(self._steps().max(initial=0.0) > MOST_STEPS)
 
     def advance(self, products: float = SLICE) -> bool:
-        """Integrate over the next intervals, of about so many products; whether they were the last."""
+        """Integrate over the next intervals, of about ``products`` multiplications; True: they were the last."""
 
         spent = self._work[self.done - 1] if self.done else 0.0
         end = max(self.done + 1, int(np.searchsorted(self._work, spent + products)))
@@ -216,7 +217,7 @@ class Auditor:
         return self.done / max(1, len(self.durations))
 
     def result(self) -> EnergyAudit:
-        """The audit, once ``advance`` has answered True."""
+        """The audit, once ``advance`` has returned True."""
         flow = self.flow
         period = self.flow.system.inputs.period
         springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in self.ends]
@@ -292,7 +293,7 @@ def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Ar
 
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
-    """Regions, each once, and (E + 1,) the index of the motion's region: at first, and after every crossing."""
+    """The regions, and (E + 1,) the index of the region at the start and after every crossing."""
     index = {initial: 0}
     regions = [initial]
     visited = [0]
@@ -331,7 +332,7 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
 
 
 def _shift(flow: Flow, pieces: Pieces) -> Array:
-    """(Z,) what is taken from z so that forces that begin at a corner are products of z alone, as far as it goes."""
+    """(Z,) shift of z with which as many forces of clearances as possible are zero at z = 0."""
     shift = np.zeros(flow.width)
     count = len(flow.coordinates.elements)
     laws = [
@@ -350,10 +351,9 @@ def _times(rows: Array, shift: Array) -> Array:
 
 
 def _by_deflections(flow: Flow) -> tuple[Array, Array]:
-    """(Z, Z) from z to the same with deflections, errors taken off, in place of relative angles; (Z, Z) and back.
+    """(Z, Z) from z to z with deflections minus errors in place of relative angles, and (Z, Z) its inverse.
 
-    What an inertia of prescribed motion or a record turns may be a hundred times a deflection: products of such angles
-    would have to cancel.
+    An angle that is prescribed or recorded may be a hundred times a deflection: products of such angles would cancel.
     """
     there = np.eye(flow.width)
     count = len(flow.coordinates.elements)
@@ -380,10 +380,10 @@ def _moves(flow: Flow, regions: list[Pieces], of: tuple[Array, Array, Array], st
 
 
 def _turning(flow: Flow, matrix: Array) -> Array:
-    """The generator with every signal's chain closed to a ring, for the choice of steps.
+    """The generator with the chain of every signal closed to a ring, for the choice of steps.
 
-    A chain ends, so that its own powers vanish and say nothing of how much of it a series of few terms, or few nodes,
-    leave out. Closed, it turns as fast as its pace: entry by entry no power is smaller than that of the chain.
+    Powers of a chain vanish from some order on, so they do not bound the error of a series of few terms, or of few
+    nodes. A ring turns at the pace of the chain, and no entry of its powers is smaller than that of the chain.
     """
     signals = flow.system.signals
     if signals is None:

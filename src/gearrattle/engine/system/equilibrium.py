@@ -4,12 +4,13 @@ The elastic forces derive from a convex potential (slopes are never negative), s
 
     U(x) = sum_k u_k(b_k . x) - g . x,      g = Qx^T (T_mean - J a),
 
-over the deflections x, where a is the uniform acceleration of a train whose means do not balance. Newton directions of
-the present pieces, the flat direction where they have no stiffness against a load, and an exact search along each line
-through all corners: finitely many pieces, so it ends. A direction along which U falls for ever is a runaway: some
-element's last slope is zero and its load exceeds what it can carry. Free gaps without load are put at their middle.
-The search is compiled (``kernels.equilibrium_kernel``); that of a small system, where nothing was compiled or loaded
-yet, runs as plain Python: some milliseconds, where numba takes half a second, and the same bits.
+over the deflections x, where a is the uniform acceleration of a train whose mean torques do not balance. The search
+takes Newton directions for the present pieces, or a flat direction if they have no stiffness against a load, and an
+exact line search through all corners. It ends, because the pieces are finitely many. A direction along which U has no
+lower bound is a runaway: the last slope of some element is zero, and its load exceeds its largest force. Gaps without
+load are put at their middle.
+The search is compiled (``kernels.equilibrium_kernel``). For a small system, if numba is not imported yet, it runs as
+plain Python with the same bits: it takes some milliseconds, importing numba half a second.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from gearrattle.errors import ConvergenceError
 Array = NDArray[np.float64]
 
 _SMALL = 12
-"""Elements that can push, of a system whose equilibrium takes less in plain Python than numba's import."""
+"""Most elements with stiffness for which the search in plain Python is faster than importing numba."""
 
 
 class Runaway(Exception):
@@ -58,14 +59,14 @@ class Equilibrium:
 
 @kept
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
-    """Find the static equilibrium; Runaway where an element of zero last slope cannot carry its load."""
+    """Return the static equilibrium; Runaway if an element whose last slope is zero cannot carry its load."""
     # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
     numbers = coefficients_of(system)
     label = np.array([law.first_label for law in system.laws], dtype=np.int64)
     sought = statics_of(elastic, coordinates)
-    # trains whose means do not balance, and the minimum of U
+    # accelerations of trains that do not balance, and the minimum of U
     acceleration = np.empty(system.size)
     angle = np.empty(system.size)
     x = np.empty(len(coordinates.elements))
@@ -90,7 +91,7 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
 
 
 def elastic_elements(system: PiecewiseSystem) -> list[int]:
-    """The elements that can push, by index."""
+    """The indices of the elements with stiffness."""
     return [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
 
 
@@ -106,7 +107,7 @@ def statics_of(elastic: list[int], coordinates: RelativeCoordinates) -> Statics:
 
 
 def _middle(laws: list[PiecewiseLaw], coordinates: RelativeCoordinates, x: Array) -> tuple[Array, list[int]]:
-    """Move unloaded free gaps to their middle, along the directions that meet no stiffness."""
+    """Move gaps without load to their middle, along directions without stiffness."""
     combination = coordinates.combination
     if x.size == 0:
         return x, []

@@ -1,15 +1,15 @@
 """Extremes, moments and exceeded levels of a motion between its samples: from the exact motion, not from the samples.
 
-The window is cut at samples, crossings and knots of signals; intervals between samples are joined again where the
-motion is slow, and cut further where it is so fast that a region's series through one of them would be long. Through
-every part rows times the state are power series (``series``): forwards from the sample a part begins with, or backwards
-from the one it ends with; only parts between two cuts, and those of very stiff contacts, need states that are carried
-on.
+The window is cut at samples, crossings and knots of signals. Intervals between samples are joined where the motion is
+slow, and cut further where it is so fast that the series of a region over one interval would be long. In every part a
+quantity (a row times the state) is a power series (``row_series``) from the sample at its begin, or backwards from the
+sample at its end. Only parts without a sample at an end, and parts of very stiff contacts, need states that are carried
+from part to part.
 
-Extremes: four terms and a bound on the others tell of most parts that they do not pass the extremes seen so far; the
-rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
-fourth power of the fastest oscillation needs. The level exceeded for a share of the time is the root of the time above
-a level, which the roots of the power series give. Curves are the power series themselves, at points of every part.
+Extremes: four terms and a bound on the others exclude most parts; the remaining ones are searched for turning points
+(``kernels.extremes``). Moments are Gauss-Legendre sums, with enough nodes for the fourth power of the fastest
+oscillation. The level exceeded for a share of the time is a root of the time above a level, which follows from roots of
+the power series. Curves are values of the power series at points of every part.
 """
 
 from __future__ import annotations
@@ -31,18 +31,17 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_UNCUT = 1e-9  # of an interval between two samples: shorter remainders are rounding
-# of a level: its rounding, and a step of Newton's after which that is its error
-_LEVEL = 1e-12
-_NEWTON = 1e-8
-_TURN = 0.05  # rad of the fastest oscillation between two points of a curve: chords miss 0.03 % of its amplitude
-_MOST_POINTS = 200_000  # of a curve
-_FEWEST = 8  # of a block of a curve with more
-_PIECE = 2_000_000  # values of curves that are in memory at a time
+_UNCUT = 1e-9  # share of an interval between two samples: shorter remainders are rounding
+_LEVEL = 1e-12  # rounding of a level, over the level
+_NEWTON = 1e-8  # last step of Newton's method for a level, over the level: the error after it is rounding
+_TURN = 0.05  # rad: phase of the fastest oscillation between two points of a curve; chords miss 0.03 % of its amplitude
+_MOST_POINTS = 200_000  # most points of a curve
+_FEWEST = 8  # least points of a block of a longer curve
+_PIECE = 2_000_000  # values of curves in memory at one time
 _MOST_BLOCKS = 16
 _MOST_CUTS = 4096
-"""Blocks of a region's series through an interval between samples, and parts into which one of more is cut."""
-_MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
+"""Most blocks of a region's series in an interval between samples, and most parts of an interval that needs more."""
+_MOST_WORK = 1e10  # floating-point operations, some seconds: with more, statistics are taken from the samples
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
     z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``energy_scaling``); e are the memories of auxiliaries and q the chains of signals, if there are any. The
-inputs are states of their own (oscillators, polynomials), so inside a region dz/ds = M z with one constant matrix: free
-motion, forced motion, resonance, drift under a mean torque are one and the same case. Every quantity anyone asks for -
-an angle, a deflection, a force, an acceleration - is a row of numbers times z.
+all scaled (``energy_scaling``); e are the memories of auxiliaries and q the chains of signals. The inputs are states
+too (oscillators, polynomials), so inside a region dz/ds = M z with a constant matrix M: free motion, forced motion,
+resonance and drift under a mean torque need no separate cases. Every quantity - an angle, a deflection, a force, an
+acceleration - is a row of numbers times z.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ class Flow:
     # (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary watches
     corner_scale: Array
     memory: Array  # (S,) scale of every memory: a power of two by which it is multiplied in z
-    chain: Array  # (Q,) the same of every entry of the signals' chains
+    chain: Array  # (Q,) scale of every entry of the signals' chains
 
     @property
     def inputs(self) -> int:
-        """U, the number of inputs that are no signals."""
+        """U, the number of inputs other than signals."""
         return 1 + 2 * self.frequency.size
 
     @property
@@ -69,7 +69,7 @@ class Flow:
     def force_rows(self, pieces: Pieces) -> Array:
         """(m, Z) force of every element, its auxiliaries' included, with all in the pieces given [SI].
 
-        Without pieces of auxiliaries these are left out.
+        Without pieces of auxiliaries their forces are omitted.
         """
         rows = np.empty_like(self.deflection)
         unit = 1.0 / self.scaling.inputs[0]
@@ -84,12 +84,12 @@ class Flow:
         return rows
 
     def beside(self, pieces: Pieces) -> Iterator[tuple[Auxiliary, int, Array]]:
-        """The auxiliaries that take part: each, its piece, and the row (Z,) of its memory [SI]."""
+        """Yield for every auxiliary: the auxiliary, its piece, and the row (Z,) of its memory [SI]."""
         return zip(self.system.auxiliaries, pieces[len(self.system.laws) :], self.memory_rows, strict=False)
 
     @cached_property
     def memory_rows(self) -> Array:
-        """(auxiliaries, Z) e of every auxiliary [SI]; zero for one without."""
+        """(auxiliaries, Z) e of every auxiliary [SI]; zero without a memory."""
         rows = np.zeros((len(self.system.auxiliaries), self.width))
         first = self.states - self.memory.size
         for i, c in enumerate(self.system.memories):
@@ -119,7 +119,7 @@ class Flow:
 
     @cached_property
     def pace_of_chains(self) -> Array:
-        """(Q, Q) dq/ds = w q_(j+1) of every channel."""
+        """(Q, Q) generator of the chains: dq_j/ds = w q_(j+1) for every channel."""
         signals = self.system.signals
         rates = np.zeros((self.chain.size, self.chain.size))
         for j in range(self.chain.size):
@@ -141,9 +141,9 @@ class Flow:
 
     @cached_property
     def knots(self) -> Array:
-        """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
+        """(G + 1,) ends of the signals' intervals, in periods; without signals one interval without end.
 
-        What is a dyadic fraction of a period except for rounding is made one: there dyadic steps end exactly.
+        A value that is a dyadic fraction of a period to rounding is replaced by it, so that dyadic steps end there.
         """
         signals = self.system.signals
         if signals is None:
@@ -153,24 +153,24 @@ class Flow:
         return np.where(np.abs(knots - dyadic) <= ROUNDED * np.spacing(knots), dyadic, knots)
 
     def remembering(self, pieces: Pieces) -> list[tuple[Auxiliary, int]]:
-        """The auxiliaries with a memory, each with its piece; none without pieces of auxiliaries."""
+        """The auxiliaries with a memory, with their pieces; none without pieces of auxiliaries."""
         first = len(self.system.laws)
         auxiliaries = self.system.auxiliaries
         return [(auxiliaries[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
 
     def known(self, pieces: Pieces) -> Array:
-        """(S,) memories as they are known in a region, scaled; NaN where they go on."""
+        """(S,) known values of the memories in a region, scaled; NaN: a memory keeps its value."""
         values = [auxiliary.known[piece] for auxiliary, piece in self.remembering(pieces)]
         return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
 
     def carried_rows(self, pieces: Pieces) -> Array:
-        """(R + K, Z) rates a period of what is integrated with z: reference angles, then force integrals [SI]."""
+        """(R + K, Z) rates per period of the carried quantities: reference angles, then force integrals [SI]."""
         clearances = list(self.system.clearances)
         angles = self.velocity[list(self.coordinates.references)]
         return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))
 
     def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
-        """(W, Z) quantities watched, their first and second derivatives by s, in corner scales."""
+        """(W, Z) watched quantities, and their first and second derivatives by s, in corner scales."""
         clearances = list(self.system.clearances)
         period = self.system.inputs.period
         count = len(clearances)
@@ -185,7 +185,7 @@ class Flow:
         )
 
     def limit_rows(self, pieces: Pieces) -> Array:
-        """(auxiliaries, Z) what every auxiliary watches in its piece, in corner scales."""
+        """(auxiliaries, Z) watched quantity of every auxiliary in its piece, in corner scales."""
         rows = np.zeros((len(self.system.auxiliaries), self.width))
         scales = self.corner_scale[len(self.system.clearances) :]
         for c, (auxiliary, piece, memory) in enumerate(self.beside(pieces)):
@@ -199,7 +199,7 @@ class Flow:
         return np.hstack([self._waves_at(cycle, fraction) * self.input_size, self.chains_at(cycle, fraction)])
 
     def waves(self, per_cycle: int) -> Array:
-        """(per_cycle, U) inputs without their sizes at the samples of any period; (0, U) if periods are not alike."""
+        """(per_cycle, U) inputs without their sizes at the samples of any period; (0, U) if periods are not equal."""
         last = _last_waves(self)
         waves = last.get(per_cycle)
         if waves is None:
@@ -225,7 +225,7 @@ class Flow:
         return out
 
     def chains_at(self, cycle: Array, fraction: Array) -> Array:
-        """(t, Q) scaled chains of the signals at such times; where a signal jumps, those after the jump."""
+        """(t, Q) scaled chains of the signals at such times; at a jump of a signal, the values after it."""
         signals = self.system.signals
         if signals is None:
             return np.zeros((len(fraction), 0))
@@ -244,7 +244,7 @@ class Flow:
 
 @kept
 def _last_waves(_: Flow) -> dict[int, Array]:
-    """The waves asked for last, by the samples of a period."""
+    """The last waves, by the number of samples per period."""
     return {}
 
 
@@ -256,7 +256,7 @@ def inputs_at_start(flow: Flow) -> Array:
 
 
 def split_cycles(cycles: Array) -> tuple[Array, Array]:
-    """Leading 24 bits and the rest, so that a whole number of cycles times the first part is exact."""
+    """Leading 24 bits and remaining bits: a whole number of cycles times the leading part is exact."""
     high = cycles.astype(np.float32).astype(np.float64)
     return high, cycles - high
 
@@ -267,7 +267,7 @@ def _column_scale(harmonics: int) -> NDArray[np.int64]:
 
 
 def flow_of(system: PiecewiseSystem) -> Flow:
-    """Choose coordinates and scales, and write the rows down."""
+    """Choose coordinates and scales, and compute the rows."""
     # coordinates, scales and sizes
     coordinates = relative_coordinates(system)
     scaling = energy_scaling(system, coordinates)
@@ -309,9 +309,9 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     chain = np.ones(width - chained)
     if signals is not None:
         chain = _write_signals(system, signals, chained, (deflection, rate, curvature, torque))
-    # scales of what is watched: the largest corner, or the state where that is zero
+    # scales of the watched quantities: the largest corner, or if that is zero the size of the deflection
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
-    at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
+    at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # if the only corner is zero
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
     scale = power_of_two(np.array([*sizes, *(auxiliary.scale for auxiliary in system.auxiliaries)]))
     return Flow(
@@ -332,8 +332,8 @@ def flow_of(system: PiecewiseSystem) -> Flow:
 
 
 def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
-    """Write the columns of chains; returns their scales: one power of two a channel, by the torque it makes."""
-    # scale of each channel: the torque that it makes, the stiffest pieces with its error
+    """Write the columns of the chains; return their scales, powers of two from the torque of every channel."""
+    # scale of each channel: its torque, and the torque of the stiffest pieces by its error
     deflection, rate, curvature, torque = rows
     stiffest = np.array([law.stiffness.max() for law in system.laws])
     pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))

@@ -1,12 +1,12 @@
-"""Particular solutions: what the inputs make of a linear region once its own modes have died out.
+"""Particular solutions: the response of a linear region to the inputs without its free motion.
 
-In a region x' = A x + G u, u' = S u with u = (1, cos w_j s, sin w_j s). Where it is well behaved, x = w + P u with
+In a region x' = A x + G u, u' = S u with u = (1, cos w_j s, sin w_j s). In general x = w + P u with
 
     A P + G = P S,    w' = A w:
 
-the inputs are split off, and w moves freely. At an input that a mode resonates with, and for a mean torque on a part
-that flies freely, P does not exist or is far larger than the motion ever is, and adding and subtracting it would cost
-digits. Such inputs are *kept*: they stay states behind w, and resonance and drift are no special case.
+the inputs are *split off*, and w is a free motion. For an input in resonance with a mode, and for a mean torque on a
+free body, P does not exist or is far larger than the motion, and adding and subtracting it would lose digits. Such
+inputs are *kept*: they remain states after w, and resonance and drift need no special case.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bounds on every clearance's deflection for as long as a region lasts.
+"""Bounds on the deflection of every clearance that hold in a whole region.
 
 In block-modal coordinates c_b = L_b z, c_b(s) = exp(T_b s) c_b(0), so for row r of a deflection
 
@@ -9,19 +9,20 @@ and exp(G_b s) has entries that never shrink with s. Hence for all 0 <= s <= hor
 
     |delta''''(s)| <= sum_b w_b . |T_b^4 L_b z(0)|,      w_b = |r R_b| exp(G_b horizon).
 
-A simple decaying mode gives plain |r R| |lambda|^4 |c|: its amplitude cannot grow. The majorant is applied to the
-fourth derivative itself, so Jordan blocks of free-flying parts contribute next to nothing. Inputs that no mode mixes
-with have constant amplitude and go into a constant.
+A simple decaying mode contributes |r R| |lambda|^4 |c|, because its amplitude cannot grow. The majorant bounds the
+fourth derivative itself, so Jordan blocks of free bodies contribute very little. Inputs that are not coupled to a mode
+have a constant amplitude and contribute a constant.
 
 Chains of signals q stay outside of the blocks: c_b' = T_b c_b + P_b q, q' = N q, so that
 
     |c_b''''(s)| <= exp(G_b horizon) (|c_b''''(0)| + horizon |P_b| S),      S >= |q''''(s)| all through the interval.
 
-A block whose modes turn fast against the signal *follows* it: c_b = c_free + X_b q with T_b X_b - X_b N = -P_b, and
-|delta''''| takes |w + sum_b r R_b X_b| S instead, w being what delta feels of q directly.
+A block whose modes are fast compared with the signal *follows* it: c_b = c_free + X_b q with T_b X_b - X_b N = -P_b,
+and |delta''''| takes |w + sum_b r R_b X_b| S instead, with w the direct part of q in delta.
 
-The *calm* bound treats fast simple modes apart: their part of delta is at most |r R| |c|, however long the step, and
-only the rest needs the fourth derivative. It is the better one while fast modes are small against the gaps.
+The *calm* bound treats fast simple modes separately: their part of delta is at most |r R| |c| for any step, and only
+the other modes are bounded by the fourth derivative. It is the closer bound while fast modes are small against the
+gaps.
 
 The work is done in ``kernels.deflection_bounds``.
 """

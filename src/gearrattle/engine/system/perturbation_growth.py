@@ -5,20 +5,20 @@ by
 
     S = I - [0; J^-1 w] (c_after - c_before) [w^T, 0],
 
-the saltation matrix with delta' divided out: valid at grazing too, and the identity where the damping does not jump.
-Where a slider is released its torque F vanishes, and F / delta' is added to the jump; where one is engaged its spring
-is stretched by what the deflection is ahead; where one begins to slip its spring is stretched no more. So the gradient
-follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
+the saltation matrix with delta' cancelled: valid at a grazing too, and the identity if the damping does not jump. When
+a slider is released its torque F vanishes, and F / delta' is added to the jump. When a slider is engaged, the
+perturbation of its spring's stretch is that of the deflection; when it begins to slip, that perturbation is zero. So
+the gradient follows from the log of crossings alone. It is stored in segments of an eighth of a period, because over
 many cycles of a chaotic motion the product overflows.
 
-A perturbation is measured in the engine's balanced coordinates (roots of energies, ``energy_scaling``). The
+The norm of a perturbation is taken in the engine's scaled coordinates (roots of energies, ``energy_scaling``). The
 *predictability horizon* is the first time at which some perturbation, begun at any earlier time, has grown by
 ``GROWTH``. Rounding acts like one error of about ``ROUNDING`` half-gaps at the worst instant, in 95 of 100 motions less
 than ``ROUNDING_95`` (measured against fifty digits on 73 chaotic motions: ``make horizon``, docs/reference/horizon.md).
 So at the horizon deflections are off by about 1e-8 half-gaps, and the motion is predicted pointwise no longer.
 
-A train of many clearances meets thousands of regions, whose exponentials would fill the memory: its perturbations are
-carried a few at a time instead (``perturbations``).
+A train with many clearances visits thousands of regions, whose exponentials would fill the memory: a few perturbations
+are carried instead (``perturbations``).
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ ROUNDING = 1e-15
 ROUNDING_95 = 3e-14
 """Effective rounding that 95 of 100 motions stay below [half-gaps]."""
 MOST_TABLES = 1 << 26  # bytes
-_MOST_STARTS = 512  # segments a growth is followed from at once; beyond, neighbouring segments are joined
-_BLOCK = 8  # segments
+_MOST_STARTS = 512  # most segments from which growth is followed at once; more segments are joined in pairs
+_BLOCK = 8  # segments per block
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Variation(Gradient):
     scale: Array  # (N,) balanced = scale * SI
 
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
+        """Return perturbations at the end of a segment from those at its start (N, P), scaled coordinates."""
         return np.asarray(self.segments[segment] @ columns)
 
     def horizon(self, growth: float = GROWTH) -> float:
@@ -124,7 +124,7 @@ def _size(matrices: Array) -> Array:
 
 
 def _norm_bound(matrix: Array) -> float:
-    """No less than the spectral norm."""
+    """An upper bound on the spectral norm."""
     return float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
 
 
@@ -195,7 +195,7 @@ class _Change(NamedTuple):
     after: Pieces  # the region behind it
     reset: NDArray[np.bool_]  # (S,) memories that are known before or behind it
     element: int  # whose corner it is; -1 for another line
-    damping: float  # by how much its damping jumps
+    damping: float  # jump of its damping
     engaged: Array  # (S,) 1, scaled, for every slider that engages
 
 

@@ -1,7 +1,7 @@
-"""Perturbations carried along a motion, a few at a time: their growth where the whole gradient is too much.
+"""A few perturbations carried along a motion: their growth, for drivelines whose whole gradient takes too much memory.
 
-The gradient of a large driveline is a matrix of hundreds of rows, and its factors are as many as there are crossings.
-What is asked of it, the largest rate of growth and when some perturbation has grown too large, needs few columns:
+The gradient of a large driveline has hundreds of rows, and a factor for every crossing. The largest rate of growth, and
+the time at which a perturbation has grown too large, follow from a few columns:
 
 * the largest Lyapunov exponent from ``DIRECTIONS`` perturbations, made orthonormal again after every segment
   (G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn 1980, Meccanica 15, 9-20);
@@ -30,9 +30,9 @@ IntArray = NDArray[np.int64]
 
 DIRECTIONS = 4
 SKETCHED = 8
-_APART = 8  # a period
+_APART = 8  # segments of a period
 RESOLVED = 1e20
-"""Largest growth that is followed: no double resolves more."""
+"""Largest growth that is followed: doubles do not resolve more."""
 
 
 class Gradient(ABC):
@@ -45,14 +45,14 @@ class Gradient(ABC):
 
     @abstractmethod
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
+        """Return perturbations at the end of a segment from those at its start (N, P), scaled coordinates."""
 
     @abstractmethod
     def growth(self, least: float) -> tuple[float, float]:
-        """Return when some perturbation has grown so far [s], inf if none; and how far there, or at the end."""
+        """Return the first time [s] of a growth ``least``, inf if none; and the growth at that time, or at the end."""
 
     def follow(self, progress: Callable[[float], None] | None = None) -> None:
-        """Do the long part of ``growth`` and ``largest_exponent`` beforehand; an exception of ``progress`` ends it."""
+        """Compute the long part of ``growth`` and ``largest_exponent``; an exception of ``progress`` ends it."""
         if progress is not None:
             progress(0.0)
 
@@ -103,7 +103,7 @@ class Perturbed(Gradient):
     ends: IntArray  # (S + 1,) the interval of ``path`` with which each segment begins
 
     def carried(self, segment: int, columns: Array) -> Array:
-        """Return what perturbations (N, P) at the start of a segment have become at its end, balanced coordinates."""
+        """Return perturbations at the end of a segment from those at its start (N, P), scaled coordinates."""
         elements = self.regions.stiffness.shape[1]
         y: Array = np.ascontiguousarray(columns, dtype=np.float64).copy()
         room = np.empty_like(y), np.empty_like(y), np.empty((elements, y.shape[1])), np.empty((1, y.shape[1]))
@@ -121,7 +121,7 @@ class Perturbed(Gradient):
         logarithms, sizes = self._followed
         if logarithms:
             return
-        # orthonormal perturbations, and random ones beside them
+        # orthonormal perturbations, and random perturbations
         rng = np.random.default_rng(0)
         size = len(self.scale)
         segments = len(self.time) - 1
@@ -131,11 +131,11 @@ class Perturbed(Gradient):
         for segment in range(segments):
             if progress is not None:
                 progress(segment / segments)
-            # the growth over a segment, and orthonormal ones again
+            # growth over a segment, then orthonormalisation
             columns = self.carried(segment, columns)
             basis, triangle = np.linalg.qr(columns[:, :count])
             grown.append(float(_logarithms(triangle)[0]))
-            # sums of random perturbations, a fresh one added now and then
+            # sums of random perturbations; a new one is added after some segments
             sums = columns[:, count:]
             if sums.size:
                 sizes.append(float(np.linalg.norm(sums)))
@@ -147,7 +147,7 @@ class Perturbed(Gradient):
         logarithms += grown
 
     def growth(self, least: float) -> tuple[float, float]:
-        """When some perturbation has grown so far [s], inf if none, and how far; growth ends at ``RESOLVED``."""
+        """The first time [s] of a growth ``least``, inf if none, and the growth, at most ``RESOLVED``."""
         self.follow()
         sizes = np.array(self._followed[1])
         passed = np.flatnonzero(sizes >= min(least, RESOLVED))

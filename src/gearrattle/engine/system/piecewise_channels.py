@@ -1,7 +1,7 @@
 """Channels of piecewise polynomials, each on intervals of its own, and their union as ``Signals``.
 
 A channel keeps its own knots until all are known; where another one has a knot inside an interval, the polynomial is
-written anew about it,
+rewritten about that knot,
 
     sum_j a_j (t - t_g)^j = sum_i b_i (t - t_g - d)^i,    b_i = sum_(j >= i) C(j, i) a_j d^(j - i).
 """
@@ -20,7 +20,7 @@ from gearrattle.engine.system.piecewise_signals import Signals
 Array = NDArray[np.float64]
 
 SAME = 1e-13
-"""Knots closer than this part of the whole are one: a polynomial goes on so far beyond its own interval."""
+"""Share of the last time below which two knots are equal: a polynomial is used that far beyond its interval."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,8 @@ def shifted(coefficients: Array, by: Array) -> Array:
 def distinct(times: Array) -> Array:
     """Ascending times, the first and the last of them kept, without those that equal their neighbour to rounding.
 
-    Two are one if they differ by less than 1e-13 of the last. Of several that are, every one that is kept stands
-    farther than that from the one kept before, so that no chain of near times disappears as a whole.
+    Two times are equal if they differ by less than 1e-13 of the last. Every time that is kept differs by more than that
+    from the time kept before, so that a series of near times does not vanish as a whole.
     """
     apart = SAME * float(times[-1])
     if np.all(np.diff(times) > apart):

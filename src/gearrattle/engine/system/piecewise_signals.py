@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ROUNDED = 4.0
-"""Roundings by which two times may differ that are one."""
+"""Largest difference of equal times, in roundings."""
 INNER, INNER_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) * 0.5
 """Gauss-Legendre points of an interval, and their weights, as parts of it."""
-_POINTS = 4  # of an interval, at which derivatives are looked at to bound them
-_SHORTEST = 1e-3  # length of an interval by the pace: shorter ones are looked at as if they were as long
+_POINTS = 4  # points of an interval at which derivatives are evaluated to bound them
+_SHORTEST = 1e-3  # least product of interval and pace in these bounds
 
 
 class Specified(Protocol):
@@ -71,7 +71,7 @@ class Signals:
         return int(self.coefficients.shape[2]) - 1
 
     def at(self, time: Array, derivative: int = 0) -> Array:
-        """(t, C) value, or a derivative, of every channel at times (t,) [s]; where it jumps, that after the jump."""
+        """(t, C) value, or a derivative, of every channel at times (t,) [s]; at a jump the value after it."""
         interval = interval_of(np.asarray(time), self.knots)
         since = (np.asarray(time) - self.knots[interval])[:, None]
         out = np.zeros((len(interval), self.channels))
@@ -86,7 +86,7 @@ class Signals:
         return self.channels * (self.degree + 1)
 
     def pace(self, period: float) -> float:
-        """The pace w, a power of two: what a polynomial of this degree turns in the longest interval, in periods."""
+        """The pace w, a power of two: degree over the longest interval in periods, about."""
         turning = max(1.0, 0.25 * self.degree)
         return float(2.0 ** np.floor(np.log2(turning * period / float(np.diff(self.knots).max()))))
 

@@ -1,11 +1,11 @@
 """One region made ready for marching: its motion split into a free and a forced part, exponential tables, rows, bounds.
 
-Steps are those of the levels 0 ... fine (``packed.step_of``). Tables hold E(h) = exp(A h) - I, built at a step where
-the Taylor series converges in a dozen terms, doubled and made half as long again by E(a + b) = E(a) + E(b) + E(b) E(a),
-which keeps small increments accurate to their own size.
+The steps have the lengths of the levels 0 ... fine (``march_arrays.step_of``). A table holds E(h) = exp(A h) - I. The
+first one is built at a step at which the Taylor series converges in a dozen terms; tables of steps twice and 1.5 times
+as long follow from E(a + b) = E(a) + E(b) + E(b) E(a), which keeps small increments accurate to their own size.
 At the finest step a Taylor series of order ``ORDER`` represents the motion to rounding: crossings are located there.
 
-A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code
+A acts on y = (w, kept inputs), w = x - P u: see ``forced_response``. Regions are built in compiled code
 (``kernels.region_rates``) and packed (``region_store``); here one is unpacked, for code that needs its matrices.
 """
 

@@ -1,7 +1,4 @@
-"""The arrays in which a driveline's regions are built, with what all its regions share.
-
-The work is done in ``kernels.region_stages``.
-"""
+"""The arrays in which a driveline's regions are built (by ``kernels.region_stages``), with the data that they share."""
 
 from __future__ import annotations
 
@@ -34,22 +31,22 @@ from gearrattle.engine.system.plain_arrays import coefficients_of, frame_of, law
 
 Array = NDArray[np.float64]
 
-FAST_MODES = 4.0  # times the highest input frequency: those beyond are bounded by their amplitude where they are small
-_WIDEST_TURN = 0.5  # of an input over the finest step, radians
+FAST_MODES = 4.0  # times the highest input frequency: from there on modes count as fast
+_WIDEST_TURN = 0.5  # rad: largest phase that an input may turn through in the finest step
 
 
 class RegionBuilder:
     """Builds a driveline's regions, one at a time.
 
-    words: what kernels take for it, see ``kernels.memory_addresses``; with numba switched off the workspace itself.
-    typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most.
+    words: the addresses that kernels take for the workspace, see ``kernels.memory_addresses``; with numba switched off
+        the workspace itself.
+    typical_size: size of the scaled states in an ordinary motion, see ``particular_solutions.typical_size``.
     """
 
     def __init__(self, flow: Flow) -> None:
-
         self._stages = region_stages.stages()
         self._zgees = lapack_address("zgees")
-        self._work_out = compact(region_stages.work_out)
+        self._build_region = compact(region_stages.build_region)
         self._pack = compact(region_stages.pack)
         self.workspace, words = workspace_for(_sizes(flow))
         self.words: Any = words if is_compiling() else self.workspace
@@ -62,49 +59,49 @@ class RegionBuilder:
             compact(lay_out)(self.words, coefficients_of(system), frame, scales)
         else:
             _lay_out(flow, self.workspace)
-        self.typical = float(compact(region_stages.limit_states)(self._stages, self.words))
+        self.typical_size = float(compact(region_stages.limit_states)(self._stages, self.words))
         if flow.chain.size:
-            self._settle_chains(flow)
+            self._add_signals(flow)
 
     @property
     def width(self) -> int:
-        """Y, the length of y in the region worked out."""
+        """Y, the length of y in the region that is built."""
         return int(self.workspace.free.width[0])
 
     @property
     def bounds(self) -> int:
-        """J, the number of rows that bound its fourth derivatives."""
+        """J, the number of rows that bound the fourth derivatives in that region."""
         return int(self.workspace.bounds.used[0])
 
     @property
     def fine(self) -> int:
-        """Level of its finest step."""
+        """Level of the finest step in that region."""
         return int(self.workspace.free.fine[0])
 
-    def work_out(self, pieces: Pieces) -> None:
-        """Work a region out, up to its tables.
+    def build(self, pieces: Pieces) -> None:
+        """Build a region, up to its tables.
 
-        FloatingPointError where its rates are not finite, or its eigenvalues are not found.
+        FloatingPointError: its rates are not finite, or LAPACK does not find its eigenvalues.
         """
         self.workspace.region.pieces[: len(pieces)] = pieces
-        outcome = self._work_out(self._stages, self._zgees, self.words)
+        outcome = self._build_region(self._stages, self._zgees, self.words)
         if outcome in REASONS:
             raise FloatingPointError(f"the region {pieces} cannot be built: {REASONS[outcome]}")
 
     def pack(self, regions: Regions, slot: int, first: int) -> None:
-        """Write it into a slot, its tables from ``first`` on."""
+        """Write the region into a slot, its tables from index ``first`` on."""
         self._pack(self._stages, self.words, regions, slot, first)
 
-    def _settle_chains(self, flow: Flow) -> None:
-        """Enlarge the size of an ordinary motion by the motion that signals make."""
+    def _add_signals(self, flow: Flow) -> None:
+        """Enlarge the size of an ordinary motion to that of the motion that signals make."""
         chains = self.workspace.region.matrix[:, flow.states + flow.inputs :]
         pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
-        self.typical = max(self.typical, float(pushed))
-        self.workspace.common.limits[LARGEST_STATE] = LARGEST * self.typical
+        self.typical_size = max(self.typical_size, float(pushed))
+        self.workspace.common.limits[LARGEST_STATE] = LARGEST * self.typical_size
 
 
 def _sizes(flow: Flow) -> Sizes:
-    """Sizes of the arrays of a flow."""
+    """Sizes of the arrays for a flow."""
     system = flow.system
     coordinates = flow.coordinates
     return Sizes(
@@ -122,7 +119,7 @@ def _sizes(flow: Flow) -> Sizes:
 
 
 def _write_limits(flow: Flow, common: Common) -> None:
-    """Write which elements are clearances, and the limits that do not depend on an ordinary motion."""
+    """Write the indices of the clearances, and the limits that do not depend on the size of an ordinary motion."""
     signals = flow.system.signals
     limits = common.limits
     common.clearances[:] = flow.system.clearances
@@ -135,7 +132,7 @@ def _write_limits(flow: Flow, common: Common) -> None:
 
 
 def _lay_out(flow: Flow, workspace: Workspace) -> None:
-    """Write the arrays that all regions share, of a driveline with more than laws and harmonics."""
+    """Write the arrays that all regions share, for a driveline that has signals or auxiliaries as well."""
     system = flow.system
     scaling = flow.scaling
     period = flow.system.inputs.period
@@ -164,7 +161,7 @@ def _lay_out(flow: Flow, workspace: Workspace) -> None:
 
 
 def _write_auxiliaries(flow: Flow, workspace: Workspace) -> None:
-    """Write the data of auxiliaries that are not in the laws."""
+    """Write the data of the auxiliaries that the laws do not hold."""
     system = flow.system
     auxiliaries = workspace.auxiliaries
     first = workspace.laws.first

@@ -19,14 +19,14 @@ from gearrattle.engine.system.region_arrays import RegionBuilder
 
 Array = NDArray[np.float64]
 
-_LINE = 8  # numbers in a cache line
-_FIRST = 8  # regions that most runs visit at least
-_TABLES = 16  # of a region, as they mostly are
-_SMALL = 1_000_000  # bytes that these may take before any is visited
+_LINE = 8  # doubles in a cache line
+_FIRST = 8  # regions in the first capacity
+_TABLES = 16  # tables per region in the first capacity
+_SMALL = 1_000_000  # most bytes of the first capacity
 
 
 def strips_for(rows: int) -> int:
-    """How many strips of four hold some rows."""
+    """The number of strips of four for ``rows`` rows."""
     return -(-rows // 4)
 
 
@@ -40,7 +40,7 @@ def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Size:
-    """The sizes of one system's arrays, see ``packed``; counts of rows, and of the strips of four that hold them."""
+    """The sizes of one system's arrays (``march_arrays``): numbers of rows, and of the strips of four with them."""
 
     states: int
     inputs: int
@@ -52,7 +52,7 @@ class Size:
 
     @property
     def longest(self) -> int:
-        """Most entries y may have."""
+        """Largest number of entries of y."""
         return self.states + self.inputs + self.chain
 
     @classmethod
@@ -149,11 +149,11 @@ class Store:
     def add(self, pieces: Pieces) -> int:
         """Build a region into the next slot.
 
-        FloatingPointError where its rates are not finite, or have no Schur form.
+        FloatingPointError: its rates are not finite, or LAPACK finds no Schur form.
         """
         slot = len(self.pieces)
         builder = self.builder
-        builder.work_out(pieces)
+        builder.build(pieces)
         capacity = Capacity(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
         if not self._has(capacity):
             self._reserve(capacity)
@@ -165,7 +165,7 @@ class Store:
         return slot
 
     def _first_capacity(self) -> Capacity:
-        """Capacity that most runs need, where it is small; else none before the first region is built."""
+        """Capacity for most runs, if its arrays are small; else none before the first region is built."""
         capacity = Capacity(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
         shapes = self.size.shapes(capacity.width, capacity.modes)
         count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(capacity).items())
@@ -190,7 +190,7 @@ class Store:
         return not fits and 2 * self.bytes > most
 
     def join(self, slot: int, clearance: int, upward: int, target: int) -> None:
-        """Remember which slot lies beyond a corner, and which on this side of it, where the way back leads there."""
+        """Store ``target`` as the slot beyond a corner, and this slot as its neighbour if the way back leads here."""
         self._arrays["neighbour"][slot, clearance, upward] = target
         if self.flow.system.beyond(self.pieces[target], clearance, 1 - upward) == self.pieces[slot]:
             self._arrays["neighbour"][target, clearance, 1 - upward] = slot
@@ -201,7 +201,7 @@ class Store:
         self._reserve(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
 
     def capacity(self) -> Capacity:
-        """Capacity of the arrays, for a store that is likely to need as much."""
+        """Capacity of the arrays, for another store of the same driveline."""
         a = self._arrays
         return Capacity(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
 

@@ -4,8 +4,8 @@ A free train turns as one, q = Phi r, without deflecting any element that has a 
 
     Phi^T J q'' + Phi^T D q' = Phi^T T(t),
 
-whatever the elements do: their forces do no work on Phi. Started with velocities zero under a sin(w t + phase), a train
-of inertia J keeps the mean velocity a cos(phase) / (w J), which drag alone takes away. It begins instead with angle and
+independent of the elements, whose forces do no work on Phi. Started with velocity zero under a sin(w t + phase), a
+train of inertia J has the mean velocity a cos(phase) / (w J), which only drag reduces. So it starts with angle and
 velocity of the periodic solution r_p of the same equation with q = Phi r, so that its mean velocity is zero:
 
     r_p(t) = Im sum_j (-w_j^2 Phi^T J Phi + i w_j Phi^T D Phi)^-1 Phi^T (S_j + i C_j) exp(i w_j t)

@@ -21,13 +21,12 @@ from gearrattle.engine.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 Rows = Callable[[Pieces], Array]
 
-# |h M| of some intervals together, and how many: a power of two
-_TOGETHER = 2.0
-_MOST_TOGETHER = 64
-_LONGEST = 4.0  # |h M| of a block
-_POWER = 20  # by which |h M| is measured
-_SMALL = 1e-17  # first term left out of a series
-_TAIL = 1e-3  # of an oscillation, left out of the polynomial that the Chebyshev points resolve
+_TOGETHER = 2.0  # largest |h M| of joined intervals
+_MOST_TOGETHER = 64  # most joined intervals, a power of two
+_LONGEST = 4.0  # largest |h M| of a block
+_POWER = 20  # exponent n in |h M| = |(h M)^n|^(1/n)
+_SMALL = 1e-17  # size of the first omitted term of a series
+_TAIL = 1e-3  # share of an oscillation that the polynomial through the Chebyshev points may miss
 _MOMENT = 1e-11  # error of the mean of the fourth power of an oscillation
 _SEARCHED = 0.3  # |h M| between two points of a search
 
@@ -43,18 +42,18 @@ def phase_of(flow: Flow, pieces: Pieces, length: float) -> float:
 
 
 def blocks_of(phase: float) -> int:
-    """Return how many blocks an interval of this |h M| is cut into."""
+    """Return the number of blocks of an interval with this |h M|."""
     return max(1, int(np.ceil(phase / _LONGEST)))
 
 
 @dataclass(frozen=True)
 class Series:
-    """Power series of rows in one region, through some intervals at once or one of B blocks."""
+    """Power series of rows in one region, over joined intervals or over one interval of B blocks."""
 
-    intervals: int  # how many between two samples; 1 where there are several blocks
+    intervals: int  # number of joined intervals between samples; 1 with several blocks
     matrix: Array  # (Z, Z) M
-    known: Array  # (S,) memories known in the region, NaN where they go on
-    first_memory: int  # their first column in z
+    known: Array  # (S,) known values of memories in the region; NaN: a memory keeps its value
+    first_memory: int  # index of the first memory in z
     count: int  # B
     block: float  # length of a block, in periods
     phase: float  # |h M| of a block
@@ -130,7 +129,7 @@ class Series:
 
     @property
     def cells(self) -> int:
-        """Number of parts of a block in each of which a rate changes its sign once at most."""
+        """Number of equal parts of a block in which a rate changes its sign at most once."""
         return 1 + int(self.phase / _SEARCHED)
 
     def begun(self, states: Array) -> Array:

@@ -1,13 +1,14 @@
 """Integrals of z z' over many steps at once, from the sums of z z' at their beginnings.
 
-Where z moves by E over a step, the integral over two of them is that over one from z, and that over one from E z. So
-the integral over steps of length 2 h with the sum M of z z' at their beginnings is that over steps of length h with the
-sum M + E M E'. From the longest on down to the shortest, over which Gauss-Legendre quadrature integrates it,
+Let z become E z over a step h. The integral over a step 2 h is the sum of the integrals over steps h from z and from E
+z. So the integral over steps of length 2 h with the sum M of z z' at their beginnings equals the integral over steps of
+length h with the sum M + E M E'. This is applied from the longest steps to the shortest, for which Gauss-Legendre
+quadrature gives
 
     int_0^h exp(A t) M exp(A' t) dt = h sum_q w_q P_q M P_q',      P_q = exp(A x_q h),
 
-all that a motion does in a region becomes one matrix. No mode, however fast, makes long steps less accurate: what
-remains is rounding (the same as in C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Trans.
+So all integrals in a region follow from one matrix. Fast modes do not make long steps less accurate: the only error is
+rounding (the same as in C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Trans.
 Autom. Control 23 (1978) 395-404, read backwards).
 """
 
@@ -26,10 +27,10 @@ NODES = 4
 NODES_WITH_SIGNALS = 7
 """Nodes that integrate z z' over the shortest step to rounding: with n of them the error is about
 (n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of it (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 25.4.30),
-a = |(h A)^20|^(1/20) <= 1.17 / 2^DEPTH there (``region.finest_level``): below 1e-20 by four. High derivatives of
+a = |(h A)^20|^(1/20) <= 1.17 / 2^DEPTH there (``strips.finest_level``): below 1e-20 by four. High derivatives of
 signals may be larger than such a norm tells."""
 MOST_BYTES = 256 << 20
-"""Memory of all steps and their moments; regions for which it does not suffice have fewer of them."""
+"""Memory of all steps and their moments; regions for which it does not suffice have fewer steps."""
 
 
 class Steps:

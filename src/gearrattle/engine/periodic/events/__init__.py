@@ -9,9 +9,9 @@ gradient of the period map):
     Neimark-Sacker     modulus of the complex pair nearest to the unit circle, less 1; without damping pairs lie on the
                        circle all along, and leave it where two of them meet
     grazing            two crossings of one corner appear or vanish; they meet at velocity zero, so the square of
-                       their velocity is a test function on the side where they exist
-    pattern            the same crossings in another order; the time between two of them is the test function. A slider
-                       that is released sooner than it slips has one crossing less: enclosed
+                       the time between them is a test function on the side where they exist
+    pattern            the same crossings in another order; the time between two of them is the test function. Where a
+                       slider is released before it slips, one crossing vanishes: the event is enclosed by halving
 
 Where a slider begins to slip the gradient jumps (``grazing``): then a determinant may change its sign without being
 zero, and the motion folds or doubles its period in a corner of the branch (*border collision*). Patterns are compared

@@ -20,19 +20,19 @@ PATTERN = "pattern"
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens along a branch."""
+    """An event of a branch."""
 
     kind: str  # of event
     point: Point  # of the branch at the event, located to rounding
-    watch: int = -1  # index of what touches or crosses its bound: clearances first, then auxiliary elements; -1: none.
+    watch: int = -1  # index of the quantity that touches or crosses: clearances, then auxiliaries; -1: none
     is_collision: bool = False  # whether the gradient jumps there
-    touch: Touch | None = None  # of a grazing: the corner and the instant.
-    grazing: Grazing | None = None  # of a grazing: what it does to the gradient.
+    touch: Touch | None = None  # for a grazing: the corner and the instant
+    grazing: Grazing | None = None  # for a grazing: its effect on the gradient
 
 
 class Loss(NamedTuple):
     """A kind of event at which multipliers cross the unit circle."""
 
     test: Callable[[Point], float]  # smooth along a branch, and zero at the event
-    crossing: Callable[[Point], list[complex]]  # what crosses in the motion of an event
+    crossing: Callable[[Point], list[complex]]  # multipliers that cross the unit circle at an event
     nearest: Callable[[Point], tuple[complex, float]] | None = None  # the multiplier that may cross, and its distance

@@ -32,7 +32,7 @@ from gearrattle.engine.periodic.events.neimark_sacker import (
     may_return,
     pairs_crossed,
 )
-from gearrattle.engine.periodic.events.pattern import View, exchange_between, exchanged_at, time_between
+from gearrattle.engine.periodic.events.pattern_changes import View, exchange_between, exchanged_at, time_between
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_between
 from gearrattle.engine.periodic.grazing_depth import with_corner
 from gearrattle.engine.periodic.motion import Touch
@@ -43,21 +43,21 @@ from gearrattle.engine.periodic.turning_points import hidden_between, way_beyond
 from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-_DEEPEST = 12  # halvings of a step that holds more than one change of the pattern
-_PARABOLAS = 12  # to the minimum of a test function
-_SAME = 1e-9  # of a step: a minimum is not known better
+_DEEPEST = 12  # most halvings of a step with more than one change of the pattern
+_PARABOLAS = 12  # most parabolas in the search for the minimum of a test function
+_SAME = 1e-9  # share of a step to which a minimum is located
 _NEAR_ONE = 0.5  # sum of the distances of a multiplier from 1 at the ends of a step in which a symmetry may break twice
-_DEEP = 0.5  # of its least value so far: a minimum above that is no sign of two zeros
-_TOWARDS = 0.1  # of the way from a motion that touches to a grazing is left by the next one
-_APART = 1e-9  # arclength beyond which two events are not one
-_SHORT = 1e-6  # arclength: a step in which multipliers that move far are not looked for in between
-_MOST_DIVIDED = 8  # divisions of a step in which multipliers move far, or of one that holds several events
-_ASIDE = 1e-8  # arclength from a change to the points on either side
-_SAME_EVENT = 3e-8  # arclength from an event to the same one, located again from there
+_DEEP = 0.5  # share of the least value so far: a parabola with a higher minimum does not suggest two zeros
+_TOWARDS = 0.1  # ratio of the distances from a grazing of successive motions that touch
+_DISTINCT = 1e-9  # arclength beyond which two events are different
+_SHORT = 1e-6  # arclength: a shorter step is not divided to follow fast multipliers
+_MOST_DIVIDED = 8  # most divisions of a step in which multipliers move far, or of one with several events
+_ASIDE = 1e-8  # arclength from a change of the pattern to the points on either side
+_SAME_EVENT = 3e-8  # arclength between two locations of one event
 
 
 def events_between(curve: Continuation, before: Point, after: Point, depth: int = 0) -> list[Event]:
-    """Locate what happens between two points that follow one another, in the order of the branch."""
+    """Locate the events between two successive points, in the order of the branch."""
     hidden = hidden_between(before, after) or exchange_between(before, after)
     if hidden is not None and depth < _DEEPEST:
         return _events_of_parts(curve, before, after, hidden, depth)
@@ -77,7 +77,7 @@ def events_between(curve: Continuation, before: Point, after: Point, depth: int 
             parts = pairwise([before, *sides, after])
             return [event for pair in parts for event in events_between(curve, *pair, depth + 1)]
     if len(changes) == 1 and changes[0].grazing is not None and changes[0].grazing.kind == JUMP:
-        # the gradient jumps: what happens there is known by the signs of the test functions on either side
+        # the gradient jumps: the signs of the test functions on both sides show the events there
         left, right = _sides(curve, before, after, changes[0].point)
         smooth = [*_losses(curve, before, left), *_losses(curve, right, after)]
         changes += [Event(kind, changes[0].point, is_collision=True) for kind in _changed(left, right)]
@@ -95,7 +95,7 @@ def changes_between(before: Point, after: Point) -> list[str]:
 
 
 def _view_of(curve: Continuation, before: Point, after: Point) -> View:
-    """What two patterns are compared by: crossings of clearances, or where these are the same all of them."""
+    """The crossings by which two patterns are compared: of clearances, or of all if those of clearances agree."""
     if before.word == after.word:
         return View()
     corners = View(curve.family.clearances)
@@ -103,13 +103,13 @@ def _view_of(curve: Continuation, before: Point, after: Point) -> View:
 
 
 def _events_of_parts(curve: Continuation, before: Point, after: Point, share: float, depth: int) -> list[Event]:
-    """The events of both parts of a step, up to a share of the way and from there on."""
+    """The events of both parts of a step, divided at ``share``."""
     middle = curve.between(before, after, share)
     return [*events_between(curve, before, middle, depth + 1), *events_between(curve, middle, after, depth + 1)]
 
 
 def _smooth_events(curve: Continuation, before: Point, after: Point, changes: list[Event]) -> list[Event]:
-    """The events of a step with a smooth test function, up to its grazing and from there on."""
+    """The events of a step with smooth test functions; the step is divided at its grazing."""
     points = [before, after]
     if len(changes) == 1 and changes[0].kind == GRAZING:
         grazing = changes[0].point
@@ -122,17 +122,17 @@ def _smooth_events(curve: Continuation, before: Point, after: Point, changes: li
 
 
 def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Iterator[Point]:
-    """Yield motions that touch between a grazing and one that touches, ever nearer to the grazing.
+    """Yield motions between a motion that touches and a grazing, nearer and nearer to the grazing.
 
-    The trace of the gradient changes with the root of the distance. So close to the grazing multipliers may go to the
-    unit circle and back: up to where that root moves them by less than they are from it.
+    The trace of the gradient changes with the root of the distance. So near the grazing multipliers may go to the unit
+    circle and back, down to distances at which that root is smaller than their distance from the circle.
     """
     point = grazing.point
     root = _root_of(grazing)
     way = min(loss.nearest(point)[1] for loss in LOSSES.values() if loss.nearest is not None)
     distance = abs(touching.parameter - point.parameter)
     share = _TOWARDS
-    shortest = _APART / max(abs(touching.length - point.length), _APART)
+    shortest = _DISTINCT / max(abs(touching.length - point.length), _DISTINCT)
     while distance > 0.0 and root * np.sqrt(share * distance) > way and share > shortest:
         try:
             is_behind = touching.length > point.length
@@ -143,7 +143,7 @@ def _beside_grazing(curve: Continuation, grazing: Event, touching: Point) -> Ite
 
 
 def _root_of(grazing: Event) -> float:
-    """How strong the root of a grazing is; infinite where it is rigid, a release or vertical, NaN where it has none."""
+    """The strength of the root of a grazing; infinite for a rigid or vertical one or a release, NaN without a root."""
     if grazing.grazing is None:
         return np.nan
     is_vertical = abs(along_parameter(grazing.point)) < VERTICAL
@@ -153,10 +153,10 @@ def _root_of(grazing: Event) -> float:
 def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) -> Iterator[Event]:
     """Yield the folds, doublings, breakings and Neimark-Sacker bifurcations between two points.
 
-    Where these do not explain how many multipliers lie outside the unit circle at both ends, others are hidden: a
-    fold and a breaking within one step leave det(I - M) as it is, and pairs may cross on both sides of a fold.
+    If these do not agree with the numbers of multipliers outside the unit circle at both ends, other events are hidden:
+    a fold and a breaking within one step do not change the sign of det(I - M); pairs may cross on both sides of a fold.
     """
-    if after.length <= before.length:  # a change at an end of the step leaves no part on one side of it
+    if after.length <= before.length:  # the part has no length: the change is at an end of the step
         return
     hidden = hidden_fold(curve, before, after) or _hidden_loss(curve, before, after)
     if hidden is None and _may_hide_pair(before, after, depth):
@@ -165,26 +165,26 @@ def _losses(curve: Continuation, before: Point, after: Point, depth: int = 0) ->
         located = [_located_loss(curve, before, after, kind) for kind in _changed(before, after)]
         events = [event for event in located if event.kind != NEIMARK_SACKER or _crosses(event.point)]
         if len(events) < len(located) and _lies_within(before, located[-1].point, after):
-            hidden = located[-1].point  # two real ones have left through -1, one after the other
+            hidden = located[-1].point  # two real multipliers have left through -1, one after the other
     if hidden is not None:
         yield from _losses(curve, before, hidden, depth + 1)
         yield from _losses(curve, hidden, after, depth + 1)
     elif depth < _MOST_DIVIDED and (len(events) > 1 or (events and not _tells_all(before, events[0], after))):
-        yield from _apart(curve, before, after, events, depth)
+        yield from _with_others(curve, before, after, events, depth)
     else:
         yield from events
 
 
 def _may_hide_pair(before: Point, after: Point, depth: int) -> bool:
-    """Whether a step must be divided to show which pairs cross the unit circle within it."""
+    """Whether a step must be divided to find the pairs that cross the unit circle within it."""
     length = after.length - before.length
-    if length > _APART and is_ambiguous(before, after):
+    if length > _DISTINCT and is_ambiguous(before, after):
         return True
     return depth < _MOST_DIVIDED and length > _SHORT and may_hide_pair(before, after)
 
 
-def _apart(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
-    """The events of a step up to one of them, which is located, and from there on."""
+def _with_others(curve: Continuation, before: Point, after: Point, events: list[Event], depth: int) -> list[Event]:
+    """One located event of a step, and the events before and after it."""
     event = next((one for one in events if _lies_within(before, one.point, after)), None)
     if event is None:
         return events
@@ -198,7 +198,7 @@ def _apart(curve: Continuation, before: Point, after: Point, events: list[Event]
 
 
 def _lies_within(before: Point, point: Point, after: Point) -> bool:
-    """Whether a point lies so far from both ends of a step that there is a part on either side."""
+    """Whether a point is so far from both ends of a step that there is a part on both sides of it."""
     return before.length + _SAME_EVENT < point.length < after.length - _SAME_EVENT
 
 
@@ -221,7 +221,7 @@ def _located_loss(curve: Continuation, before: Point, after: Point, kind: str) -
 
 
 def _crosses(point: Point) -> bool:
-    """Whether a pair crosses the unit circle; where nothing is lost two of them meet on it."""
+    """Whether a pair crosses the unit circle, or two pairs meet on it in a motion without losses."""
     return is_conservative(point) or has_pair_on_circle(point)
 
 
@@ -242,13 +242,13 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
     Two doublings, two Neimark-Sacker bifurcations, or two breakings of a symmetric driveline may lie within one step: a
-    multiplier comes to the unit circle and back.
+    multiplier crosses the unit circle and crosses it again.
     """
     for kind, loss in LOSSES.items():
         if loss.nearest is None or loss.test(before) * loss.test(after) <= 0.0:
             continue
         ends = loss.nearest(before), loss.nearest(after)
-        if kind == BREAKING:  # a multiplier that leaves the circle at 1 comes back without a fold
+        if kind == BREAKING:  # a multiplier that leaves the circle at 1 returns without a fold
             is_near = may_return(*ends, near=_NEAR_ONE)
             is_near = is_near and is_symmetric(curve.family.map_at(before.parameter).system)
         else:
@@ -262,7 +262,7 @@ def _hidden_loss(curve: Continuation, before: Point, after: Point) -> Point | No
 def _beyond_zero(curve: Continuation, before: Point, after: Point, test: Callable[[Point], float]) -> Point | None:
     """A point at which a test function has another sign than at both ends of a step; None if there is none.
 
-    Parabolas through its three least values lead to its minimum, while they have a minimum much smaller than those.
+    The search goes to the minimum of parabolas through the three least values, while it is much lower than these.
     """
     sign = np.sign(test(before))
     share = 0.5
@@ -317,7 +317,7 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         event = _located(curve, before, after, PATTERN, lambda point: _sign(view(point) == one))
         yield replace(event, watch=patterns.watch_of(lone[0]), is_collision=False)
         return
-    if len(one) != len(other):  # by more than two crossings: several touch at once
+    if len(one) != len(other):  # by more than two crossings: several corners are touched at once
         yield _event_of_grazing(curve, *Search(curve, before, after, view).grazing())
         return
     swaps = patterns.swaps(one, other)
@@ -326,19 +326,19 @@ def _changes_of_pattern(curve: Continuation, before: Point, after: Point, view: 
         yield Event(PATTERN, event.point, exchanged_at(event.point, view) if sorted(one) == sorted(other) else -1)
         return
 
-    def apart_by(point: Point) -> float:
+    def interval(point: Point) -> float:
         pattern = view(point)
         if pattern not in (one, other):
             raise ConvergenceError("more than one thing changes between two points")
         return time_between(point, other, view) if pattern == one else -time_between(point, one, view)
 
     i = swaps[0]
-    watch = min(patterns.watch_of(one[i]), patterns.watch_of(one[(i + 1) % len(one)]))  # whichever way it is passed
-    yield replace(_located(curve, before, after, PATTERN, apart_by), watch=watch, is_collision=False)
+    watch = min(patterns.watch_of(one[i]), patterns.watch_of(one[(i + 1) % len(one)]))
+    yield replace(_located(curve, before, after, PATTERN, interval), watch=watch, is_collision=False)
 
 
 def _known_grazing(before: Point, after: Point, view: View) -> tuple[Point, Touch] | None:
-    """The one of two points that grazes what the other one touches, and the touch; None if neither does."""
+    """The point that grazes the corner which the other point touches, and the touch; None if neither does."""
     for apart, touching in ((before, after), (after, before)):
         is_longer = len(view(touching)) == len(view(apart)) + 2
         if apart.touch is not None and is_longer and way_beyond(apart, touching) > 0.0:

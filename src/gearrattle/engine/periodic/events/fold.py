@@ -1,4 +1,7 @@
-"""Folds: the parameter turns back, T_p = 0, T_p the tangent's part along the parameter; a multiplier passes 1."""
+"""Folds: the parameter turns back, T_p = 0, where T_p is the tangent's part along the parameter; a multiplier passes 1.
+
+The sign change of T_p is found by ``events_of_step`` and located by ``location.zero_between``.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,8 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.point import Point
 
 VERTICAL = 1e-9
-"""Part of a tangent along the parameter that is rounding: the branch is vertical there, or folds."""
-_HALVINGS = 12  # of a step that may hide a fold between its ends
+"""Below this |T_p| is rounding: the branch is vertical there, or folds."""
+_HALVINGS = 12  # most halvings of a step in which a hidden fold is sought
 
 
 def along_parameter(point: Point) -> float:
@@ -18,17 +21,17 @@ def along_parameter(point: Point) -> float:
 
 
 def is_vertical(before: Point, after: Point) -> bool:
-    """Return whether a step of a branch is vertical: motions at one parameter, with a multiplier at 1 all along.
+    """Return whether a step of a branch is vertical: the parameter stays, and a multiplier stays at 1.
 
-    A vertical part may end in a motion that grazes, and a step from that one counts as vertical too: beyond it the
-    branch may go either way, so the signs of its test functions there are rounding.
+    A vertical part may end in a motion that grazes. A step from that motion counts as vertical too: beyond it the
+    branch may go either way, so the signs of the test functions at that motion are rounding.
     """
     ends = [(abs(along_parameter(point)) < VERTICAL, point.touch is not None) for point in (before, after)]
     return all(vertical for vertical, _ in ends) or any(vertical and grazes for vertical, grazes in ends)
 
 
 def hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """Return a point at which the parameter goes the other way than at both ends of a step; None if there is none."""
+    """Return a point of a step at which T_p has the other sign than at both ends; None if no such point is found."""
     if is_vertical(before, after):
         return None
     for _ in range(_HALVINGS):
@@ -42,7 +45,7 @@ def hidden_fold(curve: Continuation, before: Point, after: Point) -> Point | Non
 
 
 def _goes_back(before: Point, after: Point) -> bool:
-    """Whether the parameter goes one way at both ends of a step, and the other way in the middle of their cubic."""
+    """Whether T_p has one sign at both ends of a step, and the other in the middle of the cubic through the ends."""
     first = along_parameter(before)
     last = along_parameter(after)
     chord = after.w - before.w

@@ -1,32 +1,34 @@
-"""A grazing: two crossings of one corner appear or vanish, and meet there at velocity zero. Its place, its effect.
+"""Grazings: two crossings of one corner appear or vanish, and meet there at velocity zero. Location and effect.
 
-*Search.* From the side without contact the depth of the touch (``grazing_depth``) is smooth. The share of the way at
-which it is zero is extrapolated from the last motions, and the next motion leaves a little of the way to there, so that
-it does not touch. A motion that cannot be followed tells nothing: the next one is nearer to those that do not touch. At
-last the depth of the motion that is located must be zero. Where there is no depth, as at the bounds of sliders, motions
-that cross are followed instead: their velocity v grows with the square root of the distance, so v^2 is extrapolated.
+*Search.* On the side without contact the depth of the touch (``grazing_depth``) is smooth. The share of the step at
+which it is zero is extrapolated from the last motions; the next motion is a little before that share, so that it does
+not touch. If a motion cannot be followed, the next one is nearer to those that do not touch. The depth of the located
+motion must be zero. Where there is no depth, as at the bounds of sliders, motions
+that touch are followed instead: the duration of their touch grows with the square root of the distance, so its square
+is extrapolated.
 
-*What it does to the gradient.* A distance s beyond a grazing a bound is crossed there and back; what is entered lasts
-for a time tau ~ √s.
+*Effect on the gradient M.* At a distance s beyond a grazing a bound is crossed out and back; the visit to the region
+beyond lasts a time tau ~ √s.
 
-    compliant  The force is continuous at the bound; its slope or its damping changes. M gains what this change does
-               within tau, so M = M(0) + C √s + ...: continuous, with a square-root cusp. Clipped damping is no
-               exception: its force is continuous, and M differs only while the regions differ.
-    jump       A slider begins to slip. What its spring held is forgotten, however short the slip is: M jumps.
+    compliant  The force is continuous at the bound; its slope or its damping changes. M changes by the effect of that
+               change within tau, so M = M(0) + C √s + ...: continuous, with a square-root cusp. The same holds for
+               clipped damping, whose force is continuous.
+    jump       A slider begins to slip. M then has no part of the earlier stretch of its spring, however short the slip
+               is: M jumps.
     release    A slider is released with the torque that its spring holds: the motion itself jumps (``slider_release``).
     rigid      The law of a compliant corner, too stiff or too damped to be resolved. A touch of the depth d, at which
                the deflection has the acceleration a, lasts sqrt(8 d / a). Where that is longer than the contact's own
                time 1 / w, it is an impact that reverses the velocity, and M falls like 1 / √s. If a depth of 1e-8
                of a T^2 is such an impact, M is unbounded on one side for all that is resolved.
 
-w is the larger of sqrt(k / m) and c / m: k and c what stiffness and damping gain at the corner, m the moving mass. With
-A the rates of the region left, W the row of the deflection and u what a torque does to the velocities, the flow gains,
-its saltations on the way in and out included, -(k u + c A u) W for as long as the touch lasts. So
+w is the larger of sqrt(k / m) and c / m, with k and c the increases of stiffness and damping at the corner, and m the
+moving mass. With A the rates of the region before the touch, W the row of the deflection and u the rates of the
+velocities per unit force, the rate of the flow changes by -(k u + c A u) W during the touch, saltations included. So
 
     tr M(s) - tr M(0) = -W C (k u + c A u) sqrt(8 d / a),
 
-C the gradient over one motion from the touch on, and d grows in proportion to s: the strength of the root is known from
-the motion that grazes.
+with C the gradient over one motion from the touch on. d grows in proportion to s, so the strength of the root follows
+from the motion that grazes.
 
 M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems, Springer 2008.
 """
@@ -46,7 +48,7 @@ from gearrattle.engine.periodic import turning_points
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.fold import VERTICAL
 from gearrattle.engine.periodic.events.location import Stretch
-from gearrattle.engine.periodic.events.pattern import View, touch_between
+from gearrattle.engine.periodic.events.pattern_changes import View, touch_between
 from gearrattle.engine.periodic.events.slider_release import is_release
 from gearrattle.engine.periodic.grazing_depth import before_touch, depth, pieces_before, without_touch
 from gearrattle.engine.periodic.motion import Touch
@@ -66,37 +68,34 @@ RELEASE = "release"
 RIGID = "rigid"
 RESOLVED = 1e-8
 """Depth to which a touch is resolved, in units of a T^2."""
-_AT_ONCE = 1e-9  # periods: crossings so shortly before a touch happen with it
-_ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclength from a grazing to one that does not touch by rounding
-_MOST = 40  # motions followed
-_NEARER = 0.02  # share of the way to the expected grazing that the next motion leaves, at least
-_FIRST_LEFT = 0.25  # the same, where only a tangent leads to the expected grazing
-_WIDEST_LEFT = 0.5
-# motions that a grazing is extrapolated from: at most by depths, and by velocities
-_FEW = 4
-_ENOUGH = 3
-_FIRST_ASIDE = 1e-3  # share of the way from the first motion without contact to the next
-_OUTSIDE = 0.1  # times what a grazing is located to, or may be missed by: so far from it its motion does not touch
-_ROUNDING = 1e-2  # of the depth before: one that lies beyond zero by less does so by rounding
-# by which an expected grazing may move at last: share of the way, and arclength
-_LITTLE = 1e-4
-_LITTLE_ARC = 1e-10
-_MISSED = 1e-9  # arclength by which a grazing may be missed
-_SAME = 1e-9  # change of w below which a motion is the same
-_SAME_INSTANT = 1e-4  # periods between the instants of one extremum: its search ends a little before it is located
-_ANOTHER = 1.0 / 64.0  # periods: touches farther apart are different ones
+_AT_ONCE = 1e-9  # periods: a crossing less than this before a touch is simultaneous with it
+_ASIDE = (1e-11, 1e-10, 1e-9, 1e-8)  # arclengths from a grazing at which a motion without touch is tried
+_MOST = 40  # most motions followed
+_NEARER = 0.02  # least share of the way to the expected grazing that the next motion leaves
+_FIRST_LEFT = 0.25  # the same, if the grazing is expected by a tangent only
+_WIDEST_LEFT = 0.5  # largest share of the way that the next motion leaves
+_FEW = 4  # most depths from which a grazing is extrapolated
+_ENOUGH = 3  # the same for durations of touches; and the least number of values for a result that is accepted
+_FIRST_ASIDE = 1e-3  # share of the step from the first motion without contact to the next
+_OUTSIDE = 0.1  # distance of the located motion from the grazing, over its accuracy or its largest error
+_ROUNDING = 1e-2  # share of the last depth: a positive depth below it is rounding
+_LITTLE = 1e-4  # share of the step: last change of the expected grazing
+_LITTLE_ARC = 1e-10  # arclength: last change of the expected grazing
+_MISSED = 1e-9  # arclength: largest error of a grazing
+_SAME = 1e-9  # change of w below which motions are equal
+_SAME_INSTANT = 1e-4  # periods: largest difference between two computed instants of one extremum
+_ANOTHER = 1.0 / 64.0  # periods: touches with a larger difference are different ones
 _NOT_LOCATED = "the motion that grazes is not reached"
 
 
 @dataclass(frozen=True)
 class Grazing:
-    """What a grazing does to the gradient.
+    """The effect of a grazing on the gradient M.
 
-    root: (tr M at s - tr M(0+)) / √s in the limit s -> 0, s > 0 the distance in the parameter; NaN where M or the
-    motion jumps or M is not bounded, at the bound of a limiter, and where the parameter does not change along the
-    branch: the grazing lies in a fold, or at the end of a vertical part. What M gains has hardly more than one
-    eigenvalue that is not zero, its trace: where that is positive multipliers move towards a fold, where it is negative
-    towards a period doubling.
+    root: (tr M at s - tr M(0+)) / √s in the limit s -> 0, with s > 0 the distance in the parameter. NaN if M or the
+    motion jumps or M is unbounded, at the bound of a limiter, and if the parameter does not change along the branch:
+    the grazing lies in a fold, or at the end of a vertical part. The change of M has essentially one eigenvalue other
+    than zero, its trace: if that is positive, multipliers move towards a fold, if negative, towards a period doubling.
     """
 
     kind: str  # COMPLIANT, JUMP, RELEASE or RIGID
@@ -104,11 +103,11 @@ class Grazing:
 
 
 class _Effect(NamedTuple):
-    """What lies beyond a corner that is grazed; NaN where it is not known."""
+    """The effect of the region beyond a corner that is grazed; NaN: not known."""
 
-    rate: float  # of what is entered there [rad/s]
+    rate: float  # w, the rate of the contact [rad/s]
     acceleration: float = np.nan  # of the deflection at the extremum [SI]
-    gain: float = np.nan  # of the trace of the gradient for a second beyond the corner [1/s]
+    gain: float = np.nan  # change of the trace of the gradient per second beyond the corner [1/s]
 
 
 def grazing_of(curve: Continuation, point: Point, touch: Touch) -> Grazing:
@@ -130,10 +129,7 @@ def grazing_of(curve: Continuation, point: Point, touch: Touch) -> Grazing:
 
 
 def apart(curve: Continuation, point: Point, touch: Touch) -> Point:
-    """Return a motion that grazes, or one as near as can be if rounding makes it touch.
-
-    A limiter then does something else.
-    """
+    """Return the motion that grazes, or if rounding makes it touch, the nearest motion without touch."""
     if _is_apart(point, touch):
         return point
     for distance in _ASIDE:
@@ -151,7 +147,7 @@ def _is_apart(point: Point, touch: Touch) -> bool:
 
 
 def _slope(curve: Continuation, point: Point, touch: Touch) -> float:
-    """How the depth of a touch grows along the branch, over the distance in the parameter [SI]; NaN: not known."""
+    """The derivative of the depth of a touch along the branch by the parameter, its modulus [SI]; NaN: not known."""
     along = abs(float(point.tangent[-1]))
     if along < VERTICAL:
         return np.nan
@@ -164,7 +160,7 @@ def _slope(curve: Continuation, point: Point, touch: Touch) -> float:
 
 
 def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
-    """What a motion that grazes would enter, and what that would add to the gradient."""
+    """The effect of the region that a motion beyond the grazing would enter."""
     flow = period_map.flow
     system = period_map.system
     pieces = pieces_before(period_map, point.motion, touch)
@@ -192,7 +188,7 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
     added = period * (other - stiffness) * pushed + (more - damping) * generator[:n, :n] @ pushed
     crossings = without_touch(point.motion, located)
     path = _from_then_on(crossings, (begin.time * period, located.time * period), period_map.length)
-    if not _is_possible(system, last, path):  # another touch lies so near that its crossings are not those of one visit
+    if not _is_possible(system, last, path):  # another touch is so near that the crossings do not form separate visits
         return _Effect(rate, float(acceleration))
     cycle = variation(flow, last, path, end=period_map.length)
     grown = period_map.scale * (cycle.gradient() @ (added / period_map.scale))
@@ -201,9 +197,9 @@ def _effect_of(period_map: PeriodMap, point: Point, touch: Touch) -> _Effect:
 
 
 def _located(period_map: PeriodMap, point: Point, touch: Touch) -> Touch:
-    """A touch with the instant of its extremum: that of its approach, where that is known.
+    """A touch with the instant of its extremum, taken from its approach if that is known.
 
-    Where other short visits are near, a search from the instant of the touch may end in one of them.
+    If other short visits are near, a search from the instant of the touch may converge to one of them.
     """
     approach = point.motion.approach
     if approach is not None and abs(approach.time % point.motion.cycles - touch.time) < _SAME_INSTANT:
@@ -212,9 +208,10 @@ def _located(period_map: PeriodMap, point: Point, touch: Touch) -> Touch:
 
 
 def _from_then_on(crossings: Passages, instants: tuple[float, float], length: float) -> Passages:
-    """The crossings of a motion that begins at the second of two instants [s] of a period of a given length.
+    """The crossings of a periodic motion that begins at the second of two instants [s].
 
-    Those between both come after it: a slider sticks where the deflection is extreme, and there a corner is touched.
+    Crossings between both instants follow the second one: a slider sticks where the deflection is extreme, that is, at
+    the touch.
     """
     begin, time = instants
     after = crossings.where(crossings.time >= begin)
@@ -228,7 +225,7 @@ def _from_then_on(crossings: Passages, instants: tuple[float, float], length: fl
 
 
 def _is_possible(system: PiecewiseSystem, pieces: Pieces, path: Passages) -> bool:
-    """Whether crossings lead through pieces that there are."""
+    """Whether crossings lead through existing pieces only."""
     for watch, upward in zip(path.watch.tolist(), path.upward.tolist(), strict=True):
         if watch < len(system.clearances):
             element = system.clearances[watch]
@@ -239,10 +236,10 @@ def _is_possible(system: PiecewiseSystem, pieces: Pieces, path: Passages) -> boo
 
 
 def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) -> tuple[float, float]:
-    """Stiffness and damping of an element in its piece, its auxiliaries' included.
+    """Stiffness and damping of an element in its piece, with its auxiliaries.
 
-    In the mean of a short touch the bounds of a clipped damping add no stiffness: on the way in they add what they take
-    on the way out.
+    is_mean: whether the mean over a short touch is taken, in which the bounds of a clipped damping add no stiffness:
+    their effects on the way in and out cancel.
     """
     law = flow.system.laws[element]
     piece = pieces[element]
@@ -257,15 +254,15 @@ def _slopes(flow: Flow, element: int, pieces: Pieces, *, is_mean: bool = False) 
 
 
 class _Depth(NamedTuple):
-    """How near a motion comes to the corner."""
+    """The depth of a touch in one motion."""
 
-    share: float  # of the way
+    share: float  # of the step
     depth: float  # [SI]
     time: float  # [periods]
 
 
 class Search:
-    """The search for a grazing between two points that follow one another."""
+    """The search for a grazing between two successive points."""
 
     def __init__(self, curve: Continuation, before: Point, after: Point, view: View) -> None:
         is_after = len(view(after)) > len(view(before))
@@ -278,21 +275,21 @@ class Search:
         self._fewer = view(apart)
         self._more = view(touching)
         self._nearest = apart
-        velocity, touch = touch_between(apart, touching, view)
-        self._velocities = [(self._inner, velocity)]
+        duration, touch = touch_between(apart, touching, view)
+        self._durations = [(self._inner, duration)]
         self._touch = touch
         self._depths: list[_Depth] = []
         self._left = _NEARER
         passed = turning_points.passed_between(apart, touching)
         if passed is None:
-            self._ask(touch)
+            self._add_nearest_depth(touch)
         else:
             self._begin_with(passed)
 
     def grazing(self) -> tuple[Point, Touch]:
-        """Return the motion that grazes, from the side without contact where there is a depth, and its touch.
+        """Return the motion that grazes, if there is a depth from the side without contact, and its touch.
 
-        ConvergenceError: the branch cannot be followed in between, or more than one thing changes there.
+        ConvergenceError: the branch cannot be followed in between, or the pattern changes more than once.
         """
         expected = np.inf
         for _ in range(_MOST):
@@ -302,11 +299,11 @@ class Search:
             if width < self._stretch.located or self._is_settled(expected, previous):
                 break
             is_sample = self._follow(expected)
-            expected = expected if is_sample else np.inf  # which would not change
+            expected = expected if is_sample else np.inf  # a repeated value would count as converged
         return self._limit(expected)
 
     def _begin_with(self, passed: turning_points.Passed) -> None:
-        """Begin with the depth of the motion without contact, and with one on its tangent."""
+        """Begin with the depth of the motion without contact, and with a second depth by its slope."""
         self._touch = passed.touch
         towards = self._inner - self._outer
         for aside in (0.0, _FIRST_ASIDE):
@@ -315,9 +312,9 @@ class Search:
             self._depths.append(_Depth(self._outer + aside * towards, depth, time))
 
     def _is_settled(self, expected: float, previous: float) -> bool:
-        """Whether a share lies between both sides, and differs little from the one expected before.
+        """Whether an expected share is enclosed, and differs little from the one expected before.
 
-        By depths its own error is far smaller than the difference.
+        With depths its error is far smaller than that difference.
         """
         little = 10.0 * self._stretch.located
         if self._depths:
@@ -325,21 +322,21 @@ class Search:
         return self._is_enclosed(expected) and abs(expected - previous) < little
 
     def _is_enclosed(self, share: float) -> bool:
-        """Whether a share lies between both sides, and enough motions are known to trust it."""
-        has_enough = len(self._depths) > _ENOUGH or (not self._depths and len(self._velocities) >= _ENOUGH)
+        """Whether a share lies between motions with and without touch, and follows from enough motions."""
+        has_enough = len(self._depths) > _ENOUGH or (not self._depths and len(self._durations) >= _ENOUGH)
         return has_enough and min(self._inner, self._outer) <= share <= max(self._inner, self._outer)
 
     def _expected(self) -> float:
-        """The share at which the touch is expected; infinite while nothing is known of it."""
+        """The share at which the grazing is expected; infinity while it is not known."""
         if len(self._depths) > 1:
             return _zero_of(self._depths[-_FEW:])
         if self._depths:
             return np.inf
-        shares, velocities = zip(*self._velocities[-_ENOUGH:], strict=True)
-        return _extrapolated(velocities, shares, self._outer)
+        shares, durations = zip(*self._durations[-_ENOUGH:], strict=True)
+        return _extrapolated(durations, shares, self._outer)
 
     def _follow(self, expected: float) -> bool:
-        """Follow the next motion, and say whether it helps to locate the expected touch."""
+        """Follow the next motion; return whether it adds a value for the extrapolation."""
         if len(self._depths) == 1:
             share = self._outer + _FIRST_ASIDE * (self._inner - self._outer)
         else:
@@ -355,11 +352,11 @@ class Search:
         return self._follow_apart(share) if self._depths else self._follow_any(share)
 
     def _follow_apart(self, share: float) -> bool:
-        """Follow a motion that does not touch, as is expected."""
+        """Follow a motion that is expected not to touch; return whether it does not."""
         try:
             touch = replace(self._touch, time=self._time_at(share))
             point = self._stretch.at(share, is_trial=True, touch=touch, among=self._is_apart)
-        except ConvergenceError:  # such as contact so stiff that Newton's method goes round in circles
+        except ConvergenceError:  # such as Newton's method that alternates at a stiff contact
             self._refused = share
             return False
         self._refused = None
@@ -374,7 +371,7 @@ class Search:
         return True
 
     def _follow_any(self, share: float) -> bool:
-        """Follow a motion that touches, as is expected."""
+        """Follow a motion that is expected to touch; return whether it does."""
         point = self._stretch.at(share, touch=self._touch)
         if self._is_apart(point):
             self._outer = share
@@ -382,13 +379,13 @@ class Search:
             self._left = min(_WIDEST_LEFT, 4.0 * self._left)
             self._add_depth(share, point)
             return False
-        velocity, touch = touch_between(self._nearest, point, self._view)
+        duration, touch = touch_between(self._nearest, point, self._view)
         self._inner = share
         self._left = max(_NEARER, 0.5 * self._left)
-        self._velocities.append((share, velocity))
+        self._durations.append((share, duration))
         is_other = (touch.watch, touch.upward) != (self._touch.watch, self._touch.upward)
         if is_other or abs(touch.time - self._touch.time) > _ANOTHER:
-            self._ask(touch)
+            self._add_nearest_depth(touch)
         self._touch = touch
         return True
 
@@ -410,7 +407,7 @@ class Search:
         raise ConvergenceError(_NOT_LOCATED)
 
     def _is_at_corner(self, share: float, point: Point) -> bool:
-        """Whether a motion is as near to its corner as a grazing can be located, as its depth tells."""
+        """Whether the depth of a motion is zero within the largest error of a grazing."""
         first = self._depths[0]
         way = self._stretch.distance * abs(share - first.share)
         try:
@@ -420,26 +417,25 @@ class Search:
         return abs(own) * way <= _MISSED * abs(own - first.depth)
 
     def _is_apart(self, point: Point) -> bool:
-        """Whether a motion has the pattern of those that do not touch.
+        """Whether a motion has the pattern of motions that do not touch.
 
-        ConvergenceError: it has neither that pattern nor the one of those that touch: the step holds an exchange as
-        well.
+        ConvergenceError: it has a third pattern, because the step contains an exchange of crossings too.
         """
         pattern = self._view(point)
         if len(self._more) == len(self._fewer) + 2 and pattern not in (self._fewer, self._more):
             raise ConvergenceError("more than one thing changes between two points")
         return pattern == self._fewer
 
-    def _ask(self, touch: Touch) -> None:
-        """Ask the nearest motion without contact for its depth at a touch."""
+    def _add_nearest_depth(self, touch: Touch) -> None:
+        """Compute the depth of the nearest motion without contact at a touch."""
         near = self._nearest
         self._touch = touch
         self._add_depth(self._outer, self._curve.near(near.w, near.tangent, near, slack=_SAME, touch=touch))
 
     def _add_depth(self, share: float, point: Point) -> None:
-        """Note the depth of a motion that does not touch.
+        """Store the depth of a motion that does not touch.
 
-        One that is not below zero, or farther from it than before, is that of another extremum.
+        A depth that is positive, or larger in modulus than the last one, belongs to another extremum.
         """
         approach = point.motion.approach
         last = abs(self._depths[-1].depth) if len(self._depths) > 1 else np.inf
@@ -451,7 +447,7 @@ class Search:
         self._touch = replace(self._touch, time=approach.time)
 
     def _time_at(self, share: float) -> float:
-        """When the touch is expected in a motion, from the last two whose depths are known [periods]."""
+        """The expected instant of the touch in a motion, from the last two depths [periods]."""
         if len(self._depths) < 2 or self._depths[-1].share == self._depths[-2].share:
             return self._touch.time
         one, other = self._depths[-2:]
@@ -472,12 +468,12 @@ def _zero_of(samples: list[_Depth]) -> float:
     return shares[0]
 
 
-def _extrapolated(velocities: Sequence[float], shares: Sequence[float], outer: float) -> float:
-    """The share at which the velocity is zero: s = s0 + a v^2 + b v^3 through the last samples."""
-    if len(velocities) == 1:
+def _extrapolated(durations: Sequence[float], shares: Sequence[float], outer: float) -> float:
+    """The share at which the duration d of the touch is zero: s = s0 + a d^2 + b d^3 through the last samples."""
+    if len(durations) == 1:
         return 0.5 * (shares[0] + outer)
-    powers = [0, 2, 3][: len(velocities)]
-    matrix = np.array([[v**power for power in powers] for v in velocities])
+    powers = [0, 2, 3][: len(durations)]
+    matrix = np.array([[d**power for power in powers] for d in durations])
     scale = np.abs(matrix).max(axis=0)
     try:
         return float(np.linalg.solve(matrix / scale, np.array(shares))[0] / scale[0])

@@ -1,9 +1,9 @@
-"""Motions between two points of a branch that follow one another, and where a test function is zero on the way.
+"""Motions between two successive points of a branch, and the zero of a test function between them.
 
 Every motion of the stretch lies in a plane at right angles to its chord, as in ``Continuation.between``. Where the
-branch turns back in a corner such planes miss it or meet it twice; there they are at right angles to the sum of the
-tangents at both ends. A motion is predicted by the cubic through the two nearest motions known. So the nearer an event
-is enclosed, the fewer iterations a motion takes: in the end one, whose change is below what matters.
+branch turns back at a corner such planes miss it or meet it twice; there they are at right angles to the sum of the
+tangents at both ends. A motion is predicted by the cubic through the two nearest known motions. So the more closely an
+event is enclosed, the fewer iterations a motion takes: one at the end.
 """
 
 from __future__ import annotations
@@ -21,23 +21,22 @@ from gearrattle.engine.periodic.point import Point, interpolated
 
 Array = NDArray[np.float64]
 
-_LOCATED = 1e-13  # of the way between two points, and of arclength
-_SLACK = 0.1  # change of w that a trial may be off by, over the square of the distance to the nearest motion known
-_LEAST_ALONG = 0.02  # cosine between normal and tangent from which a prediction goes along the tangent
+_LOCATED = 1e-13  # accuracy of an event, as a share of the step and as arclength
+_SLACK = 0.1  # error of w in a trial, over the square of the distance to the nearest known motion
+_LEAST_ALONG = 0.02  # least cosine between normal and tangent for a prediction along the tangent
 _TURNED_BACK = -0.1  # cosine between chord and tangent below which the branch has turned back
-_CLOSER = 0.25  # of the way between two motions: by so much their cubic may be moved along to the plane
-_FARTHEST = 2.0  # distances between both nearest motions: up to there the cubic through them is better than a tangent
-_JUMP = 1e-3  # a test function that stays farther from zero than this on both sides jumps over zero
-_CHECKS = 6  # searches for one zero
-_ROUGHER = 10.0  # times as far off as the motion at a zero: the sign at a trial is checked
+_CLOSER = 0.25  # largest shift of the cubic along the branch to the plane, over the distance of its two motions
+_FARTHEST = 2.0  # distances between the two nearest motions up to which their cubic is better than a tangent
+_JUMP = 1e-3  # a test function whose modulus is larger on both sides jumps over zero
+_CHECKS = 6  # most searches for one zero
+_ROUGHER = 10.0  # ratio of the errors of a trial and of the motion at a zero above which the sign is checked
 
 
 class Stretch:
-    """Motions between two points, by their share of the way.
+    """Motions between two points, by their share of the step.
 
-    distance: between both [w].
-    located: how near an event can be located, as a share of the way: no motion is known better than to so much
-    arclength.
+    distance: between both points [w].
+    located: accuracy of an event as a share of the step: motions are not more accurate in arclength.
     """
 
     def __init__(self, curve: Continuation, before: Point, after: Point) -> None:
@@ -57,9 +56,9 @@ class Stretch:
         touch: Touch | None = None,
         among: Callable[[Point], bool] | None = None,
     ) -> Point:
-        """Return the motion at a share of the way.
+        """Return the motion at a share of the step.
 
-        among: which motions the prediction is made from; None: all.
+        among: condition on the motions used for the prediction; None: all are used.
         """
         known = [one for one in self._known if among is None or among(one[1])]
         known.sort(key=lambda one: abs(one[0] - share))
@@ -92,7 +91,7 @@ class Stretch:
 
 
 def _normal_between(before: Point, after: Point) -> Array:
-    """(N + 1,) the direction along which a branch goes on from one point to the other."""
+    """(N + 1,) the direction of a branch from one point to the other."""
     chord = (after.w - before.w) / np.linalg.norm(after.w - before.w)
     if min(float(chord @ point.tangent) for point in (before, after)) >= _TURNED_BACK:
         return np.asarray(chord)
@@ -116,7 +115,7 @@ def zero_between(
         nearest = min(abs(other - share) for other, at_other in sides.items() if at_other * value <= 0.0)
         sides[share] = value
         errors[share] = point.error
-        return value if nearest * stretch.distance > point.error else 0.0  # nearer than the motion itself is known
+        return value if nearest * stretch.distance > point.error else 0.0  # within the error of the motion
 
     for _ in range(_CHECKS):
         share = float(brentq(value, 0.0, 1.0, xtol=stretch.located, rtol=1e-14))
@@ -125,7 +124,7 @@ def zero_between(
         if errors[other] <= _ROUGHER * point.error:
             break
         sides[other] = test(stretch.at(other))
-        errors[other] = 0.0  # a trial so far, whose sign may be wrong
+        errors[other] = 0.0  # a trial, whose sign may be wrong
     nearest = [sides[other] for other in sorted(sides, key=lambda other: abs(other - share))[:4]]
     return point, min(map(abs, nearest)) > _JUMP and min(nearest) < 0.0 < max(nearest)
 

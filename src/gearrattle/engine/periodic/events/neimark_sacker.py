@@ -1,6 +1,7 @@
 """Neimark-Sacker bifurcations: a complex pair of multipliers crosses the unit circle.
 
-The test function is its modulus less 1. Without damping pairs lie on the circle all along, and leave it where two meet.
+The test function is the modulus of the pair minus 1. Without damping all pairs lie on the circle, and leave it where
+two pairs meet.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ from scipy.optimize import linear_sum_assignment
 from gearrattle.engine.periodic.multiplier_counts import REAL, is_conservative, not_free, outside
 from gearrattle.engine.periodic.point import Point
 
-_NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
-_FARTHER = 3.0  # times the way between both ends that a multiplier may go in between
-_FEWEST = 4  # multipliers with two pairs
-_FAR = 0.3  # of its size and at least of one: a multiplier that goes farther in a step may have gone anywhere
+_NEAR = 0.02  # sum of a multiplier's distances from the circle at both ends below which it may reach it in between
+_FARTHER = 3.0  # largest way of a multiplier within a step, over the distance between its values at both ends
+_FEWEST = 4  # multipliers of two pairs
+_FAR = 0.3  # change in a step over max(modulus, 1) above which the path of a multiplier is not known
 
 
 def pair_size(point: Point) -> float:
-    """Return the modulus of the complex pair nearest to the unit circle, less 1; -1 without one.
+    """Return the modulus of the complex pair nearest to the unit circle, minus 1; -1 without a pair.
 
-    Where nothing is lost the moduli have a root at the event. Two pairs m, n meet on the circle and leave it: there
-    m + 1/m and n + 1/n, real so far, become conjugate, and the square of their difference is smooth.
+    Without losses the moduli have a square root at the event. Two pairs m, n meet on the circle and leave it: m + 1/m
+    and n + 1/n, real before, become conjugate, and the square of their difference is smooth.
     """
     if not is_conservative(point):
         return abs(nearest_pair(point)[0]) - 1.0
@@ -34,10 +35,10 @@ def pair_size(point: Point) -> float:
 
 
 def pair_product(point: Point, like: Point) -> float:
-    """Return the product of a pair of multipliers, less 1: smooth also where they become real.
+    """Return the product of a pair of multipliers, minus 1: smooth also where they become real.
 
-    The pair is the one nearest to the complex pair of another point, which is that nearest to the unit circle there.
-    Where nothing is lost it is ``pair_size``.
+    It is the pair nearest to the complex pair of the point ``like`` that is nearest to the unit circle. Without losses
+    the function is ``pair_size``.
     """
     wanted, _ = nearest_pair(like)
     if not wanted or point.multipliers.size < 2:
@@ -51,7 +52,7 @@ def pair_product(point: Point, like: Point) -> float:
 
 
 def has_pair_on_circle(point: Point) -> bool:
-    """Return whether it is a complex pair that crosses the circle; near a grazing it jumps, and is not just on it."""
+    """Return whether a complex pair is near the circle; near a grazing it jumps over the circle."""
     real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
     return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 
@@ -59,8 +60,8 @@ def has_pair_on_circle(point: Point) -> bool:
 def pairs_crossed(before: Point, after: Point) -> int:
     """Return how many complex pairs leave the unit circle from one point to the next; negative: enter it.
 
-    Two real multipliers outside that meet become a pair without crossing the circle. One of them may have come from
-    inside shortly before, at a fold for example: then the product of both has not passed 1.
+    Two real multipliers outside the circle that meet become a pair without crossing it. One of them may have crossed
+    the circle shortly before, for example at a fold: then the product of both has not passed 1.
     """
     above, below, pairs = np.subtract(outside(after), outside(before))
     crossed = int(pairs + np.trunc(above / 2.0) + np.trunc(below / 2.0))
@@ -73,7 +74,7 @@ def pairs_crossed(before: Point, after: Point) -> int:
 def _sign_of_products(point: Point) -> float:
     """The sign of the product of m n - 1 over all pairs m, n of multipliers.
 
-    It changes where a complex pair crosses the circle, and where two real ones are inverse.
+    It changes where a complex pair crosses the circle, and where the product of two real multipliers is 1.
     """
     values = not_free(point)
     one, other = np.triu_indices(len(values), 1)
@@ -81,18 +82,20 @@ def _sign_of_products(point: Point) -> float:
 
 
 def is_ambiguous(before: Point, after: Point) -> bool:
-    """Return whether a pair outside the circle may have become two real multipliers, one of which has then come inside.
+    """Return whether a pair outside the circle may have become two real multipliers, one of which has entered the
+    circle.
 
-    Or, the other way round, a pair may have entered the circle while a real one has left it: then there are two events.
+    The alternative is a pair that has entered the circle and a real multiplier that has left it, which are two events.
     """
     above, below, pairs = (int(change) for change in np.subtract(outside(after), outside(before)))
     return any(change % 2 == 1 and change * pairs < 0 for change in (above, below))
 
 
 def may_hide_pair(before: Point, after: Point) -> bool:
-    """Return whether pairs may cross the circle unseen between two points: they go far, or one leaves it as one enters.
+    """Return whether crossings of pairs may be hidden between two points: a pair moves far, or one leaves and one
+    enters.
 
-    Multipliers of both points are paired so that the sum of their distances is least.
+    Multipliers of both points are assigned to each other with the least sum of distances.
     """
     m = before.multipliers
     n = after.multipliers
@@ -111,9 +114,9 @@ def may_hide_pair(before: Point, after: Point) -> bool:
 
 
 def nearest_pair(point: Point) -> tuple[complex, float]:
-    """Return one of the complex pair nearest to the unit circle, the upper one, and how near it is.
+    """Return the upper multiplier of the complex pair nearest to the unit circle, and its distance from the circle.
 
-    Infinity without one; pairs that lie on it all along are not counted.
+    Infinity without a pair; in a motion without losses pairs on the circle are not counted.
     """
     pairs = point.multipliers[point.multipliers.imag > REAL]
     if not pairs.size or is_conservative(point):
@@ -124,9 +127,9 @@ def nearest_pair(point: Point) -> tuple[complex, float]:
 
 
 def may_return(before: tuple[complex, float], after: tuple[complex, float], near: float = _NEAR) -> bool:
-    """Return whether a multiplier may have come to the circle and back between two points.
+    """Return whether a multiplier may have crossed the circle and returned between two points.
 
-    It may where it moves far, or where it is ``near``: both distances add up to less.
+    It may have if it moves far, or if the sum of its distances from the circle is less than ``near``.
     """
     way = before[1] + after[1]
     return way < max(near, _FARTHER * abs(after[0] - before[0]))

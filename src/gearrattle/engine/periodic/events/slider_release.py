@@ -1,13 +1,14 @@
 """Releases: a slider is released while its spring holds a torque.
 
-The friction of a later stage of a clutch ends at a corner. Where a motion crosses that corner, the torque that the
-spring holds is gone at once. Where it only touches the corner from the side on which the slider is engaged, the same
-happens: however short the visit beyond, the torque is gone. So the motion itself jumps there, not only its gradient,
-and a branch ends: from the one side in the motion that grazes, from the other side in motions whose visit beyond the
-corner vanishes, the corner crossed at a speed v -> 0. The gradient of these grows like 1 / v. Over the branch v falls
-in proportion to the distance from its end.
+The friction of a later stage of a clutch ends at a corner. When a motion crosses that corner, the torque of the
+slider's spring vanishes at once. It also vanishes if the motion only touches the corner from the side on which the
+slider is engaged, however short the visit beyond is. So the motion itself jumps there, not only its gradient, and a
+branch ends: on one side in the motion that grazes, on the other side in motions whose visit beyond the corner vanishes,
+where the speed v at the corner goes to 0. Their gradient grows like 1 / v; along the branch v falls in proportion to
+the distance from its end.
 
-Where a crossing that lets a slider go passes the begin of the period, only the state there jumps, not the motion.
+If a crossing that releases a slider moves over the begin of the period, the state at the begin jumps, but not the
+motion.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from gearrattle.engine.system.auxiliary import OFF
 from gearrattle.engine.system.perturbation_growth import torque_let_go
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
-_ROUNDING = 1e-9  # of the torque at which a slider slips: one that holds less is released without a jump
-_SHORT = 1e-3  # periods: a visit that vanishes where the branch ends lasts less
-_NEAR = 1e-5  # arclength: the end of a branch is no farther from its last point
-_AT_BEGIN = 1e-3  # periods: a crossing so near to the begin of a period may pass it
-_FASTER = 0.9  # times the speed of the visit at the point before: that of one that vanishes is less
+_ROUNDING = 1e-9  # share of the slip torque below which a torque counts as zero
+_SHORT = 1e-3  # periods: longest visit that may vanish at the end of a branch
+_NEAR = 1e-5  # arclength: largest distance of the end of a branch from its last point
+_AT_BEGIN = 1e-3  # periods: largest distance of a crossing that may move over the begin of the period
+_FASTER = 0.9  # largest ratio of the speeds of a visit that vanishes at successive points
 
 
 def lets_go(system: PiecewiseSystem) -> bool:
@@ -40,7 +41,7 @@ def lets_go(system: PiecewiseSystem) -> bool:
 def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
     """Return whether a motion that grazes a corner loses the torque of a slider as soon as it touches it.
 
-    ConvergenceError: the touch is lost.
+    ConvergenceError: the touch is not found.
     """
     flow = period_map.flow
     system = period_map.system
@@ -56,7 +57,7 @@ def is_release(period_map: PeriodMap, point: Point, touch: Touch) -> bool:
 
 
 def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[Point, Touch] | None:
-    """Return where a branch ends because a visit that lets a slider go vanishes, and the touch; None if none does."""
+    """Return the end of a branch at which a visit that releases a slider vanishes, and the touch; None if none does."""
     visits = _visits(period_map, last)
     earlier_visits = _visits(period_map, before)
     if not visits or not earlier_visits:
@@ -75,12 +76,12 @@ def end_in_release(period_map: PeriodMap, before: Point, last: Point) -> tuple[P
 
 
 def is_near_release(period_map: PeriodMap, point: Point) -> bool:
-    """Return whether a motion has a short visit beyond a corner that lets a slider go with its torque."""
+    """Return whether a motion has a short visit beyond a corner that releases a slider with a torque."""
     return bool(_visits(period_map, point))
 
 
 def passes_begin(period_map: PeriodMap, before: Point, after: Point) -> bool:
-    """Return whether a crossing that lets a slider go passes the begin of the period between two points of a branch."""
+    """Return whether a crossing that releases a slider moves over the begin of the period between two points."""
     starts = before.motion.start.auxiliary_pieces, after.motion.start.auxiliary_pieces
     if starts[0] is None or starts[1] is None:
         return False
@@ -92,19 +93,19 @@ def passes_begin(period_map: PeriodMap, before: Point, after: Point) -> bool:
 
 
 def _is_at_begin(motion: Pass) -> bool:
-    """Whether a crossing lies so near to the begin of the period that it may pass it."""
+    """Whether a crossing is so near to the begin of the period that it may move over it."""
     length = motion.cycles * motion.period
     away = np.minimum(motion.crossings.time, length - motion.crossings.time)
     return bool(away.min(initial=np.inf) < _AT_BEGIN * motion.period)
 
 
 def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
-    """Return the start of a motion as it is once a crossing that lets a slider go has passed the begin of the period.
+    """Return the start of a motion after a crossing that releases a slider has moved over the begin of the period.
 
-    Just before that crossing the slider holds its torque, just behind it it holds none: where the crossing passes from
-    the end of the period to its begin or back the motion stays as it is, but its start does not.
+    Before that crossing the slider has a torque, after it it has none: when the crossing moves from the end of the
+    period to its begin or back, the motion does not change, but its start does.
 
-    Returns None if no such crossing is near.
+    Returns None if no such crossing is near the begin.
     """
     system = period_map.system
     crossings = motion.crossings
@@ -134,7 +135,7 @@ def passed_begin(period_map: PeriodMap, motion: Pass) -> State | None:
 
 
 def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
-    """The short visits of a motion beyond corners that let a slider go with its torque, and their speeds [SI]."""
+    """The short visits of a motion beyond corners that release a slider with a torque, and their speeds [SI]."""
     flow = period_map.flow
     system = period_map.system
     crossings = point.motion.crossings
@@ -154,6 +155,6 @@ def _visits(period_map: PeriodMap, point: Point) -> list[tuple[Touch, float]]:
 
 
 def _is_torque(system: PiecewiseSystem, torque: float) -> bool:
-    """Whether a torque is more than rounding of those at which sliders slip."""
+    """Whether a torque is larger than the rounding of slip torques."""
     limits = [float(np.abs(a.offset).max()) for a in system.auxiliaries if a.is_let_go]
     return abs(torque) > _ROUNDING * max(limits, default=np.inf)

@@ -1,10 +1,10 @@
-"""Where a branch of motions that repeat after half their length, or are symmetric, is crossed by one of others.
+"""Breakings: a branch of symmetric motions, or of motions of half the length, is crossed by a branch of other motions.
 
-Such motions are the fixed points of a map H over half of their length. For an even number of periods n that is the map
-over n / 2 periods; for an odd number, of a symmetric driveline, the half-period map (``symmetry``). Either way
-P = H(H(y)). Where a multiplier of H is -1 the period doubles, or the symmetry breaks; I - DH is regular there, and the
-branch goes on smoothly. P has a multiplier 1 there. Three branches of its fixed points cross, and to a residual r the
-motion is known to the cube root of r alone, the event to its square.
+The former are the fixed points of a map H over half of their length. For an even number of periods n, H is the map over
+n / 2 periods; for an odd number and a symmetric driveline it is the half-period map (``symmetry``). In both cases
+P = H(H(y)). Where a multiplier of H is -1, the period doubles or the symmetry breaks; I - DH is regular there, and the
+branch of H continues smoothly. P has a multiplier 1 there, and branches of its fixed points cross: with a residual r of
+P the motion is known only to the cube root of r, and the event to its square.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from gearrattle.errors import ConvergenceError
 Array = NDArray[np.float64]
 
 SAME = 1e-4
-"""Of w, the cube root of the residual: motions of the branch nearer than this to a fixed point of H are one."""
+"""Distance [w], the cube root of the residual, within which a motion is the same as a fixed point of H."""
 _NEARER = (1.0, 0.1, 0.01)  # shares of a distance in which a breaking is sought
-_ALONG = 0.999999  # cosine between the tangents of a motion and of the fixed point of H: both are known
+_ALONG = 0.999999  # least cosine between the tangents of a motion and of a fixed point of H that are equal
 
 
 def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
-    """Return what follows the motions that repeat after half their length, or are symmetric; None: there is no H."""
+    """Return the Continuation of the fixed points of H; None if H does not exist."""
     family = curve.family
     if family.cycles % 2 == 1 and not are_symmetric(family, parameter):
         return None
@@ -39,9 +39,9 @@ def half_curve(curve: Continuation, parameter: float) -> Continuation | None:
 
 
 def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point] | None:
-    """Return the motion of half the length whose period doubles at a point, and what follows it; None: none does.
+    """Return the Continuation of H and the motion whose period doubles at a point; None if there is none.
 
-    That is where a branch of twice the period or without symmetry joins the other one, seen from the other one.
+    At such a point a branch of twice the period, or without symmetry, joins the branch of H.
     """
     halves = half_curve(curve, point.parameter)
     if halves is None:
@@ -57,9 +57,10 @@ def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point]
 
 
 def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
-    """Return the symmetric motion that one of an odd number of periods is except for rounding; any other as it is.
+    """Return the symmetric motion that equals ``point`` except for rounding; if there is none, the point itself.
 
-    Near a breaking P determines the motion to the cube root of its residual, and its tangent may have any direction.
+    Near a breaking P determines the motion only to the cube root of its residual, and its tangent may have any
+    direction.
     """
     is_odd = curve.cycles % 2 == 1
     halves = half_curve(curve, point.parameter) if is_odd and not point.free else None
@@ -78,7 +79,7 @@ def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
 
 
 def breaking_between(curve: Continuation, before: Point, after: Point) -> Point | None:
-    """Return the fixed point of H between two others at which one of its multipliers is -1; None where none is."""
+    """Return the fixed point of H between two others at which one of its multipliers is -1; None if there is none."""
     halves = half_curve(curve, before.parameter)
     if halves is None:
         return None
@@ -96,7 +97,7 @@ def breaking_between(curve: Continuation, before: Point, after: Point) -> Point 
 
 
 def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point | None:
-    """Return the nearest fixed point of H at which one of its multipliers is -1; None where none is near."""
+    """Return the nearest fixed point of H at which one of its multipliers is -1; None if none is near."""
     halves = half_curve(curve, point.parameter)
     if halves is None:
         return None
@@ -105,7 +106,7 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
         middle = 0.5 * (point.state + image.y) * point.scale / point.size
         at_parameter = np.append(np.zeros(len(middle)), 1.0)
         centre = halves.near(np.append(middle, point.w[-1]), at_parameter, replace(point, later=None))
-        for share in _NEARER:  # two breakings as near as this do not show in the multiplier
+        for share in _NEARER:  # the multiplier does not show two breakings at this distance
             before, after = (halves.moved_along(centre, side * share * farthest) for side in (-1.0, 1.0))
             breaking = breaking_between(curve, before, replace(after, length=2.0 * share * farthest))
             if breaking is not None:
@@ -116,7 +117,7 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
 
 
 def _among(halves: Continuation, point: Point) -> Point:
-    """A motion among the fixed points of H."""
+    """The fixed point of H near a motion."""
     return replace(halves.in_plane(replace(point, later=None)), length=point.length)
 
 
@@ -126,5 +127,5 @@ def det_minus(point: Point) -> float:
 
 
 def nearest_to_one(point: Point) -> tuple[complex, float]:
-    """Return the multiplier nearest to 1, without free directions, and its distance; infinite where there is none."""
+    """Return the multiplier nearest to 1, without free directions, and its distance; infinity without one."""
     return nearest_to(1.0, not_free(point))

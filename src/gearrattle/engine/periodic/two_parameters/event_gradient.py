@@ -1,21 +1,20 @@
-"""How an event of a branch moves with a number of the driveline: its gradient, by implicit differentiation.
+"""The derivative of an event's parameter p by another number q of the driveline, by implicit differentiation.
 
-An event is a point of the branch at which a test function vanishes (``events``). Let q be the number. In the plane
-through the event at right angles to the branch the motion moves by w_q, its parameter by p_q, its test function by
-tau_q; along the branch the test function has the slope tau_s. So the event moves along the branch by
+An event is a point of the branch at which a test function tau vanishes (``events``). In the plane through the event at
+right angles to the branch the motion, its parameter and the test function have the derivatives w_q, p_q and tau_q;
+along the branch the test function has the slope tau_s. So the event moves along the branch by
 s_q = - tau_q / tau_s, and
 
     dp / dq = p_q + T_p s_q,      T_p: the tangent's part along the parameter.
 
-At a fold T_p is zero, and this is - psi P_q / psi P_p, psi the left null vector of I - M. Differences are central; the
-motions and determinants differenced are exact. Beside a grazing, where determinants have a root, they are of fourth
-order and over shorter steps: there is a gradient if all motions have the crossings of the event, and the root is nearly
-straight over them.
+At a fold T_p is zero, and this is - psi P_q / psi P_p, with psi the left null vector of I - M. Derivatives are central
+differences of exact motions and determinants. Near a grazing, where determinants have a square root, differences are of
+fourth order with shorter steps: the gradient exists if all motions have the crossings of the event, and the root is
+nearly linear over the steps.
 
-At a grazing itself, motions on the touching side have such a root. There no motion is differenced: w_q follows from the
-slopes of the motion by q and by p, and tau is the depth of the touch, whose slopes by the state, by p and by q are
-known, except for the touch of a limiter, whose depth is differenced. They are those of the motion that grazes, followed
-without contact.
+At a grazing itself, motions on the touching side have such a root. So no differences of motions are used: w_q follows
+from the slopes of the motion by q and by p; tau is the depth of the touch, whose slopes by the state, by p and by q are
+known for the motion that grazes without contact. Only the depth of a limiter's touch is differenced.
 """
 
 from __future__ import annotations
@@ -44,21 +43,22 @@ Array = NDArray[np.float64]
 KINDS = (FOLD, DOUBLING, NEIMARK_SACKER, GRAZING)
 """Kinds of events that have a gradient."""
 ALONG = 1e-5  # arclength from an event to the points of the central difference along the branch
-_CHANGE = 1e-5  # of q: half the difference
-_SHARES = (1.0, 0.1, 0.01, 0.001)  # of both, the first over which the test function is straight
+_CHANGE = 1e-5  # share of q: half the difference
+_SHARES = (1.0, 0.1, 0.01, 0.001)  # factors on both steps; the first is used for which the test function is linear
 _BENT = 0.01
 _STRAIGHT = 3e-4
-"""Bends of a test function below which differences of fourth order are good to 4e-8 at a root, of second to 2e-7."""
-_DEPTH_STEP = 1e-6  # of w: half the difference of a depth whose slope is not known
+"""Relative curvatures of a test function below which differences have errors below 4e-8 at a root (fourth order, _BENT)
+and 2e-7 (second order, _STRAIGHT)."""
+_DEPTH_STEP = 1e-6  # w: half the difference for a depth whose slope is not known
 
 FamiliesOf = Callable[[float], tuple[Family, Family]]
 Pair = tuple[float, float]
 
 
 class Drift:
-    """How an event moves with numbers of the driveline; not for grazings, see ``gradient_of_grazing``.
+    """Derivatives of an event's parameter by numbers of the driveline; for grazings see ``gradient_of_grazing``.
 
-    event: of one of the ``KINDS``.
+    event: its kind is one of ``KINDS``.
     """
 
     def __init__(self, event: Event, curve: Continuation) -> None:
@@ -69,9 +69,9 @@ class Drift:
     def gradient(self, families_of: FamiliesOf, value: float) -> float:
         """Return dp / dq.
 
-        families_of: gives the driveline with q smaller, and with q larger, by a change [SI].
+        families_of: returns the drivelines with q smaller and with q larger by a change [SI].
         value: of q [SI], not zero.
-        ConvergenceError: there is no motion near the event, or a grazing lies too near to it.
+        ConvergenceError: there is no motion near the event, or a grazing is too near.
         """
         for share in _SHARES:
             along = self._along(share)
@@ -93,7 +93,7 @@ class Drift:
         raise ConvergenceError("a grazing lies too near to the event")
 
     def _along(self, share: float) -> Pair:
-        """The test function a share of the longest step behind and ahead on the branch."""
+        """The test function at a share of the longest step before and after the event on the branch."""
         if share not in self._known:
             steps = -share * ALONG, share * ALONG
             self._known[share] = self._tests(
@@ -102,13 +102,13 @@ class Drift:
         return self._known[share]
 
     def _across(self, families_of: FamiliesOf, change: float) -> tuple[Pair, Pair]:
-        """The test function and the parameter with q smaller, and with q larger, by a change."""
+        """The test function and the parameter with q smaller and with q larger by a change."""
         families = families_of(change)
         low, high = (self._curve.of(family).in_plane(self._event.point) for family in families)
         return self._tests(zip(families, (low, high), strict=True)), (low.parameter, high.parameter)
 
     def _tests(self, motions: Iterable[tuple[Family, Point]]) -> Pair:
-        """The test function of two motions; NaN for one with other crossings than the event."""
+        """The test function of two motions; NaN for a motion whose crossings differ from those of the event."""
         own = sorted(self._event.point.word)
         low, high = (
             test_of(self._event, family, point) if sorted(point.word) == own else np.nan for family, point in motions
@@ -183,9 +183,9 @@ def _rise(pair: Pair) -> float:
 
 
 def _bend(tests: Pair, along: Pair) -> float:
-    """How much a test function bends, zero at the event: the sum of both values over the rise, or over that along.
+    """The relative curvature of a test function: the sum of both values over the larger of the differences.
 
-    Large beside a grazing, where there is a root.
+    It is large near a grazing, where the test function has a root.
     """
     return abs(tests[1] + tests[0]) / max(abs(_rise(tests)), abs(_rise(along)), np.finfo(float).tiny)
 

@@ -1,8 +1,8 @@
 """Events of a branch, located again after a small change of the driveline.
 
 An event is a point w of the branch at which a test function tau vanishes. In the changed driveline Newton's method
-gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to
-where tau vanishes. Beside a grazing, where tau has the root of a distance, it is enclosed between two signs.
+gives a motion in the plane at right angles to the branch; from there the secant method goes along the new branch to the
+zero of tau. Near a grazing, where tau has a square root, the zero is enclosed between two signs.
 """
 
 from __future__ import annotations
@@ -29,21 +29,20 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SECANTS = 10
-_SHORTER = 0.1  # of a step: the one tried where it leads too far
-_AT_TOUCH = 1e-4  # periods: crossings of the same corner so near to a touch are the touch
-_ON_CIRCLE = 1e-5  # from the unit circle: a pair is no farther from it
-_TOUCHES = 1e-9  # of the size of its corner: a motion that grazes is no farther from it
-_JUMP = 0.05  # of the test function nearby, and of one: more is left where it jumps and has no root
-# of a step: the distance to a point of the same branch, at most; and of w
-_BENT = 2.0
-_ROUNDING = 1e-9
-_LOCATED = 1e-11  # arclength
-_FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or lie beside another event
+_SECANTS = 10  # most secant steps
+_SHORTER = 0.1  # factor on a step that leads too far
+_AT_TOUCH = 1e-4  # periods: largest distance from a touch of the crossings that belong to it
+_ON_CIRCLE = 1e-5  # largest distance of a pair from the unit circle at an event
+_TOUCHES = 1e-9  # largest distance of a motion that grazes from its corner, over the size of the corner
+_JUMP = 0.05  # largest remaining test function, over its values nearby and over 1: a larger one jumps over zero
+_BENT = 2.0  # largest distance of a point of the same branch, over the step
+_ROUNDING = 1e-9  # the same in w
+_LOCATED = 1e-11  # arclength: accuracy of the event
+_FIRST = 1e-6  # arclength of the first step along the branch: a fold may be sharp, or another event near
 
 
 def relocated(event: Event, curve: Continuation, change: Array, farthest: float) -> Event:
-    """Return the event at its place in the changed driveline.
+    """Return the event in the changed driveline.
 
     event: where it was, of one of ``event_gradient.KINDS``.
     change: (N + 1,) predicted change of w, in these units.
@@ -72,7 +71,7 @@ def polynomial_at(known: Sequence[tuple[float, Array]], at: float) -> Array:
 
 
 def word_but_for_touch(event: Event) -> str:
-    """Return the pattern of an event's motion, a word of ``patterns``, without what it crosses at its touch."""
+    """Return the pattern of an event's motion, a word of ``patterns``, without the crossings of its touch."""
     motion = event.point.motion
     touch = event.touch
     if touch is None:
@@ -84,7 +83,7 @@ def word_but_for_touch(event: Event) -> str:
 
 
 def missed_after(family: Family, point: Point, cycles: int) -> float:
-    """Return by how much a motion fails to repeat after fewer periods than its own, over its size in units of w."""
+    """Return the distance in w between a motion's start and its state after ``cycles`` periods, over its size."""
     state = point.motion.start
     later = PeriodMap(family.map_at(point.parameter).system, cycles).later(state)
     missed = (later.y - state.y) * point.scale / point.size
@@ -118,9 +117,9 @@ def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float
 
 
 def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float, Point]]) -> Point:
-    """The point between two of those tried: near a grazing a test function may have a root like that of a distance.
+    """The zero of the test function between two of the points tried, where it may have a square root (near a grazing).
 
-    Each has arclength from the first one, test function and point.
+    tried: arclength from the first point, test function and point.
     """
     pairs = [(one, other) for one in tried for other in tried if one[1] < 0.0 < other[1]]
     if not pairs:
@@ -144,7 +143,7 @@ def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float,
 
 
 def _ahead(curve: Continuation, point: Point, step: float) -> Point | None:
-    """The point a step along a branch; None if none is near, or only one of another branch."""
+    """The point a step along a branch; None if none is near, or only a point of another branch."""
     with suppress(ConvergenceError):
         following = curve.moved_along(point, step)
         if np.linalg.norm(following.w - point.w) < _BENT * abs(step) + _ROUNDING:

@@ -1,8 +1,9 @@
-"""Patterns of two motions of a branch: what touches in one and not in the other, which crossings exchange their order.
+"""The patterns of two motions of a branch: which touch only one of them has, which crossings exchange their order.
 
-*Hidden exchanges.* Both motions then have the same pattern. The time between two crossings that follow one another is
-positive at both, as a depth that stays on one side of its corner (``turning_points``); with the slopes of the instants
-along the branch it is looked at in the same way. Two crossings of one clearance are a touch, and no exchange.
+*Hidden exchanges.* Two crossings may exchange their order twice between two motions, which then have the same pattern.
+The time between two successive crossings is positive at both motions. Whether it was zero in between is judged as for a
+depth (``turning_points``): from its values at both motions and its slopes along the branch. Two crossings of one
+clearance are a touch, and no exchange.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ from gearrattle.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-_SHIFTS = 2  # crossings that may pass the begin of the period between two motions
+_SHIFTS = 2  # most crossings that move over the begin of the period from one motion to the other
 
 
 @dataclass(frozen=True)
 class View:
-    """The crossings that motions are compared by: those of the first ``watches`` that may cross; None: of all."""
+    """The crossings that motions are compared by: those of the first ``watches`` watched quantities; None: of all."""
 
     watches: int | None = None
 
@@ -43,12 +44,13 @@ class View:
 
 
 def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Touch]:
-    """Return velocity [SI] and Touch of two crossings without which the pattern of one motion is that of another.
+    """Return the two crossings which, if removed from ``touching``, give the pattern of ``apart``: duration [s], Touch.
 
-    If several are left, such as those of a run of impacts, then those without which the instants agree best. Where
-    several touch at once, as both halves of a symmetric motion do, the slowest of those that the other motion lacks.
+    If several pairs do so, as in a series of impacts, the pair is chosen without which the instants of both motions
+    agree best. If several corners are touched at once, as in both halves of a symmetric motion, the pair of the
+    shortest duration is chosen among the crossings that ``apart`` lacks.
 
-    ConvergenceError: there are none.
+    ConvergenceError: no pair of crossings does so.
     """
     crossings = view.crossings(touching)
     motion = touching.motion
@@ -58,23 +60,23 @@ def touch_between(apart: Point, touching: Point, view: View) -> tuple[float, Tou
     if len(pairs) > 1:
         others = view.crossings(apart)
         pairs = [min(pairs, key=lambda pair: _difference(crossings, pair, others, length))]
-    if not pairs:  # several touch at once
+    if not pairs:  # several corners are touched at once
         following = [_next_of_same(word, i) for i in range(len(word))]
         pairs = [(i, j) for i, j in enumerate(following) if ord(word[j]) == ord(word[i]) ^ 1]
         is_new = _lacking(touching, apart, view)
         pairs = [(i, j) for i, j in pairs if is_new[i] and is_new[j]] or pairs
     touches = []
     for i, j in pairs:
-        lasts = (crossings.time[j] - crossings.time[i]) % length
-        middle = float((crossings.time[i] + 0.5 * lasts) / motion.period)
-        touches.append((float(lasts), Touch(patterns.watch_of(word[i]), patterns.is_upward(word[i]), middle)))
+        duration = (crossings.time[j] - crossings.time[i]) % length
+        middle = float((crossings.time[i] + 0.5 * duration) / motion.period)
+        touches.append((float(duration), Touch(patterns.watch_of(word[i]), patterns.is_upward(word[i]), middle)))
     if not touches:
         raise ConvergenceError("the pattern of crossings changes more than once")
     return min(touches, key=lambda touch: touch[0])
 
 
 def time_between(point: Point, other: str, view: View) -> float:
-    """Return the shortest time between two crossings whose exchange gives another pattern [s]; 0 if there are none."""
+    """Return the shortest time [s] between two crossings whose exchange gives the pattern ``other``; 0 if none does."""
     crossings = view.crossings(point)
     motion = point.motion
     word = patterns.word_of(crossings)
@@ -86,20 +88,20 @@ def time_between(point: Point, other: str, view: View) -> float:
 
 
 def exchanged_at(point: Point, view: View) -> int:
-    """Return the first of the two watches whose crossings come nearest to each other; -1: only one crosses."""
+    """Return the lower index of the two watched quantities that cross at nearly one time; -1: only one crosses."""
     crossings = view.crossings(point)
     motion = point.motion
     following = np.roll(crossings.watch, -1)
-    apart = (np.roll(crossings.time, -1) - crossings.time) % (motion.cycles * motion.period)
+    intervals = (np.roll(crossings.time, -1) - crossings.time) % (motion.cycles * motion.period)
     chosen = np.flatnonzero(crossings.watch != following)
     if not chosen.size:
         return -1
-    nearest = chosen[np.argmin(np.minimum(apart, motion.cycles * motion.period - apart)[chosen])]
+    nearest = chosen[np.argmin(np.minimum(intervals, motion.cycles * motion.period - intervals)[chosen])]
     return int(min(crossings.watch[nearest], following[nearest]))
 
 
 def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, length: float) -> float:
-    """By how much instants of a motion [s] differ from those of another one that has a pair of crossings less."""
+    """Sum of the differences [s] between the instants of ``apart`` and of ``touching`` without a pair of crossings."""
     kept = np.ones(touching.time.size, np.bool_)
     kept[list(pair)] = False
     times = touching.time[kept]
@@ -114,7 +116,7 @@ def _difference(touching: Passages, pair: tuple[int, int], apart: Passages, leng
 
 
 def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
-    """Which crossings of a motion another one lacks: those left over where crossings of a kind agree best in time."""
+    """Which crossings of ``touching`` have no counterpart in ``apart``, equal crossings matched by their times."""
     ours = view.crossings(touching)
     theirs = view.crossings(apart)
     times = ours.time / touching.motion.period
@@ -128,7 +130,7 @@ def _lacking(touching: Point, apart: Point, view: View) -> NDArray[np.bool_]:
 
 
 def _next_of_same(word: str, i: int) -> int:
-    """Index of the next crossing of what crosses at i."""
+    """Index of the next crossing of the same watched quantity as crossing i."""
     count = len(word)
     watch = patterns.watch_of(word[i])
     return next((i + k) % count for k in range(1, count + 1) if patterns.watch_of(word[(i + k) % count]) == watch)
@@ -143,17 +145,17 @@ class _Order(NamedTuple):
     cycles: int
 
     def rolled(self, shift: int) -> _Order:
-        """Return the crossings from one of them on, those before it a motion later."""
+        """Return the crossings from index ``shift`` on, then the earlier ones, shifted by the motion's length."""
         time = np.append(self.time[shift:], self.time[:shift] + self.cycles)
         return _Order(self.word[shift:] + self.word[:shift], time, np.roll(self.delay, -shift), self.cycles)
 
     def intervals(self) -> tuple[Array, Array]:
-        """Return (C,) times from every crossing to the next [periods], and their slopes."""
+        """Return (C,) times from every crossing to the next [periods], and their slopes along the branch."""
         return np.diff(self.time, append=self.time[0] + self.cycles), np.roll(self.delay, -1) - self.delay
 
 
 def exchange_between(before: Point, after: Point) -> float | None:
-    """Return the share of the way at which crossings may have exchanged their order and will do so again, or None."""
+    """Return the share of the step at which two crossings may be exchanged, if they are exchanged twice; else None."""
     if before.word != after.word or len(set(map(patterns.watch_of, before.word))) < 2:
         return None
     one = _order_of(before)
@@ -161,7 +163,7 @@ def exchange_between(before: Point, after: Point) -> float | None:
     if one is None or other is None:
         return None
     length = length_between(before, after)
-    other = _alike(one, other, length)
+    other = _aligned(one, other, length)
     low, slope = one.intervals()
     high, slope_after = other.intervals()
     watches = np.array([patterns.watch_of(letter) for letter in one.word])
@@ -181,17 +183,17 @@ def _order_of(point: Point) -> _Order | None:
     return _Order(patterns.word_of(ordered), ordered.time / point.motion.period, delay, point.motion.cycles)
 
 
-def _alike(one: _Order, other: _Order, length: float) -> _Order:
-    """The crossings of another motion with the same pattern, from the one on that agrees best with the first."""
+def _aligned(one: _Order, other: _Order, length: float) -> _Order:
+    """The crossings of ``other``, of the same pattern, rotated so that their times agree best with those of ``one``."""
     twice = other.word + other.word
     shift = -1
     rolled = list[_Order]()
     while (shift := twice.find(one.word, shift + 1)) >= 0 and shift < len(one.word):
         rolled.append(other.rolled(shift))
-    return min(rolled, key=lambda order: _apart(one, order, length))
+    return min(rolled, key=lambda order: _distance(one, order, length))
 
 
-def _apart(one: _Order, other: _Order, length: float) -> float:
-    """By how much instants of two motions differ over what their slopes say, whichever way round the periods."""
-    apart = other.time - one.time - 0.5 * length * (one.delay + other.delay)
-    return float(np.abs(apart - one.cycles * np.rint(apart / one.cycles)).sum())
+def _distance(one: _Order, other: _Order, length: float) -> float:
+    """Sum of the differences [periods] between instants of two motions and their prediction from both slopes."""
+    error = other.time - one.time - 0.5 * length * (one.delay + other.delay)
+    return float(np.abs(error - one.cycles * np.rint(error / one.cycles)).sum())
