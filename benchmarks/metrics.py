@@ -15,7 +15,7 @@ from pathlib import Path
 
 import gearrattle as gr
 from benchmarks.machine import machine
-from gearrattle.quantities import METRICS
+from gearrattle.quantities.quantity_table import METRICS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "metrics.md"

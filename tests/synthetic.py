@@ -16,7 +16,7 @@ import numpy as np
 from gearrattle.analysis.statics import Modes
 from gearrattle.model import Model, loads
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import judge
+from gearrattle.quantities.evaluation import judge
 from gearrattle.trajectory import Array, Cost, EventLog, Layout, Trajectory
 
 OMEGA = 150.0

@@ -27,6 +27,9 @@ CALLS: dict[str, Callable[..., Any]] = {
     "advise": lambda **settings: gr.advise(MODEL, **settings),
     "basins": lambda **settings: gr.basins(MODEL, START, **settings),
     "bifurcation": lambda **settings: gr.bifurcation(MODEL, "mesh.gear.backlash", [1e-4, 2e-4], **settings),
+    "conditions": lambda **settings: gr.conditions(
+        MODEL, {"path": "inertia.output_gear.drag_torque", "values": [4.0, 8.0]}, [150.0], **settings
+    ),
     "compare": lambda **settings: gr.compare(MODEL, **settings),
     "continuation": lambda **settings: gr.continuation(MODEL, "excitation.speed", (150.0, 151.0), **settings),
     "identification.fit": lambda **settings: gr.identification.fit(

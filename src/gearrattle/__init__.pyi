@@ -31,6 +31,7 @@ from .model import example as example
 from .model import factor as factor
 from .model import load as load
 from .model import loads as loads
+from .model.drag_points import drag_points as drag_points
 from .orbits import continuation as continuation
 from .orbits import periodic as periodic
 from .pipeline import run as run
@@ -49,6 +50,7 @@ from .simulation.simulate import simulate as simulate
 from .simulation.stream import stream as stream
 from .studies import basins as basins
 from .studies import bifurcation as bifurcation
+from .studies import conditions as conditions
 from .studies import open_study as open_study
 from .studies import optimize as optimize
 from .studies import prove_quiet as prove_quiet

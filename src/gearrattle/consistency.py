@@ -18,10 +18,7 @@ _MAY_MISS = ("energy_residual", "smallest_step")  # of the cost
 def check_stored(trajectory: Trajectory, source: object) -> None:
     """Refuse a motion from a file whose arrays do not belong together, as in one that was changed.
 
-    Raises
-    ------
-    ModelError
-        the first number, length, label or time that no motion of this layout has.
+    The ModelError has the first number, length, label or time that no motion of this layout has.
     """
     for checked in (_of_grid, _of_samples, _of_events, _of_auxiliaries, _of_records):
         for name, value, rule in checked(trajectory):

@@ -28,7 +28,7 @@ _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a de
 _HEAP = b"GCOL\x01\0\0\0"
 _MOST_SEARCHED = 200_000_000  # bytes, for all heaps together: a tenth of a second
 _MOST_CHUNKS = 10_000
-_EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file tells wrong places
+_EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file states wrong places
 _FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
 _ROOTS: ContextVar[tuple[Path, ...]] = ContextVar("roots", default=())
@@ -218,8 +218,8 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     has index 0 and a size that counts its own header. The inside of large datasets is not searched for heaps. Format:
     The HDF Group, HDF5 File Format Specification 3.0, III.E.
 
-    A string is told by its length (4 bytes), the heap's address and the object's index (4 bytes); the library takes as
-    much memory as the length says. These are looked for as well, but in files of very many heaps.
+    A string is stored as its length (4 bytes), the heap's address and the object's index (4 bytes); the library takes
+    as much memory as the length says. Such strings are looked for as well, except in files of very many heaps.
 
     Raises
     ------
@@ -350,7 +350,7 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def private_folder(path: Path) -> bool:
-    """Make a folder that no other user can write, for files that are trusted later; tell whether it is one now.
+    """Make a folder that no other user can write, for files that are trusted later; say whether it is one now.
 
     Its parent is made as well and held to the same: owned by this user, no symbolic link, mode 700.
     """
@@ -372,7 +372,7 @@ def private_folder(path: Path) -> bool:
 
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Allow files under a folder as well while the context is open, beside those allowed already; None: none.
+    """Allow files under a folder as well while the context is open, besides those allowed already; None: none.
     ModelError if it is a symbolic link that leads back to itself.
     """
     try:

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
     from gearrattle.analysis.statics import Equilibrium, Modes
     from gearrattle.model import Model
-    from gearrattle.quantities import Row, Verdict
+    from gearrattle.quantities.quantity import Row
+    from gearrattle.quantities.verdict import Verdict
     from gearrattle.results import Run
 
 

@@ -40,7 +40,7 @@ class _Process(BaseProcess):
     """Whether its parent is the process that started it, and not one that it is forked from."""
 
     def start(self) -> None:
-        """Start it; ``multiprocessing`` is not told of a main module meanwhile."""
+        """Start it; ``multiprocessing`` does not see a main module meanwhile."""
         with _HIDDEN:
             known = spawn.get_preparation_data(self.name) if self.imports_main else {}
             self._main = {name: value for name, value in known.items() if name.startswith("init_main")}

@@ -152,19 +152,9 @@ class Layout:
     bearing_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def drag_torque_at(self, body: int, speed: Array) -> Array:
-        """Return the drag torque of a body at reference speeds; NaN at those that its table does not cover.
+        """Return the drag torque [N m] of a body at reference speeds [rad/s] of any shape.
 
-        Parameters
-        ----------
-        body
-            index of the inertia.
-        speed
-            reference speeds [rad/s], of any shape.
-
-        Returns
-        -------
-        Array
-            of the same shape [N m].
+        NaN at those that its table does not cover.
         """
         if body not in self.drag_tables:
             return np.full(np.shape(speed), self.drag_torque[body])

@@ -23,7 +23,7 @@ from gearrattle.measured.validation import RunUp, Validation
 from gearrattle.model import Factor
 from gearrattle.orbits import Branch, MotionMap, Orbit, PeriodicMotions, RunUpJumps
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import Verdict
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.reductions.condense import Condensed
 from gearrattle.reductions.reduction import Reduction
 from gearrattle.report.figures import Figures

@@ -100,11 +100,8 @@ def columns(
 ) -> str:
     """Return a table as lines: the columns of words aligned left, the others right, two spaces between.
 
-    Parameters
-    ----------
-    width
-        of a line, in characters: if lines are longer, cells of words are wrapped, in columns of at least 24
-        characters. None: no limit.
+    Lines longer than ``width`` characters are made shorter: cells of words are wrapped, in columns of at least 24
+    characters. None: no limit.
     """
     table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
     widths = _widths(table)

@@ -147,12 +147,7 @@ class Staging:
     def commit(self) -> None:
         """Move everything to the destination, replacing what has the same name and leaving everything else there.
 
-        When this returns, everything is on the disk.
-
-        Raises
-        ------
-        OSError
-            the destination cannot be written; it is as it was.
+        When this returns, everything is on the disk. OSError where the destination cannot be written; it is as it was.
         """
         assert self._hidden is not None
         flush(self.path)

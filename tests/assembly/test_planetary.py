@@ -7,7 +7,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble, rows_of
-from gearrattle.signals.loose_gears import speed_ratios
+from gearrattle.signals.driveline_constants import speed_ratios
 from tests.oracles.planetary import integrate, random_set
 
 

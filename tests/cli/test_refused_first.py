@@ -23,7 +23,17 @@ OPTIMIZATION = (
 )
 BASINS = 'kind = "basins"\nmodel = "two.toml"\n[over]\n"angle.engine" = [0.0, 0.1]\n'
 BIFURCATION = 'kind = "bifurcation"\nmodel = "two.toml"\n[sweep]\n"torque.0.mean" = [0.3, 0.6]\n'
-STUDIES = {"grid": STUDY, "optimization": OPTIMIZATION, "basins": BASINS, "bifurcation": BIFURCATION}
+CONDITIONS = (
+    'kind = "conditions"\nmodel = "two.toml"\n[temperature]\npath = "inertia.wheel.drag_torque"\nvalues = [0.3, 0.6]\n'
+    "[speed]\nvalues = [70, 80]\n"
+)
+STUDIES = {
+    "grid": STUDY,
+    "optimization": OPTIMIZATION,
+    "basins": BASINS,
+    "bifurcation": BIFURCATION,
+    "conditions": CONDITIONS,
+}
 RECORD = "t [s], v [rad/s]\n" + "".join(f"{0.01 * k:.2f},{k % 7}\n" for k in range(400))
 
 

@@ -115,6 +115,7 @@ Call = Callable[[Kit], Any]
 CALLS: Mapping[str, Call] = {
     "loads": lambda kit: gr.loads(kit.model.to_toml()),
     "load": lambda kit: gr.load(kit.model_file),
+    "drag_points": lambda kit: gr.drag_points(kit.model),
     "equilibrium": lambda kit: gr.equilibrium(kit.model),
     "modes": lambda kit: gr.modes(kit.model),
     "campbell": lambda kit: gr.campbell(kit.model),
@@ -192,6 +193,12 @@ CALLS: Mapping[str, Call] = {
         kit.model, "inertia.engine.J", kit.axis(3)["inertia.engine.J"], workers=1
     ),
     "basins": lambda kit: gr.basins(kit.model, {"angle.engine": [0.0, 0.001, 0.002]}, workers=1),
+    "conditions": lambda kit: gr.conditions(
+        kit.model,
+        {"path": "inertia.engine.drag", "values": [0.01, 0.02]},
+        {"path": "inertia.engine.J", "values": kit.axis(2)["inertia.engine.J"]},
+        workers=1,
+    ),
 }
 """By public name, with a word where one name is called in several ways."""
 

@@ -15,6 +15,8 @@ STUDIES: Mapping[str, str] = {
     "grid": '[axis]\n"inertia.engine.J" = {values}\n',
     "bifurcation": '[sweep]\n"inertia.engine.J" = {values}\n',
     "basins": '[over]\n"angle.engine" = [0.0, 0.001]\n',
+    "conditions": '[temperature]\npath = "inertia.engine.drag"\nvalues = [0.01, 0.02]\n'
+    '[speed]\npath = "inertia.engine.J"\nvalues = {values}\n',
     "optimization": "population = 8\ngenerations = 1\n"
     '[variable]\n"inertia.engine.J" = {{ from = {low}, to = {high} }}\n[objective]\n"crossings per cycle" = "min"\n',
 }

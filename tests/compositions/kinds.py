@@ -86,6 +86,15 @@ ENGINE = {
 SHORT = {"simulation.cycles": 4, "simulation.discard": 1}
 FRICTION = {"coupling.joint.hysteresis": 2.0, "coupling.joint.stick_stiffness": 2000.0}
 ALTERNATION = {"mesh.gear.alternation": {"order": 20, "share": 0.6, "fewer": 0.55}}
+DRAG: dict[str, Any] = {
+    "torque.0.mean": "balance",
+    "oil": {"type": "70w-75w-gl4", "density": 845.0, "temperature": 60.0},
+    "inertia.wheel.drag_parts": [
+        {"kind": "needle-bearing", "on": "hub", "mean_diameter": 0.045},
+        {"kind": "synchroniser", "on": "hub", "mean_radius": 0.03, "length": 0.008, "gap": 1e-4},
+        {"kind": "shaft-seal", "shaft_diameter": 0.03},
+    ],
+}
 OVER_SPEED = {"speed": [10.0, 400.0], "value": [0.4, 0.9]}
 STAGES = [{"stiffness": 30.0, "until": 0.02, "damping": 0.1}, {"stiffness": 800.0, "damping": 0.5}]
 LOOP = {"name": "bypass", "between": ["engine", "wheel"], "stiffness": 100.0, "damping": 0.1, "clearance": 0.02}
@@ -224,6 +233,8 @@ KINDS: Mapping[str, Kind] = {
     "Hooke joint": Kind("a coupling with a Hooke joint", lambda: base({"coupling.joint.hooke": {"angle": 0.3}})),
     "closed loop": Kind("two paths between two bodies", _closed_loop),
     "grounded": Kind("a coupling to ground", _grounded),
+    "drag parts": Kind("a bearing and a synchroniser between two bodies, a seal", lambda: base(DRAG)),
+    "run-up with drag": Kind("a sweep, and drag parts", lambda: base({**SWEEP, **DRAG})),
     "two trains": Kind("two trains that nothing joins", _two_trains),
     "sideways": Kind("gears with masses on bearings, one with clearance", _sideways),
     "no clearance": Kind("linear elements alone", _linear),

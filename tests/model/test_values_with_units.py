@@ -89,6 +89,63 @@ PARTS: dict[str, dict[str, Any]] = {
             "negligible": {"impact_energy": 1e-6, "approach_speed": 1e-3, "angular_approach_speed": 0.1},
         },
     },
+    "dragged": {
+        "oil": {
+            "viscosity": [{"temperature": 40.0, "kinematic": 5e-5}, {"temperature": 100.0, "kinematic": 1e-5}],
+            "density": 870.0,
+            "temperature": 60.0,
+        },
+        "inertia": [
+            {
+                "name": "a",
+                "J": 0.01,
+                "drag_parts": [
+                    {"kind": "needle-bearing", "on": "b", "relative_speed": 10.0, "mean_diameter": 0.04, "load": 5.0},
+                    {"kind": "rolling-bearing", "bore": 0.03, "outer_diameter": 0.06, "relative_speed": 10.0},
+                    {
+                        "kind": "churning",
+                        "relative_speed": 10.0,
+                        "depth": 0.03,
+                        "oil_volume": 1.5e-3,
+                        "pitch_diameter": 0.12,
+                        "face_width": 0.02,
+                        "teeth": 40,
+                        "tooth_height": 0.007,
+                        "pressure_angle": 0.35,
+                        "helix_angle": 0.2,
+                    },
+                    {
+                        "kind": "synchroniser",
+                        "relative_speed": 10.0,
+                        "mean_radius": 0.03,
+                        "length": 0.008,
+                        "gap": 1e-4,
+                        "cone_angle": 0.11,
+                    },
+                    {
+                        "kind": "clutch-pack",
+                        "relative_speed": 10.0,
+                        "faces": 4,
+                        "outer_radius": 0.06,
+                        "inner_radius": 0.05,
+                        "gap": 1e-4,
+                    },
+                    {"kind": "shaft-seal", "relative_speed": 10.0, "shaft_diameter": 0.03},
+                    {
+                        "kind": "measured",
+                        "relative_speed": 10.0,
+                        "speed": [5.0, 20.0],
+                        "temperature": [20.0, 80.0],
+                        "torque": [[0.1, 0.2], [0.1, 0.2]],
+                    },
+                    {"kind": "constant", "relative_speed": 10.0, "torque": OVER_SPEED, "slope": 0.001},
+                    {"kind": "constant", "relative_speed": 10.0, "torque": 0.1},
+                ],
+            },
+            {"name": "b", "J": 0.02},
+        ],
+        "coupling": [{**AB, "stiffness": 100.0}],
+    },
     "planetary": {
         "inertia": [{"name": name, "J": 0.01} for name in "abcde"],
         "planetary": [

@@ -13,7 +13,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.periodic.events import events_between
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.motion import Pass, joined
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.orbits import Branch

@@ -11,8 +11,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import changes_between, events_between
 from gearrattle.engine.periodic.events.event_record import DOUBLING, Event
+from gearrattle.engine.periodic.events.events_of_step import changes_between, events_between
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 from gearrattle.orbits import followed_branch as curves

@@ -12,8 +12,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.motion import State
 from gearrattle.engine.periodic.point import appended, turned_around
 from gearrattle.orbits.followed_branch import followed

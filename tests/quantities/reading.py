@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gearrattle.quantities import Quantity, Row, Sums, add
+from gearrattle.quantities.evaluation import add
+from gearrattle.quantities.quantity import Quantity, Row, Sums
 from gearrattle.trajectory import Trajectory
 
 

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearrattle.quantities import CRITERIA, Quantity, Row, Sums, add, judge, verdict_of
+from gearrattle.quantities.evaluation import add, judge, verdict_of
+from gearrattle.quantities.quantity import Quantity, Row, Sums
+from gearrattle.quantities.quantity_table import CRITERIA
 from gearrattle.signals import region_at
 from gearrattle.trajectory import EventLog, Trajectory
 from tests import synthetic

@@ -7,7 +7,8 @@ import math
 
 import pytest
 
-from gearrattle.quantities import CRITERIA, Quantity, Sums
+from gearrattle.quantities.quantity import Quantity, Sums
+from gearrattle.quantities.quantity_table import CRITERIA
 from tests import synthetic
 from tests.quantities.reading import evaluate
 from tests.signals.handmade import chain, sine, trajectory

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import METRICS, recording_of
+from gearrattle.quantities.metric_sources import recording_of
+from gearrattle.quantities.quantity_table import METRICS
 from gearrattle.report.reliability import trust
 
 STIFFNESS, INERTIA, STEP = 400.0, 0.01, 30.0

@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearrattle.quantities import CRITERIA, METRICS, QUANTITIES, Quantity, Row, Sums, add, inputs_of_chunks
+from gearrattle.quantities.evaluation import add
+from gearrattle.quantities.metric_sources import inputs_of_chunks
+from gearrattle.quantities.quantity import Quantity, Row, Sums
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS, QUANTITIES
 from gearrattle.trajectory import Trajectory
 from tests import synthetic
 from tests.quantities.test_criteria_chunks import LAST_ONLY, chunks

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from gearrattle.errors import ModelError
-from gearrattle.quantities import CRITERIA, judge, rule_of
+from gearrattle.quantities.evaluation import judge
+from gearrattle.quantities.quantity_table import CRITERIA
+from gearrattle.quantities.verdict_parts import rule_of
 from gearrattle.trajectory import Layout, NegligibleImpacts
 from tests import synthetic
 from tests.signals.handmade import Row, chain, layout, sine, staged, still, trajectory, two_gaps

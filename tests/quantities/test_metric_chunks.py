@@ -14,8 +14,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.quantities import METRICS
 from gearrattle.quantities.metric_inputs import WHOLE
+from gearrattle.quantities.quantity_table import METRICS
 from gearrattle.signals.chunk_moments import Moments
 from tests.architecture.places import EXAMPLES
 

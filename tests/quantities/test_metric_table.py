@@ -11,16 +11,11 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.quantities import (
-    METRICS,
-    Inputs,
-    Quantity,
-    inputs_of_motion,
-    inputs_of_recording,
-    judge,
-    recording_of,
-    rows_of,
-)
+from gearrattle.quantities.evaluation import judge, rows_of
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import inputs_of_motion, inputs_of_recording, recording_of
+from gearrattle.quantities.quantity import Quantity
+from gearrattle.quantities.quantity_table import METRICS
 from gearrattle.recording import Channel, Recording
 from tests import synthetic
 from tests.signals.handmade import trajectory

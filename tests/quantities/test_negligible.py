@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import Part, judge
+from gearrattle.quantities.evaluation import judge
+from gearrattle.quantities.verdict_parts import Part
 from gearrattle.signals import SEVERITIES, find_impacts, steady
 from gearrattle.trajectory import NegligibleImpacts, Trajectory
 from tests.quantities.test_severity import GROUNDED

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import judge
+from gearrattle.quantities.evaluation import judge
 from gearrattle.signals import gap_names
 from tests.signals.handmade import chain, staged, trajectory
 

@@ -142,7 +142,7 @@ def test_samples_say_by_how_much_a_peak_may_be_missed() -> None:
 
 
 def test_a_recording_and_another_algorithm_note_the_error_of_their_peaks() -> None:
-    from gearrattle.quantities import recording_of
+    from gearrattle.quantities.metric_sources import recording_of
 
     model = gr.load(EXAMPLES / "paper" / "case3.toml")
     exact = gr.simulate(model, cycles=6, discard=3)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gearrattle.quantities import judge
+from gearrattle.quantities.evaluation import judge
 from gearrattle.quantities.spectrum import AccelerationSpectrum
 from gearrattle.trajectory import Array
 from tests.quantities.reading import evaluate, one, value

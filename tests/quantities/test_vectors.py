@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from gearrattle.quantities import METRICS, inputs_of_recording
 from gearrattle.quantities.contact import ContactSides
 from gearrattle.quantities.force import ForceStatistics
 from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.loose_motion import LooseMotion
+from gearrattle.quantities.metric_sources import inputs_of_recording
+from gearrattle.quantities.quantity_table import METRICS
 from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.separation import SeparationRatio
 from gearrattle.quantities.transmissibility import OrderTransmissibility

@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.quantities import Verdict
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.quantities.verdict_parts import Part
 
 

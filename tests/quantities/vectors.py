@@ -12,13 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearrattle.engine.system.energy_audit import EnergyAudit
-from gearrattle.quantities import Inputs, Quantity, RattleLevel, inputs_of_motion, inputs_of_recording
 from gearrattle.quantities.contact import ContactSides
 from gearrattle.quantities.force import ForceStatistics
 from gearrattle.quantities.impact_energy import ContactWork, ImpactLoss
 from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.irregularity import SpeedIrregularity
 from gearrattle.quantities.loose_motion import LooseMotion
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import inputs_of_motion, inputs_of_recording
+from gearrattle.quantities.quantity import Quantity
+from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
 from gearrattle.quantities.transmissibility import OrderTransmissibility
 from gearrattle.recording import Channel, Recording

@@ -193,6 +193,18 @@ def bifurcation() -> xr.Dataset:
     return gr.bifurcation(oscillator.model(), oscillator.AMPLITUDE, values, cycles=160, discard=120, workers=1)
 
 
+@cache
+def conditions(which: str = "rated") -> xr.Dataset:
+    """Idle conditions of a small driveline: with loads and calibration points, or with one load and without."""
+    oil = {"path": "inertia.output_gear.drag_torque", "values": {"factor": [1.0, 4.0]}}
+    load = {"path": "torque.0.harmonics.0.amplitude", "values": {"factor": [0.1, 1.0]}}
+    speeds = {"from": "700 rpm", "to": "900 rpm", "count": 3}
+    points = [(30.0, 9.0), (120.0, 3.0)]
+    if which == "rated":
+        return gr.conditions(short(), oil, speeds, load, rating=points, workers=1)
+    return gr.conditions(short(), oil, ["800 rpm"], workers=1)
+
+
 X, V = "deflection.flanks", "rate.flanks"
 FACTORIAL = ("saltelli", "saltelli-pairs", "one-at-a-time")
 """Designs that have sensitivities."""
@@ -269,6 +281,8 @@ EXTREMES: dict[str, Callable[[], Any]] = {
     **{f"{method} design and an axis": partial(designed, method, 8, axis=True) for method in FACTORIAL},
     "bifurcation": bifurcation,
     "bifurcation, one failed": lambda: bifurcation().assign_attrs(failures=["(0, 2): it <failed>"]),
+    **{f"conditions, {which}": partial(conditions, which) for which in ("rated", "one load")},
+    "conditions, one failed": lambda: conditions().assign_attrs(failures=["(0, 1, 2): it <failed>"]),
     **{f"basins, {which}": partial(basins, which) for which in ("grid", "drawn", "line", "cube")},
     **{f"run of {kind}": partial(answer, gr.run, kind) for kind in ("one body", "no clearance", "dimensionless")},
     **{

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import judge
+from gearrattle.quantities.evaluation import judge
 from gearrattle.report.model_tables import cost_table, model_tables
 from gearrattle.report.plots.run_figures import FIGURES, charts
 from gearrattle.report.plots.sketch import sketch

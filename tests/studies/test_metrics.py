@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle import quantities
-from gearrattle.quantities import QUANTITIES, Inputs, add, inputs_of_chunks, judge, verdict_of
+from gearrattle.quantities import evaluation
+from gearrattle.quantities.evaluation import add, judge, verdict_of
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import inputs_of_chunks
+from gearrattle.quantities.quantity_table import QUANTITIES
 from gearrattle.studies.outputs import outputs_of
 
 NAMES = ["separation margin", "mean impact intensity", "rattle level of all meshes", "transmissibility at order 1"]
@@ -74,10 +77,10 @@ def test_each_sum_is_added_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
         return adds
 
-    monkeypatch.setattr(quantities, "add_crossings", counting("crossings", quantities.add_crossings))
-    monkeypatch.setattr(quantities, "add_signals", counting("signals", quantities.add_signals))
-    others = {name: counting(name, own) for name, own in quantities._STEADY_SUMS.items()}
-    monkeypatch.setattr(quantities, "_STEADY_SUMS", others)
+    monkeypatch.setattr(evaluation, "add_crossings", counting("crossings", evaluation.add_crossings))
+    monkeypatch.setattr(evaluation, "add_signals", counting("signals", evaluation.add_signals))
+    others = {name: counting(name, own) for name, own in evaluation._STEADY_SUMS.items()}
+    monkeypatch.setattr(evaluation, "_STEADY_SUMS", others)
     run = gr.simulate(gr.load("examples/paper/case1.toml"), cycles=4, discard=2, audit=False)
     verdict = judge(run.trajectory)
     assert sorted(counted) == ["crossings", "last cycles", "peaks", "spectra"]

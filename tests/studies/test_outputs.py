@@ -12,7 +12,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
-from gearrattle.quantities import CRITERIA
+from gearrattle.quantities.quantity_table import CRITERIA
 from gearrattle.report.study_pages import page_of
 from gearrattle.signals import gap_names
 from gearrattle.studies.outputs import check_names

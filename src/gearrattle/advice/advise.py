@@ -104,10 +104,7 @@ def advice_on(
 ) -> Advice:
     """Return advice on a planned run; see ``advise``.
 
-    Parameters
-    ----------
-    is_asked
-        whether the user asked for it; a run looks for other motions only where that is nearly free.
+    A run for which the user asked no advice (``is_asked``) looks for other motions only where that is nearly free.
     """
     # check the model and the settings of the planned run
     check_model(model)

@@ -171,11 +171,8 @@ class RegionStiffness:
 def regions(model: Model) -> tuple[list[RegionStiffness], str]:
     """Eigenvalues of the regions that differ in a slope or damping, on the drive side where both sides are alike.
 
-    Returns
-    -------
-    tuple[list[RegionStiffness], str]
-        The regions, and a note where there are too many: then only those with one clearance outside its centre and
-        those with all at their centre or in their last stage.
+    Where there are too many, only those with one clearance outside its centre are returned, and those with all at their
+    centre or in their last stage; a note says so.
     """
     driveline = assemble(model)
     system = driveline.system

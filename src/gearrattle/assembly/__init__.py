@@ -1,6 +1,7 @@
 """Assembly of a model into a ``Driveline``: its piecewise system and the layout of its trajectories."""
 
 from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
+from gearrattle.assembly.drag_notes import drag_notes
 from gearrattle.assembly.drive_torque import drive_torque
 from gearrattle.assembly.elements import component_notes, decay_notes, inertia_of, rows_of
 from gearrattle.assembly.friction_sliders import left_out
@@ -57,6 +58,7 @@ __all__ = [
     "deflection_acceleration",
     "deflection_rate",
     "directions_of",
+    "drag_notes",
     "drive_torque",
     "free_names",
     "free_of",

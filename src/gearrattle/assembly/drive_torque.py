@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_torques import viscous_drags
 from gearrattle.assembly.elements import inertia_of
 from gearrattle.assembly.prescribed_motion import prescribed_indices
 from gearrattle.assembly.ripple import load_ripples
@@ -25,12 +26,13 @@ def drive_torque(model: Model, trajectory: Trajectory) -> Array:
     out = np.empty((len(trajectory.time), len(model.motions)))
     layout = trajectory.layout
     inertia = inertia_of(model)
+    drags = viscous_drags(model)
     ripples = load_ripples(model)
     ramp = layout.ramp
     speed = np.full(len(trajectory.time), layout.omega) if ramp is None else ramp.speed(trajectory.time)
     for p, i in enumerate(prescribed_indices(model)):
         body = model.inertias[i]
-        out[:, p] = inertia[i] * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i]
+        out[:, p] = inertia[i] * trajectory.acceleration[:, i] + drags[i] * trajectory.velocity[:, i]
         out[:, p] += layout.drag_torque_at(i, speed) - sines(model, ripples.get(body.name, ()), trajectory.time)
         for k in np.flatnonzero(layout.rows[:, i]):
             out[:, p] += layout.rows[k, i] / layout.radii[k, 0] * trajectory.element_torque[:, k]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_notes import drag_notes
 from gearrattle.assembly.friction_sliders import is_parted
 from gearrattle.assembly.sideways import mass_of, push_rows
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.model import Element, Model
+from gearrattle.model.drag_points import drag_points
 
 
 def law_of(element: Element) -> PiecewiseLaw:
@@ -29,8 +31,9 @@ def inertia_of(model: Model) -> NDArray[np.float64]:
 
 
 def component_notes(model: Model) -> tuple[str, ...]:
-    """What a user must know of the components."""
-    return tuple(note for component in model.components.values() for note in component.notes())
+    """What a user must know of the components and of the drag parts."""
+    of_components = (note for component in model.components.values() for note in component.notes())
+    return (*of_components, *drag_notes(model))
 
 
 def decay_notes(model: Model) -> tuple[str, ...]:
@@ -38,6 +41,7 @@ def decay_notes(model: Model) -> tuple[str, ...]:
     pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
     prescribed = {motion.on for motion in model.motions}
     drags = [body.drag for body in model.inertias if body.name not in prescribed]
+    drags += [point.slope for point in drag_points(model) if point.body not in prescribed]
     if not pieces or any(drags) or any(piece.damping or piece.hysteresis for piece in pieces):
         return ()
     return (
@@ -59,8 +63,3 @@ def rows_of(model: Model) -> NDArray[np.float64]:
 def system_inertia(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
     """J of the free inertias, then the mass of every direction."""
     return np.concatenate([inertia_of(model)[free], mass_of(model)])
-
-
-def system_drag(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Drag of the free inertias, then none of every direction."""
-    return np.array([*(model.inertias[i].drag for i in free), *np.zeros(mass_of(model).size)])

@@ -62,7 +62,7 @@ def records_of(model: Model) -> Iterator[Record]:
 
 
 def record_notes(model: Model) -> tuple[str, ...]:
-    """Say of which records the spline leaves the values beside it by more than 5 % of the record's span."""
+    """Say of which records the spline leaves the neighbouring values by more than 5 % of the record's span."""
     records = [(record, "s") for record in records_of(model)]
     for i, torque in enumerate(model.torques):
         if torque.engine is not None:
@@ -73,7 +73,7 @@ def record_notes(model: Model) -> tuple[str, ...]:
 
 
 def _note(record: Record, along: str, *, is_si: bool) -> str:
-    """Say how far a record's spline leaves the values beside it; empty if it does not."""
+    """Say how far a record's spline leaves the neighbouring values; empty if it does not."""
     unit, of_time = (f" {record.unit}", f" {along}") if is_si else ("", "")
     places = [
         f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.neighbour:.4g}{unit}"

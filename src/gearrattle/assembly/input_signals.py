@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_torques import drag_torques
 from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.input_histories import records_of, torque_histories
 from gearrattle.assembly.means import mean_torque, own_mean
@@ -151,8 +152,9 @@ def _swept(model: Model) -> Iterator[_Part]:
     driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
     ripples = load_ripples(model)
+    drags = drag_torques(model)
     for i, inertia in enumerate(model.inertias):
-        tones = list(_changing(inertia.drag_torque, -1.0, range_))
+        tones = list(_changing(drags[i], -1.0, range_))
         tones += tones_of(ripples.get(inertia.name, ()), ramp)
         for index, torque in enumerate(model.torques):
             if torque.on == inertia.name:

@@ -13,11 +13,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from gearrattle.assembly.drag_torques import part_drags
 from gearrattle.assembly.elements import inertia_of
 from gearrattle.model import GROUND, Element, Model
 from gearrattle.model.balance import BALANCE
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.components.component import multiply
+from gearrattle.model.drag_points import drag_points
 
 Table = dict[str, Any]
 
@@ -29,8 +31,11 @@ def must_stay_level(model: Model) -> frozenset[int]:
 
 
 def must_keep_bodies(model: Model) -> frozenset[int]:
-    """Elements, by index, whose bodies must stay bodies of their own speed: of planetary sets, and Hooke joints."""
-    return frozenset(k for k, element in enumerate(model.elements) if model.components[element.path].keeps_bodies)
+    """Elements, by index, whose bodies must stay bodies of their own speed: of planetary sets, Hooke joints, drag."""
+    keeping = {path for path, component in model.components.items() if component.keeps_bodies}
+    return frozenset(
+        k for k, element in enumerate(model.elements) if element.path in keeping or element.path not in model.components
+    )
 
 
 def lumped_model(
@@ -56,7 +61,8 @@ def lumped_model(
     gone = {model.elements[k].name for k in removed}
     written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
     tables = {**model.to_tables(at_speed=True), "name": name}
-    tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
+    tables.pop("oil", None)
+    tables["inertia"] = [_body(model, i, owner, ratio) | _drag_between(model, i, owner, ratio) for i in kept]
     for kind in COMPONENTS:
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
@@ -86,9 +92,43 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     inertia = inertia_of(model)
     J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
     table: Table = {"name": model.inertias[kept].name, "J": float(J)}
-    drag = sum(r * r * b.drag for b, r in members)
-    torque = sum(r * b.drag_torque for b, r in members)
+    drag = sum(
+        r * r * (b.drag + d) for (b, r), d in zip(members, _members(part_drags(model), kept, owner), strict=True)
+    )
+    torque = sum(
+        r * (b.drag_torque + t) for (b, r), t in zip(members, _members(_on_housing(model), kept, owner), strict=True)
+    )
     return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
+
+
+def _members(values: Sequence[float], kept: int, owner: Sequence[int]) -> list[float]:
+    """The values of the bodies of a group."""
+    return [value for value, o in zip(values, owner, strict=True) if o == kept]
+
+
+def _on_housing(model: Model) -> list[float]:
+    """Torques of the drag parts on the housing against the rotation of every inertia [N m]."""
+    index = {body.name: i for i, body in enumerate(model.inertias)}
+    torques = [0.0] * len(index)
+    for point in drag_points(model):
+        if point.on == GROUND:
+            torques[index[point.body]] += point.against
+    return torques
+
+
+def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
+    """Drag parts between a group and others; within a group of one speed nothing turns against another."""
+    index = {body.name: i for i, body in enumerate(model.inertias)}
+    parts = []
+    for point in drag_points(model):
+        body = index[point.body]
+        if point.on == GROUND or owner[body] != kept or owner[index[point.on]] == kept:
+            continue
+        turned = ratio[body]
+        numbers = {"torque": turned * point.torque, "slope": turned**2 * point.slope}
+        on = model.inertias[owner[index[point.on]]].name
+        parts.append({"kind": "constant", "on": on, "relative_speed": point.speed / turned, **numbers})
+    return {"drag_parts": parts} if parts else {}
 
 
 def _meshable(element: Element) -> bool:

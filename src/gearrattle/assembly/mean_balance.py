@@ -110,10 +110,7 @@ def balances_of(model: Model) -> tuple[Balance, ...]:
 def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> None:
     """Refuse a train that one torque does not balance under all other loads (n,) on the inertias [N m].
 
-    Raises
-    ------
-    ModelError
-        saying what is left over, and where.
+    The ModelError says what is left over, and where.
     """
     unit = "N m" if model.units == "SI" else ""
     names = [inertia.name for inertia in model.inertias]

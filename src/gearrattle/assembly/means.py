@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_torques import drag_torques
 from gearrattle.assembly.mean_balance import balances_of, check_freedoms
 from gearrattle.assembly.records import mean
 from gearrattle.derived_values import kept
@@ -66,7 +67,7 @@ def _recorded(torque: Torque) -> float:
 def _loads(model: Model, speed: float | None) -> list[float]:
     """Drag torques and means on all inertias but those that balance [N m], at a speed; None: that of the model."""
     names = [inertia.name for inertia in model.inertias]
-    loads = [-_at(inertia.drag_torque, speed) for inertia in model.inertias]
+    loads = [-_at(torque, speed) for torque in drag_torques(model)]
     for torque in model.torques:
         own = 0.0 if isinstance(torque.mean, str) else _at(torque.mean, speed)
         loads[names.index(torque.on)] += own + _recorded(torque)
@@ -81,7 +82,7 @@ def _at(number: float, speed: float | None) -> float:
 def _corners(model: Model) -> tuple[float, ...]:
     """Ends of a sweep, and speeds between them beyond which a mean or a drag torque changes its slope; else none."""
     sweep = model.excitation.sweep
-    numbers = [*(inertia.drag_torque for inertia in model.inertias), *(torque.mean for torque in model.torques)]
+    numbers = [*drag_torques(model), *(torque.mean for torque in model.torques)]
     tables = [number.speeds for number in numbers if isinstance(number, AtSpeed)]
     if sweep is None or sweep.begin == sweep.end or not tables:
         return ()

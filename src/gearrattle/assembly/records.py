@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _ALLOWED = 0.05
-"""Part of a record's span by which its spline may leave the values beside it without a word."""
+"""Part of a record's span by which its spline may leave the neighbouring values without a note."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A record as it is specified: its curve in its own time, or the integral of it, and a straight line beside it.
+    """A record as it is specified: its curve in its own time, or the integral of it, and a straight line added.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def mean(signal: Signal) -> float:
 
 
 class Swing(NamedTuple):
-    """Largest swing of a spline beyond the two points beside it, on one side: its time in the record [s], or crank
+    """Largest swing of a spline beyond its two neighbouring points, on one side: its time in the record [s], or crank
     angle [rad], its value and that of the nearer neighbour [SI].
     """
 

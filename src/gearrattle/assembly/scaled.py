@@ -21,7 +21,13 @@ from gearrattle.model.components import COMPONENTS
 from gearrattle.trajectory import Layout, Sideways, Trajectory
 
 KINDS: dict[str, Any] = {
-    "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque", "mass": "mass"},
+    "inertia": {
+        "J": "inertia",
+        "drag": "torsional_damping",
+        "drag_torque": "torque",
+        "mass": "mass",
+        "drag_parts": {"torque": "torque", "slope": "torsional_damping", "relative_speed": "speed"},
+    },
     **{kind: component.scaling for kind, component in COMPONENTS.items()},
     "excitation": {"speed": "speed", "duration": "time", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {

@@ -149,7 +149,7 @@ class Between:
 
 
 def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory that can tell what the motion does between its samples; itself by any other algorithm."""
+    """Return a trajectory that has the statistics of the motion between its samples; itself by any other algorithm."""
     known = trajectory.exact
     if trajectory.cost.algorithm != "exact" or (isinstance(known, Between) and known.model is model):
         return trajectory

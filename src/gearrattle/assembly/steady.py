@@ -94,7 +94,7 @@ def refuse_but_events(model: Model, what: str) -> None:
 
 
 def unsteady_problems(model: Model, rule: str, remedy: str) -> list[Problem]:
-    """Return what a model has beside harmonics of one speed, as problems."""
+    """Return what a model has besides harmonics of one speed, as problems."""
     torques = [(f"torque.{i}", torque.on) for i, torque in enumerate(model.torques) if torque.signal is not None]
     ramps = [(f"torque.{i}.ramps", torque.on) for i, torque in enumerate(model.torques) if torque.ramps]
     motions = [(f"motion.{i}", motion.on) for i, motion in enumerate(model.motions) if motion.signal is not None]

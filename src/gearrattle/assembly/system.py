@@ -14,7 +14,8 @@ from math import cos, sin
 import numpy as np
 
 from gearrattle.assembly.alternation_clock import alternating, clock_of, pairs_name
-from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_drag, system_inertia
+from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
+from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_inertia
 from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
 from gearrattle.assembly.input_signals import signals_of
 from gearrattle.assembly.means import mean_torques
@@ -28,6 +29,7 @@ from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock
 from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.model import GROUND, Harmonic, Model
+from gearrattle.model.drag_points import reference_of
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.trajectory import Layout
 
@@ -55,10 +57,7 @@ def _clock(model: Model) -> Clock | None:
 class Driveline:
     """A model with its piecewise system, and the layout by which its trajectories are judged.
 
-    Attributes
-    ----------
-    system
-        J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
+    The system is J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
     """
 
     model: Model
@@ -100,7 +99,7 @@ def _system(model: Model) -> PiecewiseSystem:
     mean = beside_directions(model, mean_torques(model))
     return PiecewiseSystem(
         inertia=system_inertia(model, free),
-        drag=system_drag(model, free),
+        drag=beside_directions(model, np.array(viscous_drags(model)))[columns],
         rows=rows_of(model)[:, columns],
         laws=tuple(law_of(element) for element in elements),
         inputs=Harmonics(common.period, common.cycles[: len(column)], mean[columns], *torque[:, columns], *error),
@@ -124,12 +123,12 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
     common = period_of(model)
-    driving = [*(m.on for m in model.motions), *(t.on for t in model.torques)]
+    drags = drag_torques(model)
     # names and constants of bodies, elements and clearances
     return Layout(
         inertia_names=tuple(names),
         inertia=inertia_of(model),
-        drag_torque=np.array([inertia.drag_torque for inertia in model.inertias]),
+        drag_torque=np.array(drags),
         stiffness=np.array([law.stiffness.max() for law in system.laws]),
         element_names=tuple(element.name for element in elements),
         is_mesh=np.array([element.along_line for element in elements], dtype=np.bool_),
@@ -144,15 +143,15 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         omega=model.excitation.omega,
         period=common.period,
         orders=common.orders,
-        reference=names.index(driving[0]) if driving else 0,
+        reference=reference_of(model),
         auxiliary_names=tuple(named.name for named in auxiliaries(model)),
         auxiliary_words=tuple(named.words for named in auxiliaries(model)),
         prescribed=tuple(names.index(motion.on) for motion in model.motions),
         ramp=ramp_of(model),
         drag_tables={
-            i: (np.array(inertia.drag_torque.speeds), np.array(inertia.drag_torque.values))
-            for i, inertia in enumerate(model.inertias)
-            if isinstance(inertia.drag_torque, AtSpeed)
+            i: (np.array(drag.speeds), np.array(drag.values))
+            for i, drag in enumerate(drags)
+            if isinstance(drag, AtSpeed)
         },
         negligible=negligible_of(model),
         component_paths=tuple(element.path for element in elements),

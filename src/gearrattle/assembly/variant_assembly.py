@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly.drag_columns import OIL_TEMPERATURE, drag_columns
 from gearrattle.assembly.mean_balance import balances_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import carried_along, free_names, free_of, motion_errors
@@ -32,6 +33,7 @@ from gearrattle.engine.kernels.variant_arrays import Coefficients
 from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.model import Element, Harmonic, Model
 from gearrattle.model.components.component import PieceColumns
+from gearrattle.model.drag_points import has_drag_parts
 from gearrattle.model.over_speed import AtSpeed
 
 Array = NDArray[np.float64]
@@ -56,6 +58,7 @@ _BOUNDS = {
     "torque": {"mean": _FINITE},
     "harmonics": {"amplitude": _FINITE, "phase": _FINITE},
     "excitation": {"speed": _POSITIVE, "frequency": _POSITIVE},
+    "oil": {"temperature": _FINITE},
 }
 """Leaves that may vary, and what the model asks of them."""
 _ERRORS = ("transmission_error", "kinematic_error")
@@ -66,7 +69,7 @@ def bound_of(model: Model, path: str) -> str | None:
     parts = path.split(".")
     kind = parts[0]
     key = parts[-1]
-    if kind == "excitation" and len(parts) == 2:
+    if kind in ("excitation", "oil") and len(parts) == 2:
         return _BOUNDS[kind].get(key)
     if len(parts) == 3 and kind in ("inertia", "coupling", "mesh", "torque"):
         owner = _owner(model, kind, parts[1])
@@ -127,6 +130,8 @@ class Columns:
         if {"excitation.speed", "excitation.frequency"} <= set(self.varied):
             self.good[:] = False
         self.omega = self._speed()
+        self.drag = drag_columns(self.model, self.varied.get(OIL_TEMPERATURE), self.omega, self.count)
+        self.good &= self.drag.good
 
     def _speed(self) -> Number:
         if "excitation.speed" in self.varied:
@@ -156,7 +161,10 @@ class Columns:
 
     def sides(self, element: Element) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:
         """Drive and coast side of an element's law."""
-        component = self.model.components[element.path]
+        component = self.model.components.get(element.path)
+        if component is None:  # a drag part
+            side = ((0.0, self.drag.damping[element.name], None),)
+            return side, side
         return component.sides(lambda key, value: self.of(f"{element.path}.{key}", value), element)
 
 
@@ -181,7 +189,7 @@ def coefficients(
         way.
     """
     columns = Columns(model, varied, count)
-    if load_ripples(model):  # of a mean load that the columns may change
+    if load_ripples(model) or _moves_drag(model, varied):  # of a mean load, or of speeds, that the columns may change
         columns.good[:] = False
     parts = varied_parts(model, varied)
     out = _separate(shared, parts) if shared else repeated(coefficients_of(assemble(model).system), count)
@@ -198,12 +206,19 @@ def coefficients(
     return out, columns.good
 
 
+def _moves_drag(model: Model, varied: Iterable[str]) -> bool:
+    """Whether a varied path may move the mean speeds of drag parts."""
+    return has_drag_parts(model) and any(".radii" in path for path in varied)
+
+
 def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
-    """Return which coefficients vary with paths beside the period: "laws", and "loads" for all others."""
+    """Return which coefficients vary with paths besides the period: "laws", and "loads" for all others."""
     parts = set()
     for path in varied:
         kind, *keys = path.split(".")
-        if kind != "excitation":
+        if path == OIL_TEMPERATURE or (kind == "excitation" and has_drag_parts(model)):
+            parts |= {"laws", "loads"}
+        elif kind != "excitation":
             is_law = kind in ("coupling", "mesh") and not set(keys[1:]) & set(_ERRORS)
             parts.add("laws" if is_law else "loads")
         elif has_tables(model):
@@ -256,12 +271,13 @@ def _separate(shared: Coefficients, parts: set[str]) -> Coefficients:
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:
     added = {b: m for c in columns.model.components.values() for b, m in c.added_inertia().items()}
+    drag = columns.drag
     for i, at_file in enumerate(free_of(columns.model).tolist()):
         body = columns.model.inertias[at_file]
         at = f"inertia.{body.name}"
         out.inertia[:, i] = columns.of(f"{at}.J", body.J) + added.get(body.name, 0.0)
-        out.drag[:, i] = columns.of(f"{at}.drag", body.drag)
-        out.mean[:, i] = -columns.of(f"{at}.drag_torque", body.drag_torque)
+        out.drag[:, i] = columns.of(f"{at}.drag", body.drag) + drag.drags[:, at_file]
+        out.mean[:, i] = -(columns.of(f"{at}.drag_torque", body.drag_torque) + drag.torques[:, at_file])
 
 
 def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, int]) -> None:
@@ -304,13 +320,10 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Velocities of a static start: the free inertias turn with those of prescribed motion.
+    """Return (V, N) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
-    Returns
-    -------
-    tuple[Array, NDArray[np.bool_]]
-        (V, N) velocities [rad/s], and (V,) whether the angles are those of the equilibrium: no prescribed angle
-        begins elsewhere than at zero.
+    The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
+    prescribed angle begins elsewhere than at zero.
     """
     velocity = np.zeros((count, assemble(model).system.size))
     level = np.ones(count, dtype=np.bool_)

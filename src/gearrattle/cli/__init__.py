@@ -87,7 +87,7 @@ __all__ = ["COMMANDS", "app", "main"]
 
 def app() -> App:
     """Build the command line's parser; no command is imported yet."""
-    from cyclopts import App
+    from cyclopts import App, Parameter
 
     built = App(
         name="gearrattle",
@@ -96,6 +96,7 @@ def app() -> App:
             "--root DIR: files under DIR may be named by input files, beside those under an input file's own folder."
         ),
         version=gearrattle.__version__,
+        default_parameter=Parameter(negative=""),  # no --no-json, no --empty-set
         help_format="rst",
         suppress_keyboard_interrupt=False,
         result_action="return_value",

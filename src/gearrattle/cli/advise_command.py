@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Settings, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice
@@ -18,7 +17,7 @@ _DEFAULTS = Settings()
 
 
 def advise(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     up_to: str | None = None,
@@ -31,12 +30,8 @@ def advise(
 
     Every line comes with its evidence; "gearrattle run" scores the forecasts. Settings are those of the run planned.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     up_to
         End of the band for lumping, e.g. "75 Hz"; default: the highest order of any torque.
     """

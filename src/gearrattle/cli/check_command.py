@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
-from gearrattle.cli.shared_options import Changes, Json
+from gearrattle.cli.shared_options import Changes, Json, ModelFile
 from gearrattle.errors import shown_problems
 from gearrattle.json_types import json_text
 from gearrattle.model.components import COMPONENTS
+from gearrattle.model.drag_points import drag_points
 from gearrattle.model.plausibility import plausibility_notes
-from gearrattle.wording import counted, quantity
+from gearrattle.wording import columns, counted, quantity
 
 if TYPE_CHECKING:
     from gearrattle.analysis.statics import Equilibrium
@@ -23,16 +23,11 @@ if TYPE_CHECKING:
 _UNITS = {"speed": " rad/s", "duration": " s", "sweep_to": " rad/s", "sweep_over": " s"}
 
 
-def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
-    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right.
+def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> None:
+    """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right."""
+    from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
-    Parameters
-    ----------
-    model
-        Model file (TOML).
-    """
-    from gearrattle.assembly import decay_notes, record_notes
-
+    # read the model, and find its rest
     try:
         driveline = changed_model(model, changes)
         rest = gearrattle.equilibrium(driveline)
@@ -41,9 +36,16 @@ def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
             problems = [problem.to_dict() for problem in shown_problems(error.problems)]
             print(json_text({"ok": False, "count": len(error.problems), "problems": problems}))
         raise
-    notes = [*plausibility_notes(driveline), *decay_notes(driveline), *record_notes(driveline), *rest.notes]
+    # notes, and what is in it
+    notes = [
+        *plausibility_notes(driveline),
+        *decay_notes(driveline),
+        *drag_notes(driveline),
+        *record_notes(driveline),
+        *rest.notes,
+    ]
     if json:
-        print(json_text({"ok": True, **_content(driveline, rest), "notes": notes}))
+        print(json_text({"ok": True, **_content(driveline, rest), **_drag(driveline), "notes": notes}))
         return
     print("ok")
     content = {key: value for key, value in _content(driveline, rest).items() if value != [] or key == "clearances"}
@@ -51,8 +53,27 @@ def check(model: Path, /, *, changes: Changes = (), json: Json = False) -> None:
     for key, value in content.items():
         unit = _UNITS.get(key, "") if driveline.units == "SI" else ""
         print(f"{key.replace('_', ' '):<{width}}{_words(value, is_si=driveline.units == 'SI')}{unit}")
+    _print_drag(driveline)
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
+
+
+def _drag(model: Model) -> dict[str, Any]:
+    """Return the parts of the drag with their torques; nothing of a model without."""
+    points = drag_points(model)
+    keys = ("path", "on", "speed", "torque", "slope")
+    return {"drag_parts": [{key: getattr(point, key) for key in keys} for point in points]} if points else {}
+
+
+def _print_drag(model: Model) -> None:
+    """Print the drag of every body by part."""
+    if not drag_points(model):
+        return
+    from gearrattle.report.drag_table import drag_table
+
+    table = drag_table(model)
+    assert table is not None
+    print(f"\n{table.title}\n{columns(table.head, table.rows, table.words)}")
 
 
 def _content(model: Model, rest: Equilibrium) -> dict[str, Any]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Whole, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Whole, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -39,7 +38,7 @@ _DEFAULTS = Contest()
 
 
 def compare(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     algorithms: Annotated[str, Parameter(name=["--algorithms", "-a"])] = "",
@@ -51,12 +50,8 @@ def compare(
 ) -> None:
     """Compare algorithms on a model: cost, true error, missed and invented impacts, statistics, advice.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     algorithms
         Names, separated by commas; default: the seven of the 1995 paper. "all" for every one there is.
     work_precision

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, OutputPath, Words, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -19,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def condense(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     up_to: str,
     method: str = "craig-bampton",
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    keep: Annotated[Sequence[str], Parameter(negative="")] = (),
+    output: OutputPath = None,
+    keep: Words = (),
     limit: float = 0.05,
     margin: float = 3.0,
     changes: Changes = (),
@@ -33,12 +29,8 @@ def condense(
 ) -> None:
     """Write a driveline in few coordinates: mass, damping and stiffness matrices, and their error in the band.
 
-    With -o, writes the matrices, or a folder with a page: all or nothing.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     up_to
         End of the band, e.g. "75 Hz".
     method

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
@@ -16,7 +15,10 @@ from gearrattle.cli.emit import emit
 from gearrattle.cli.shared_options import (
     Changes,
     Json,
+    ModelFile,
+    Output,
     Whole,
+    Words,
     ends_in,
     named_as,
     number_or_text,
@@ -38,14 +40,12 @@ if TYPE_CHECKING:
 
     Ends = tuple[Written, Written]
 
-_ACROSS = 32
-_UP = 20
 _OF_BRANCH = {name: f"--{name}" for name in ("path", "range", "cycles", "rate", "within", "narrow")}
 _OF_SECOND = {"event": "--boundary", "second": "--second", "range": "--second-range"}
 
 
 def continue_(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     path: str,
@@ -53,28 +53,24 @@ def continue_(
     cycles: Whole = 1,
     start: Literal["steady", "static", "zero", "linear"] | None = None,
     step_limit: str | None = None,
-    isolated: Annotated[bool, Parameter(negative="")] = False,
+    isolated: bool = False,
     within: str | None = None,
-    narrow: float | None = None,
+    narrow: float = 1e-3,
     second: str | None = None,
     second_range: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     across: Whole | None = None,
     up: Whole | None = None,
     boundary: Whole | None = None,
-    scatter: Annotated[Sequence[str], Parameter(negative="")] = (),
+    scatter: Words = (),
     rate: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Follow motions that repeat over a value of the model, through folds, and locate what happens on the way.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     path
         Of the value, such as excitation.speed or mesh.gear.backlash.
     over
@@ -93,7 +89,7 @@ def continue_(
         exact runs up and down the range do. Default: 60 s; with --second and --rate none.
     narrow
         Share of the range: events nearer to each other are told as one family, narrower ranges of unstable motions
-        not at all. Default: 0.001.
+        not at all.
     second
         Path of a second value, such as torque.0.mean: a map over both values says where rattle must be, where it exists
         beside a quiet motion, and where none is found.
@@ -113,8 +109,6 @@ def continue_(
     rate
         Of a run-up and a run-down over a range of the speed, e.g. "100 rpm/s": they are simulated, and their jumps are
         listed beside those of the branch.
-    output
-        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
     # read and check the options
     driveline = changed_model(model, changes)
@@ -130,8 +124,6 @@ def continue_(
     _check_values(driveline, (path, ends), (second, second_ends), deviations, speed_rate)
     limit = None if step_limit is None else _limit(step_limit, path, ends, driveline)
 
-    from gearrattle.orbits.branch import NARROW
-
     def work(watch: Watch) -> Branch | MotionMap | RunUpJumps | xr.Dataset | BranchesPage:
         watch.enter("following motions")
         # follow the branch from the first motion
@@ -144,7 +136,7 @@ def continue_(
                 cycles=cycles,
                 step_limit=limit,
                 isolated=isolated,
-                narrow=NARROW if narrow is None else narrow,
+                narrow=narrow,
                 within=seconds,
                 progress=watch,
             )
@@ -154,7 +146,7 @@ def continue_(
             with named_as(_OF_SECOND):
                 if boundary is not None:
                     return branch.boundary(boundary, second, second_ends, progress=watch)
-                cells = {"across": _ACROSS if across is None else across, "up": _UP if up is None else up}
+                cells = {name: count for name, count in (("across", across), ("up", up)) if count is not None}
                 return branch.map(second, second_ends, **cells, isolated=isolated, progress=watch)
         # run-up and run-down, or scatter of events
         if speed_rate is not None:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 import gearrattle
-from gearrattle.cli.shared_options import Json
+from gearrattle.cli.shared_options import Json, OutputPath
 from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import json_text
 from gearrattle.model.examples import example_files, examples_folder
@@ -16,7 +13,7 @@ from gearrattle.wording import columns
 from gearrattle.writing import Staging
 
 
-def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None, json: Json = False) -> None:
+def examples(*, output: OutputPath = None, json: Json = False) -> None:
     """List the models that come with the package, or copy all examples into a folder.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.background import watched
-from gearrattle.cli.shared_options import Json
+from gearrattle.cli.shared_options import Json, OutputPath, Words
 from gearrattle.errors import ModelError
 from gearrattle.json_types import json_text
 from gearrattle.wording import columns
@@ -43,9 +43,9 @@ def figures(
     source: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     formats: Annotated[str, Parameter(name="--as")] = "pdf",
-    only: Annotated[Sequence[str], Parameter(negative="")] = (),
+    only: Words = (),
     look: Look = _LOOK,
     dpi: float = 300.0,
     json: Json = False,

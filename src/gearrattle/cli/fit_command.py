@@ -13,7 +13,7 @@ import gearrattle
 from gearrattle.cli.assignments import labels, numbers, words
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Whole, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, OutputPath, Whole, Words, number_or_text
 from gearrattle.cli.validate_run_up_command import OverSpeed
 from gearrattle.errors import ModelError, Problem
 
@@ -21,34 +21,28 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.measured.identification.fit_result import Fit
 
-_Words = Annotated[Sequence[str], Parameter(negative="")]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Search:
     """How the fit is done."""
 
-    bounds: Annotated[_Words, Parameter(help="PATH=LOW..HIGH, values as in a model file. May be repeated.")] = ()
+    bounds: Annotated[Words, Parameter(help="PATH=LOW..HIGH, values as in a model file. May be repeated.")] = ()
     factor: Annotated[float, Parameter(help="Bounds of the others: start divided and multiplied by this.")] = 3.0
-    contact_ratio: Annotated[_Words, Parameter(help="NAME=RATIO, for data without a state. May be repeated.")] = ()
-    region: Annotated[_Words, Parameter(help="NAME=LABEL, for data without a state. May be repeated.")] = ()
+    contact_ratio: Annotated[Words, Parameter(help="NAME=RATIO, for data without a state. May be repeated.")] = ()
+    region: Annotated[Words, Parameter(help="NAME=LABEL, for data without a state. May be repeated.")] = ()
     starts: Annotated[Whole, Parameter(help="Searches: from the model, then from all over the bounds.")] = 16
     seed: Annotated[Whole, Parameter(help="Of the starts.")] = 0
     prior: Annotated[float | None, Parameter(help="Standard deviation of ln(parameter/start); default: none.")] = None
-    profile: Annotated[bool, Parameter(negative="", help="Also 95 % profile-likelihood intervals.")] = False
+    profile: Annotated[bool, Parameter(help="Also 95 % profile-likelihood intervals.")] = False
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``fit``."""
         return {
+            **vars(self),
             "bounds": _bounds(self.bounds),
-            "factor": self.factor,
             "contact_ratio": numbers("--contact-ratio", self.contact_ratio),
             "region": labels("--region", self.region),
-            "starts": self.starts,
-            "seed": self.seed,
-            "prior": self.prior,
-            "profile": self.profile,
         }
 
 
@@ -57,7 +51,7 @@ class Search:
 class Recorded:
     """How a recorded motion is compared; a data file says it in [recording]."""
 
-    match: Annotated[_Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
+    match: Annotated[Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
     start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
     end: Annotated[float | None, Parameter(help="Last time used of the measured record [s].")] = None
     cycles: Annotated[Whole | None, Parameter(help="Length of each simulation; default: the model's.")] = None
@@ -90,8 +84,8 @@ def fit(
     data: Path,
     /,
     *,
-    free: _Words = (),
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    free: Words = (),
+    output: OutputPath = None,
     search: Search = _DEFAULTS,
     recorded: Recorded = _RECORDED,
     over_speed: OverSpeed = _OVER_SPEED,
@@ -101,8 +95,6 @@ def fit(
     """Fit parameters to measured frequencies, shapes and responses or to a recorded motion; say what stays open.
 
     A model with a speed sweep is fitted to a run-up, order by order over speed.
-
-    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.command_inputs import is_model, motion_or_recording
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, Whole
+from gearrattle.cli.shared_options import Json, OutputPath, Whole, Words
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from gearrattle.report.sound.sound_page import SoundPage
     from gearrattle.results import Run
 
-_Words = Annotated[Sequence[str], Parameter(negative="")]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Hearing:
 
     path: Annotated[Path | None, Parameter(help="WAV or CSV file with an impulse response; default: assumed.")] = None
     scale: Annotated[float, Parameter(help="What 1 in a WAV impulse response is worth [Pa/(N s)].")] = 1.0
-    element: Annotated[_Words, Parameter(help="Whose impacts are heard; default: all meshes. May be repeated.")] = ()
+    element: Annotated[Words, Parameter(help="Whose impacts are heard; default: all meshes. May be repeated.")] = ()
     gain: Annotated[float | None, Parameter(help="Full scale per pascal; default: the loudest peaks at half.")] = None
 
     def arguments(self) -> dict[str, Any]:
@@ -46,10 +44,10 @@ _RATE = 48_000.0  # Hz, of ``gearrattle.listen``
 
 def listen(
     *motions: Path,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     hearing: Hearing = _DEFAULTS,
     bits: Whole = 32,
-    quality: Annotated[bool, Parameter(negative="")] = False,
+    quality: bool = False,
     json: Json = False,
 ) -> None:
     """Turn impacts into sound, all designs through one path and at one gain, and tell their levels.
@@ -65,7 +63,7 @@ def listen(
     bits
         32: floating point; 24: integers.
     quality
-        Also loudness, sharpness and roughness (extra "sound").
+        Also loudness, sharpness, roughness and impulsiveness (extra "sound").
     """
     from gearrattle.report.sound.sound_page import SoundPage
 

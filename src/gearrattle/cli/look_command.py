@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, number_or_text
+from gearrattle.cli.shared_options import Json, OutputPath, number_or_text
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -21,14 +19,12 @@ def look(
     source: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     time: str = "",
     sampled: str | None = None,
     json: Json = False,
 ) -> None:
     """List the channels of a measured file: units, rates, first samples; write a first mapping file.
-
-    With -o, writes the mapping, the table, or a folder with a page: all or nothing.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, Whole
+from gearrattle.cli.shared_options import Json, OutputPath, Whole
 from gearrattle.errors import ModelError, Problem
 from gearrattle.wording import listed
 
@@ -45,14 +45,12 @@ def loop(
     data: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     figure: Path | None = None,
     reading: Reading = _DEFAULTS,
     json: Json = False,
 ) -> None:
     """Fit the stages of a coupling to a measured torque-angle loop, with standard errors.
-
-    With -o, writes the coupling, the numbers, the figure, or a folder with a page: all or nothing.
 
     Parameters
     ----------

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
-
-from cyclopts import Parameter
+from typing import Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import motion_or_recording
@@ -18,8 +16,8 @@ def metrics(
     /,
     *,
     model: Path | None = None,
-    name: Annotated[tuple[str, ...], Parameter(negative=())] = (),
-    order: Annotated[tuple[float, ...], Parameter(negative=())] = (),
+    name: tuple[str, ...] = (),
+    order: tuple[float, ...] = (),
     base_level: float | None = None,
     kappa: float | None = None,
     kind: str | None = None,
@@ -27,8 +25,6 @@ def metrics(
     json: Json = False,
 ) -> None:
     """Measure a saved motion, or signals of a rig, by every rattle metric.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------

@@ -3,38 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.assignments import labels, lists, numbers
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Words
 
 
 def modes(
-    model: Path,
+    model: ModelFile,
     /,
     *,
-    contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
-    region: Annotated[Sequence[str], Parameter(negative="")] = (),
+    contact_ratio: Words = (),
+    region: Words = (),
     speeds: str | None = None,
-    over: Annotated[Sequence[str], Parameter(negative="")] = (),
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    over: Words = (),
+    output: Output = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print the natural modes; every clearance is closed unless specified otherwise.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     contact_ratio
         NAME=RATIO: the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     region
@@ -45,8 +37,6 @@ def modes(
         twice the model's speed. Given, the crossings are printed.
     over
         NAME=RATIO,RATIO,...: the Campbell diagram has lines for each of these contact ratios. May be repeated.
-    output
-        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
     from gearrattle.report.modes_page import ModesPage
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import channels_of, motion_or_recording
 from gearrattle.cli.emit import emit_each
-from gearrattle.cli.shared_options import Json, Whole
+from gearrattle.cli.shared_options import Json, OutputPath, Whole
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -28,19 +26,17 @@ def orders(
     /,
     *,
     speed: str | None = None,
-    order: Annotated[Sequence[float], Parameter(negative="")] = (),
+    order: Sequence[float] = (),
     turns: Whole = 8,
     highest: float | None = None,
-    spectra: Annotated[bool, Parameter(negative="")] = False,
+    spectra: bool = False,
     resolution: str | None = None,
     speed_step: str | None = None,
     model: Path | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     json: Json = False,
 ) -> None:
     """Print the strongest orders of a signal, or chosen ones; with -o draw or save their map.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Literal
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Whole, named_as, seconds_of
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, OutputPath, Whole, named_as, seconds_of
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model.value_kinds import checked
 
@@ -22,25 +19,21 @@ if TYPE_CHECKING:
 
 
 def periodic(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     cycles: Whole | None = None,
     start: Literal["steady", "static", "zero", "linear"] | None = None,
-    every: Annotated[bool, Parameter(negative="")] = False,
+    every: bool = False,
     within: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Find a motion that repeats: its stability, its impacts in their order, the verdict on it.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     cycles
         Periods T of all orders after which the motion repeats. Default: 1; where none is found, as many as a simulation
         settles in.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,17 @@ import gearrattle
 from gearrattle.cli.assignments import words
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Whole, ends_in, named_as, number_or_text
+from gearrattle.cli.shared_options import (
+    Changes,
+    Json,
+    ModelFile,
+    Output,
+    Whole,
+    Words,
+    ends_in,
+    named_as,
+    number_or_text,
+)
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -22,11 +31,11 @@ if TYPE_CHECKING:
 
 
 def prove_quiet(
-    model: Path,
+    model: ModelFile,
     ranges: Path | None = None,
     /,
     *,
-    range_: Annotated[Sequence[str], Parameter(name="--range", negative="")] = (),
+    range_: Annotated[Words, Parameter(name="--range")] = (),
     within: str | None = None,
     boxes: Whole | None = None,
     resolution: float | None = None,
@@ -40,8 +49,6 @@ def prove_quiet(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     ranges
         File of ranges (TOML): a table [range] with pairs by path; within, boxes and resolution as below.
     range_

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Literal
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, OutputPath, Words, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -19,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def reduce(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     up_to: str,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    keep: Annotated[Sequence[str], Parameter(negative="")] = (),
-    merge: Annotated[Sequence[str], Parameter(negative="")] = (),
+    output: OutputPath = None,
+    keep: Words = (),
+    merge: Words = (),
     limit: float = 0.05,
     margin: float = 2.0,
     check: Literal["simulate"] | None = None,
@@ -34,12 +30,8 @@ def reduce(
 ) -> None:
     """Merge bodies that do not move against each other inside a band, and say what it costs.
 
-    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     up_to
         End of the band, e.g. "75 Hz".
     output

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, named_as, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Settings, Whole, named_as, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -21,13 +19,13 @@ _SETTINGS = Settings()
 
 
 def remedy(
-    model: Path,
+    model: ModelFile,
     file: Path | None = None,
     /,
     *,
     target: str | None = None,
     speeds: str | None = None,
-    singles: Annotated[bool, Parameter(negative="")] = False,
+    singles: bool = False,
     keep: Path | None = None,
     workers: Whole | None = None,
     changes: Changes = (),
@@ -42,8 +40,6 @@ def remedy(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     file
         Remedy file (TOML): target, speeds, and under [candidates] by path or pattern from, to (or factor) and cost.
         Default: drag torques, backlashes, gaps, stages and inertias, from 0.7 to 1.3 times their values.

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Literal
 
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json
+from gearrattle.cli.shared_options import Json, OutputPath
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -19,8 +17,8 @@ def reproduce(
     what: Literal["paper"],
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    quick: Annotated[bool, Parameter(negative="")] = False,
+    output: OutputPath = None,
+    quick: bool = False,
     json: Json = False,
 ) -> None:
     """Run what the paper ran, and write a page: paper, ours, why they differ.

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Negligible, Settings, negligible_of
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Negligible, OutputPath, Settings, negligible_of
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -20,10 +18,10 @@ _DEFAULTS = Settings()
 
 
 def run(
-    model: Path,
+    model: ModelFile,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     settings: Settings = _DEFAULTS,
     changes: Changes = (),
     negligible: Negligible = (),
@@ -35,8 +33,6 @@ def run(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     output
         Folder for the results; default: the model file's name with "-results", here.
     """

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.assignments import numbers
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json
+from gearrattle.cli.shared_options import Changes, Json, OutputPath, Words
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -23,14 +20,12 @@ def scale(
     model: Path,
     /,
     *,
-    contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    contact_ratio: Words = (),
+    output: OutputPath = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print the dimensionless coefficients and the condition numbers; save the dimensionless model.
-
-    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
 
     Parameters
     ----------

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli import assignments
 from gearrattle.cli.command_inputs import changed_model, is_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Settings, Whole, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, Words, number_or_text, typed
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -30,13 +28,13 @@ def screen(
     speeds: str | None = None,
     count: Whole | None = None,
     loads: str | None = None,
-    load: Annotated[Sequence[str], Parameter(negative="")] = (),
+    load: Words = (),
     changes: Changes = (),
-    simulate: Annotated[bool, Parameter(negative="")] = False,
-    check: Annotated[bool, Parameter(negative="")] = False,
+    simulate: bool = False,
+    check: bool = False,
     points: Whole | None = None,
     workers: Whole | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     settings: Settings = _SETTINGS,
     json: Json = False,
 ) -> None:
@@ -44,8 +42,6 @@ def screen(
 
     It is a linear forecast, a range where friction or staged springs may change the driveline: quiet, undecided, lifts
     off. --check simulates the cases near the border and says how often the forecast was right.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -69,8 +65,6 @@ def screen(
         Cases of --check. Default: 8.
     workers
         Processes or threads of --simulate and --check; default: as many as there are cores.
-    output
-        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the table on the terminal only.
     """
     from gearrattle.report.screening_page import ScreeningPage
 
@@ -146,9 +140,8 @@ def _factors(loads: str) -> list[float]:
 
 def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int | None) -> Model:
     """Return the model with the settings of its simulations; ModelError for settings without simulations."""
-    options = {key: value for key, value in settings.arguments().items() if value is not None}
-    if not simulate and (options or workers is not None):
-        names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))
+    options = typed(settings) + (["--workers"] if workers is not None else [])
+    if options and not simulate:
         rule = "is of simulations, and nothing is simulated"
-        raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate or --check, or leave it out"))
-    return model.with_({f"simulation.{key}": value for key, value in options.items()}) if options else model
+        raise ModelError(Problem(", ".join(options), "given", rule, "add --simulate or --check, or leave it out"))
+    return settings.on(model)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -38,30 +38,33 @@ def _nearest(text: str) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number: every option that counts."""
+Words = Annotated[Sequence[str], Parameter(show_default=False)]
+"""An option that may be repeated."""
+ModelFile = Annotated[Path, Parameter(help="Model file (TOML).")]
+OutputPath = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+"""Where a result goes, of a command that says itself in which forms."""
 Output = Annotated[
-    Path | None,
+    OutputPath,
     Parameter(
-        name=["--output", "-o"],
         help="Folder for report.html, summary.json, results.nc and figures/, all or nothing; or a file for the "
         "numbers, ending in .nc or .csv. Default: the answer on the terminal only.",
     ),
 ]
 """Where a result goes."""
 Changes = Annotated[
-    Sequence[str],
+    Words,
     Parameter(
         name="--set",
-        negative="",
         help="PATH=VALUE of the model, as in its file. * in PATH stands for any text, x3 for three times what the "
         'model says: "inertia.*.drag_torque=x3". May be repeated.',
     ),
 ]
 """Values that the model has other than its file."""
-Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
+Json = Annotated[bool, Parameter(show_default=False, help="Print the result as JSON on stdout.")]
 
 
 Negligible = Annotated[
-    Sequence[str],
+    Words,
     Parameter(
         name="--negligible",
         help="Below which size an impact is a touch, as [criteria] negligible of a model file: "
@@ -98,6 +101,12 @@ class Settings:
         """Return a model with these settings."""
         chosen = {name: value for name, value in self.arguments().items() if value is not None}
         return model.with_simulation(chosen) if chosen else model
+
+
+def typed(record: Any) -> list[str]:
+    """Return the options of a record that have other values than without being typed, as they are typed."""
+    values = {field: getattr(record, field.name) for field in fields(record)}
+    return [f"--{field.name.replace('_', '-')}" for field, value in values.items() if value not in (field.default, [])]
 
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Settings
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -18,7 +17,7 @@ _DEFAULTS = Settings()
 
 
 def simulate(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     output: Output = None,
@@ -26,16 +25,7 @@ def simulate(
     changes: Changes = (),
     json: Json = False,
 ) -> None:
-    """Simulate a model and save the motion.
-
-    With -o, writes the motion into a file that ends in .nc (everything) or .csv (the samples), or a whole report into a
-    folder, all or nothing.
-
-    Parameters
-    ----------
-    model
-        Model file (TOML).
-    """
+    """Simulate a model and save the motion."""
     driveline = changed_model(model, changes)
 
     def work(watch: Watch) -> SimulationReport:

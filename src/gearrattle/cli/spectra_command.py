@@ -13,7 +13,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.command_inputs import channels_of, is_model, motion_or_recording, no_channel
 from gearrattle.cli.emit import emit_each
-from gearrattle.cli.shared_options import Json, Settings
+from gearrattle.cli.shared_options import Json, Output, Settings, typed
 from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
@@ -47,14 +47,12 @@ def spectra(
     channel: str | None = None,
     against: str | None = None,
     model: Path | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     how: Averaging = _HOW,
     settings: Settings = _SETTINGS,
     json: Json = False,
 ) -> None:
     """Print where a signal's power is, and with --against how far another one explains it, with confidence limits.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -67,8 +65,6 @@ def spectra(
         The signal taken as its cause: cross density, transfer function and coherence as well.
     model
         Model file (TOML) whose natural frequencies are marked; a run knows its own.
-    output
-        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the table on the terminal only.
     """
     from dataclasses import asdict
 
@@ -98,7 +94,6 @@ def _signal(
     from gearrattle.assembly import assemble
     from gearrattle.signals.spectral.sampled import column_of
 
-    arguments = settings.arguments()
     if is_model(source):
         driveline = gearrattle.load(source)
         layout = assemble(driveline).layout
@@ -107,9 +102,8 @@ def _signal(
         for name in (channel, against):
             if name is not None:
                 column_of(layout, name)
-        return lambda watch: gearrattle.simulate(driveline, **arguments, progress=watch), (channel,)
-    options = [f"--{key.replace('_', '-')}" for key, value in arguments.items() if value is not None]
-    if options:
+        return lambda watch: gearrattle.simulate(driveline, **settings.arguments(), progress=watch), (channel,)
+    if options := typed(settings):
         rule = "is of a simulation, and this has been simulated or measured"
         raise ModelError(Problem(", ".join(options), str(source), rule, "leave it out, or give a model file"))
     signal = motion_or_recording(source)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING
 
 import gearrattle
 from gearrattle.cli.assignments import numbers
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, number_or_text
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Words, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.analysis.stiffness import RegionStiffness
@@ -25,25 +22,21 @@ RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.
 
 
 def stiffness(
-    model: Path,
+    model: ModelFile,
     /,
     *,
-    contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
+    contact_ratio: Words = (),
     step: str | None = None,
-    with_damping: Annotated[bool, Parameter(negative="")] = False,
-    visited: Annotated[bool, Parameter(negative="")] = False,
+    with_damping: bool = False,
+    visited: bool = False,
     output: Output = None,
     changes: Changes = (),
     json: Json = False,
 ) -> None:
     """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
 
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
-    model
-        Model file (TOML).
     contact_ratio
         NAME=RATIO: the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     step

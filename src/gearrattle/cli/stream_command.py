@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 import gearrattle
 from gearrattle.cli.background import watched
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import print_result
-from gearrattle.cli.shared_options import Changes, Json, Settings, Whole
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, OutputPath, Settings, Whole
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.json_types import json_text
 from gearrattle.wording import counted
@@ -27,12 +25,12 @@ _GRACE = 2.0  # seconds after Ctrl-C in which a chunk that is being written may 
 
 
 def stream(
-    model: Path,
+    model: ModelFile,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OutputPath = None,
     chunk: Whole | None = None,
-    resume: Annotated[bool, Parameter(negative="")] = False,
+    resume: bool = False,
     settings: Settings = _DEFAULTS,
     changes: Changes = (),
     json: Json = False,
@@ -41,8 +39,6 @@ def stream(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     output
         Folder for the chunks; default: the model file's name with "-stream", here.
     chunk

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gearrattle.studies.storage import Storage
     from gearrattle.studies.study_call import Study
 
-_GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
+_GRACE = 2.0  # seconds after Ctrl-C in which workers may be stopped
 
 
 def study(
@@ -34,9 +34,9 @@ def study(
     output: Annotated[str | None, Parameter(name=["--output", "-o"])] = None,
     scheduler: str | None = None,
     workers: Whole | None = None,
-    resume: Annotated[bool, Parameter(negative="")] = False,
-    retry_failed: Annotated[bool, Parameter(negative="")] = False,
-    estimate: Annotated[bool, Parameter(negative="")] = False,
+    resume: bool = False,
+    retry_failed: bool = False,
+    estimate: bool = False,
     function: str | None = None,
     changes: Changes = (),
     json: Json = False,

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 import gearrattle
 from gearrattle.cli.command_inputs import changed_model
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Changes, Json, Output, Settings, Whole, ends_in, named_as
+from gearrattle.cli.shared_options import Changes, Json, ModelFile, Output, Settings, Whole, ends_in, named_as
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -20,14 +19,14 @@ _SETTINGS = Settings()
 
 
 def threshold(
-    model: Path,
+    model: ModelFile,
     /,
     *,
     path: str,
-    range_: Annotated[str, Parameter(name="--range")],
+    range_: Annotated[str, Parameter(name="--range", allow_leading_hyphen=True)],
     until: str = "quiet",
-    count: Whole | None = None,
-    width: float | None = None,
+    count: Whole = 7,
+    width: float = 0.01,
     workers: Whole | None = None,
     changes: Changes = (),
     output: Output = None,
@@ -44,8 +43,6 @@ def threshold(
 
     Parameters
     ----------
-    model
-        Model file (TOML).
     path
         Path of the value, such as mesh.m1.backlash; or a pattern with * whose values are multiplied:
         inertia.*.drag_torque with --range "x1:x8".
@@ -54,20 +51,20 @@ def threshold(
     until
         The goal: quiet, or a limit, such as "largest impact energy < 0.1 mJ" or "m5: largest approach speed < 5 mm/s".
     count
-        Number of values in the scan. Default: 7.
+        Number of values in the scan.
     width
-        Width at which halving stops, as a share of the value. Default: 0.01.
+        Width at which halving stops, as a share of the value.
     workers
         Threads; default: as many as there are cores.
     """
     driveline = settings.on(changed_model(model, changes))
     ends = ends_in(range_)
-    asked = {"count": count, "width": width}
-    options: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
 
     def work(watch: Watch) -> Threshold:
         watch.enter("simulating")
         with named_as({"count": "--count", "width": "--width", "range": "--range", "until": "--until"}):
-            return gearrattle.threshold(driveline, path, ends, until, **options, workers=workers, progress=watch)
+            return gearrattle.threshold(
+                driveline, path, ends, until, count=count, width=width, workers=workers, progress=watch
+            )
 
     emit("threshold", work, output, json=json, inputs=[model], keeps_known=True)

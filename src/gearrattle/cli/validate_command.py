@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.assignments import numbers, words
 from gearrattle.cli.emit import emit
-from gearrattle.cli.shared_options import Json, Output, Settings, Whole, number_or_text
+from gearrattle.cli.shared_options import Json, Output, Settings, Whole, Words, number_or_text, typed
 from gearrattle.cli.validate_run_up_command import OverSpeed, is_run_up
 from gearrattle.errors import ModelError, Problem
 
@@ -20,15 +19,13 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.measured.validation import Validation
 
-_Words = Annotated[Sequence[str], Parameter(negative="")]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Comparison:
     """How the two are compared."""
 
-    match: Annotated[_Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
+    match: Annotated[Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
     start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
     end: Annotated[float | None, Parameter(help="Last time used of the measured record [s].")] = None
     lowest: Annotated[float, Parameter(help="Lowest frequency [Hz]; 0: no high pass.")] = 0.0
@@ -36,42 +33,25 @@ class Comparison:
     trend: Annotated[str, Parameter(help='Removed from both: "none", "mean" or "linear".')] = "mean"
     clock: Annotated[str, Parameter(help='"cycle", "phase", "none", or seconds added to the measured times.')] = "cycle"
     clock_by: Annotated[str, Parameter(help="Measured channel that sets the clock.")] = ""
-    threshold: Annotated[_Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
-    noise: Annotated[_Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
+    threshold: Annotated[Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
+    noise: Annotated[Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
     calibration: Annotated[float | None, Parameter(help="Standard uncertainty of all channels [%].")] = None
-    uncertain: Annotated[_Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
+    uncertain: Annotated[Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
     draws: Annotated[Whole, Parameter(help="Runs with randomly drawn uncertain parameters.")] = 16
     seed: Annotated[Whole, Parameter(help="Seed of these runs and of the bootstrap.")] = 0
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``validate``."""
+        renamed = ("lowest", "highest", "threshold", "uncertain")
         return {
+            **{name: value for name, value in vars(self).items() if name not in renamed},
             "match": words("--match", self.match),
-            "start": self.start,
-            "end": self.end,
             "band": (self.lowest, self.highest),
-            "trend": self.trend,
             "clock": number_or_text(self.clock),
-            "clock_by": self.clock_by,
             "thresholds": numbers("--threshold", self.threshold),
             "noise": numbers("--noise", self.noise),
-            "calibration": self.calibration,
             "parameters": numbers("--uncertain", self.uncertain),
-            "draws": self.draws,
-            "seed": self.seed,
         }
-
-    def unfit(self) -> list[str]:
-        """Return the given options that apply only to a steady motion."""
-        steady = (field for field in fields(self) if field.name != "match")
-        names = [
-            field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))
-        ]
-        return [f"--{name.replace('_', '-')}" for name in names]
-
-
-def _listed(value: Any) -> Any:
-    return value if isinstance(value, list | tuple) else [value]
 
 
 _HOW = Comparison()
@@ -93,8 +73,6 @@ def validate(
     """Compare a simulated motion with a measured one: what agrees within random scatter, what does not, and why.
 
     A model with a speed sweep, or a saved run of one, is compared order by order over speed.
-
-    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -121,7 +99,7 @@ def validate(
 def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
     """Return whether the speed changes; refuse options that do not apply."""
     swept = is_run_up(model)
-    wrong = how.unfit() if swept else over_speed.given()
+    wrong = [option for option in typed(how) if option != "--match"] if swept else typed(over_speed)
     if wrong:
         rule = (
             "applies to steady motions, and here the speed changes"

@@ -12,12 +12,11 @@ from cyclopts import Parameter
 import gearrattle
 from gearrattle.cli.command_inputs import is_model
 from gearrattle.cli.emit import emit
+from gearrattle.cli.shared_options import Words
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.measured.validation import RunUp
-
-_Words = Annotated[Sequence[str], Parameter(negative="")]
 
 
 @Parameter(name="*")
@@ -25,15 +24,10 @@ _Words = Annotated[Sequence[str], Parameter(negative="")]
 class OverSpeed:
     """How run-ups are compared."""
 
-    order: Annotated[Sequence[float], Parameter(negative="", help="Of a run-up: compare it. May be repeated.")] = ()
+    order: Annotated[Sequence[float], Parameter(help="Of a run-up: compare it. May be repeated.")] = ()
     turns: Annotated[float | None, Parameter(help="Of a run-up: turns in a block of the fit; default 8.")] = None
     shaft: Annotated[str | None, Parameter(help="Of a run-up: measured channel of the shaft's speed or angle.")] = None
-    repeat: Annotated[_Words, Parameter(help="Of a run-up: a file that repeats it. May be repeated.")] = ()
-
-    def given(self) -> list[str]:
-        """Return the options that were given."""
-        values = {"--order": self.order, "--turns": self.turns, "--shaft": self.shaft, "--repeat": self.repeat}
-        return [name for name, value in values.items() if value not in ((), [], None)]
+    repeat: Annotated[Words, Parameter(help="Of a run-up: a file that repeats it. May be repeated.")] = ()
 
 
 def is_run_up(model: Path) -> bool:

@@ -1,9 +1,9 @@
 """Comparison of two motions of one driveline: one by any algorithm, and a reference, usually the exact one.
 
-Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
-by one (``crossings``); beyond it, where all digits are lost, only statistics (``portrait``) beside those of exact
-motions begun nearby (``peers``, ``statistics_comparison``). Transmissibilities and coherences are the paper's own
-indices, the latter with what chance gives.
+Inside the reference's predictability horizon the error itself can be measured (``pointwise``) and crossings can be
+matched one by one (``crossing_comparison``). Beyond it all digits are lost: only statistics (``motion_statistics``) can
+be compared with those of exact motions begun nearby (``nearby_motions``, ``statistics_comparison``). Transmissibilities
+and coherences are the paper's own indices, the latter with what chance gives.
 
 The package knows no solver.
 """

@@ -29,8 +29,6 @@ def compare_coherence(
 
     Parameters
     ----------
-    candidate, reference
-        on the same output grid.
     start
         no sample before it is used [s]; None: the steady part.
 

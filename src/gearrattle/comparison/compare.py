@@ -109,19 +109,7 @@ def compare(
     """
     check_model(model)
     check_arguments(progress=(CALLBACK, progress))
-    comparison = side_by_side(
-        model,
-        algorithms,
-        reference=reference,
-        cycles=cycles,
-        discard=discard,
-        samples_per_cycle=samples_per_cycle,
-        tolerance=tolerance,
-        step=step,
-        initial=initial,
-        budget=budget,
-        progress=progress,
-    )
+    comparison = side_by_side(**locals())  # every argument, by its name
     table = table_of(comparison)
     table.attrs |= {KIND: Comparison.kind, "comparison": comparison}
     return table

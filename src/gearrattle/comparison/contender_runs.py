@@ -29,13 +29,7 @@ Algorithms = str | Sequence[str] | Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Contender:
-    """One algorithm with its settings.
-
-    Attributes
-    ----------
-    settings
-        tolerance, step or initial state, where they differ from the comparison's.
-    """
+    """One algorithm with its settings: tolerance, step or initial state, where they differ from the comparison's."""
 
     label: str
     algorithm: str
@@ -67,10 +61,7 @@ class _Spent(Exception):
 def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
     """Contenders from names, or from labels with settings that name the algorithm where it is not the label.
 
-    Raises
-    ------
-    ModelError
-        nobody, a label twice, or settings other than algorithm, tolerance and step.
+    A ModelError refuses an empty list, a label twice, and settings other than algorithm, tolerance and step.
     """
     if not isinstance(algorithms, Mapping):
         names = [algorithms] if isinstance(algorithms, str) else list(algorithms)

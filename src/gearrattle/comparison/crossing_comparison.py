@@ -52,13 +52,7 @@ class Matches(Record):
 
 @dataclass(frozen=True)
 class EventSummary(Record):
-    """Counts and time errors of some matches.
-
-    Attributes
-    ----------
-    largest, median, rms
-        of the magnitudes of the time errors [s]; NaN without a pair.
-    """
+    """Counts of some matches, and magnitudes of their time errors [s], which are NaN without a pair."""
 
     reference: int
     matched: int
@@ -117,8 +111,6 @@ def compare_crossings(
 
     Parameters
     ----------
-    candidate, reference
-        of the same driveline, on the same output grid.
     horizon
         end of the window [s]; None: the whole motion.
     reach

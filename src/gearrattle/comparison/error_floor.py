@@ -71,8 +71,6 @@ def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None =
 
     Parameters
     ----------
-    candidate, reference
-        on the same output grid.
     start
         as in ``portrait``, whose statistics are compared.
 

@@ -16,7 +16,7 @@ from gearrattle.signals import find_impacts, psd, rms
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 ROUNDING = 1e-9
-"""Accelerations this small beside those of the elements' torques, which cancel at rest, are rounding."""
+"""Accelerations this small against those of the elements' torques, which cancel at rest, are rounding."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,6 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
     Parameters
     ----------
-    distance
-        of the clearance that differs most, in half-gaps.
     direction
         (n,) how the angles move against each other; None: the inertia at the widest gap alone.
     """

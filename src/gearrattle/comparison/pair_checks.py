@@ -11,13 +11,7 @@ from gearrattle.wording import counted
 
 
 def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
-    """Check that two motions are of one driveline and sampled at the same times.
-
-    Raises
-    ------
-    ModelError
-        they are not.
-    """
+    """Refuse two motions that are not of one driveline, or not sampled at the same times (ModelError)."""
     mine = candidate.layout
     theirs = reference.layout
     if mine.inertia_names != theirs.inertia_names or mine.element_names != theirs.element_names:
@@ -36,26 +30,14 @@ def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
 
 
 def samples_until(reference: Trajectory, horizon: float | None) -> int:
-    """Return how many samples lie within [0, horizon]; all for None, and at least the first.
-
-    Parameters
-    ----------
-    horizon
-        [s], infinite or None for the whole motion.
-    """
+    """Return how many samples lie within [0, horizon] [s], at least the first; all for None or an infinite one."""
     if horizon is None:
         return int(reference.time.size)
     return max(1, int(np.searchsorted(reference.time, horizon * (1.0 + 1e-12), side="right")))
 
 
 def cycles_beyond(reference: Trajectory, start: float | None) -> Window:
-    """Return the whole cycles of the steady part that begin at ``start`` [s] or later; all of it for None.
-
-    Raises
-    ------
-    ModelError
-        no whole cycle remains.
-    """
+    """Return the whole cycles of the steady part from ``start`` [s] on, all for None; ModelError if none remains."""
     whole = steady(reference)
     if start is None:
         return whole

@@ -76,8 +76,6 @@ def pointwise(
 
     Parameters
     ----------
-    candidate, reference
-        on the same output grid.
     horizon
         end of the window [s], such as the reference's predictability horizon; None: the whole motion.
     thresholds
@@ -115,13 +113,7 @@ def pointwise(
 
 
 def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) -> Array:
-    """Return (Nt,) the worst error at every sample, of deflections or, without clearances, of velocities.
-
-    Parameters
-    ----------
-    candidate, reference
-        on the same output grid.
-    """
+    """Return (Nt,) the worst error at every sample of one grid, of deflections or, without clearances, velocities."""
     if reference.layout.clearance.size:
         history = error_history(candidate, reference, deflection_scale(reference, samples))
     else:

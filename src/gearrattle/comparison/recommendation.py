@@ -39,7 +39,7 @@ def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
     """Return the rows with a verdict, "sound" or "not sound", and what speaks against them.
 
     The reference and the exact motion from nearby have neither, and against a reference that is not exact none has
-    one; but why there is no motion is told in any case.
+    one; but why there is no motion is said in any case.
     """
     first, *others, away = comparison.rows
     rows = []

@@ -117,7 +117,7 @@ class StatisticalComparison(Record):
 def compare_statistics(
     candidate: Portrait, exact: Sequence[Portrait], floor: Floor | None = None, *, units: str = "SI"
 ) -> StatisticalComparison:
-    """Return the statistics of a motion beside those of exact ones, and which of them differ.
+    """Return the statistics of a motion with those of exact ones, and which of them differ.
 
     Parameters
     ----------

@@ -18,13 +18,7 @@ from gearrattle.simulation.settings import settled
 
 
 def check_names(algorithms: Iterable[str]) -> None:
-    """Check that algorithms exist.
-
-    Raises
-    ------
-    ModelError
-        one does not.
-    """
+    """Refuse an algorithm that does not exist (ModelError)."""
     known = tuple(SOLVERS)
     unknown = [name for name in algorithms if name not in known]
     if unknown:
@@ -33,13 +27,7 @@ def check_names(algorithms: Iterable[str]) -> None:
 
 
 def check_budget(budget: float) -> None:
-    """Check that a budget is a positive time.
-
-    Raises
-    ------
-    ModelError
-        it is not positive, or no number.
-    """
+    """Refuse a budget that is no positive time (ModelError)."""
     if not budget > 0.0:
         raise ModelError(Problem("budget", f"{budget:g}", "must be greater than zero", "seconds for each contender"))
 

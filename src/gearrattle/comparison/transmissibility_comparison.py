@@ -86,8 +86,6 @@ def compare_transmissibility(
 
     Parameters
     ----------
-    candidate, reference
-        on the same output grid.
     cycles
         periods T at the end of the motion, fewer where fewer remain after the discarded ones.
 
@@ -128,19 +126,10 @@ def elements_from(layout: Layout, start: int) -> IntArray:
 
 
 def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMONICS) -> Ratios:
-    """Return the transmissibilities of the last cycles of one motion, of its samples.
+    """Return the transmissibilities of the last cycles of one motion, of its samples; ModelError if no cycle is left.
 
-    Algorithms that step have nothing between their samples, so the exact motion is judged by its samples as well.
-
-    Parameters
-    ----------
-    cycles
-        periods T at its end, fewer where fewer remain after the discarded ones.
-
-    Raises
-    ------
-    ModelError
-        no cycle left.
+    Algorithms that step have nothing between their samples, so the exact motion is judged by its samples as well. There
+    are fewer cycles where fewer remain after the discarded ones.
     """
     layout = trajectory.layout
     window = last_cycles(trajectory, cycles)

@@ -45,18 +45,10 @@ class Candidate:
 
 
 def candidates_of(model: Model, requested: Mapping[str, object] | None) -> tuple[Candidate, ...]:
-    """Read the candidates of a search for remedies.
+    """Read the candidates of a search for remedies; a ModelError has all that is wrong with them.
 
-    Parameters
-    ----------
-    requested
-        by path or pattern a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with them) and ``cost``;
-        None for the default list.
-
-    Raises
-    ------
-    ModelError
-        all that is wrong with them.
+    By path or pattern each is a pair of ends, or a mapping with ``from``, ``to`` (or ``factor`` with them) and
+    ``cost``; None stands for the default list.
     """
     if requested is None:
         return _default(model)

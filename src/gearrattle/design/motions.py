@@ -49,12 +49,8 @@ class Motion:
 class Asked:
     """Request of a motion.
 
-    Attributes
-    ----------
-    initial
-        the state in which it begins; None for that of the model, or, pushed, for its pushed one.
-    samples
-        a cycle; None for those of the model.
+    ``initial`` is the state in which it begins; None: that of the model, or, pushed, its pushed one. ``samples`` are
+    those of a cycle; None: as many as the model says.
     """
 
     model: Model

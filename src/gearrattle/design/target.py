@@ -72,7 +72,7 @@ class Target:
 
     @property
     def samples(self) -> int | None:
-        """Samples a cycle that the outputs need: one where crossings tell all, None for those of the model."""
+        """Samples a cycle that the outputs need: one where crossings suffice, None for those of the model."""
         return 1 if all(is_of_crossings(output) for output in self.outputs) else None
 
     def energies(self, values: Values) -> NDArray[np.float64]:

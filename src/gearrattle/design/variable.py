@@ -89,15 +89,8 @@ class Variable:
 def variable_of(model: Model, path: str, ends: Any) -> Variable:
     """Read the range of one value of a model.
 
-    Parameters
-    ----------
-    ends
-        two values as a model file writes them, or two factors; or a mapping as of a variable of ``optimize``.
-
-    Raises
-    ------
-    ModelError
-        the path leads nowhere, or the ends are no range that the model takes.
+    The ends are two values as a model file writes them, two factors, or a mapping as of a variable of ``optimize``.
+    ModelError where the path leads nowhere, or the ends are no range that the model takes.
     """
     if not isinstance(path, str):
         raise ModelError(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))

@@ -98,10 +98,7 @@ class Contents(Result):
     def mapping(self, folder: str | os.PathLike[str] = ".") -> str:
         """Return a mapping file for ``read``: every channel whose quantity is known, at the highest rate.
 
-        Parameters
-        ----------
-        folder
-            where the mapping will stand; the file is named relative to it.
+        The file is named relative to the folder in which the mapping will stand.
         """
         request = self._request
         rows: list[dict[str, Any]] = [{str(key): row[key] for key in row} for row in self.table.to_dict("records")]
@@ -134,7 +131,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     ----------
     source
         CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run; or a mapping file, whose record is looked at with the
-        times that the mapping tells.
+        times that the mapping states.
     time
         name of the time column, if the file does not define it.
     sampled

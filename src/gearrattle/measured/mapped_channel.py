@@ -39,10 +39,7 @@ class Conditioned(NamedTuple):
 def became(channel: Mapped) -> Conditioned:
     """Convert a channel to the quantity it shall have, at its own times.
 
-    Raises
-    ------
-    ModelError
-        samples that are no numbers, too few of them, pulses from which no angle follows.
+    A ModelError refuses samples that are no numbers or too few, and pulses from which no angle follows.
     """
     row = channel.table
     notes = []
@@ -186,7 +183,7 @@ class Even(NamedTuple):
     were_even: bool
 
     def places(self, grid: Array) -> Array | None:
-        """Return the sample at each time of a grid of the same rate; None if samples lie beside these times."""
+        """Return the sample at each time of a grid of the same rate; None if samples lie at other times."""
         at = (grid - self.first) / self.interval
         whole = np.rint(at)
         return whole.astype(np.int64) if np.all(np.abs(at - whole) <= _BESIDE) else None
@@ -226,10 +223,7 @@ def brought(even: Even, grid: Array, rate: float) -> Array:
 def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
     """Remove the trend, then filter.
 
-    Raises
-    ------
-    ModelError
-        the samples are not uniform, too few, or the cutoff is beyond half their rate.
+    A ModelError refuses samples that are not uniform or too few, and a cutoff beyond half their rate.
     """
     row = channel.table
     if row.detrend is not None:

@@ -16,12 +16,9 @@ NEGLIGIBLE = 0.1
 
 
 def sigma(measured: float, simulated: float) -> float:
-    """Return the relative error of a simulation [%]; NaN where nothing was measured.
+    """Return the relative error [%] of a simulated level, of the measured one's unit; NaN where nothing was measured.
 
-    Parameters
-    ----------
-    measured, simulated
-        one level of both, in one unit, not below zero.
+    Neither level is below zero.
     """
     return 100.0 * (measured - simulated) / measured if measured else math.nan
 

@@ -306,13 +306,7 @@ def _at_rate(
 
 
 def _known(channel: Mapped, samples: Even, grid: Array, rate: float) -> tuple[NDArray[np.bool_], list[str]]:
-    """Return at which times of a grid a channel is known within 1e-4, and a note on those left out.
-
-    Raises
-    ------
-    ModelError
-        at none of them.
-    """
+    """Return at which times of a grid a channel is known within 1e-4, and a note on the others; ModelError: at none."""
     beyond = samples.beyond(grid, rate)
     everywhere = np.ones(grid.size, dtype=np.bool_)
     if not beyond:

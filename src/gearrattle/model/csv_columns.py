@@ -58,28 +58,17 @@ class Columns(NamedTuple):
 def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     """Read some columns of a record.
 
-    Raises
-    ------
-    RecordError
-        the file is missing or no text, a column is missing or without its unit, two columns have one
-        name, a unit has the wrong dimension, a value is no finite number.
+    A RecordError refuses a file that is missing or no text, a column that is missing or without its unit, two columns
+    of one name, a unit of the wrong dimension, and a value that is no finite number.
     """
     return _guarded(path, lambda layout, rows: _read(path, layout, rows, wanted, dimensionless))
 
 
 def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tuple[Layout, NDArray[np.float64]]:
-    """Read columns (N, columns wanted) as they stand, with the layout of the file: no unit is asked for, NaN is a
-    value, and an empty entry is NaN.
+    """Read columns (N, columns wanted) as they stand, with the layout of the file.
 
-    Parameters
-    ----------
-    ask
-        is asked before the numbers are read.
-
-    Raises
-    ------
-    RecordError
-        the file is missing or no text, two columns have one name, a value is no number.
+    No unit is asked for, NaN is a value, and an empty entry is NaN. ``ask`` is called before the numbers are read.
+    RecordError where the file is missing or no text, two columns have one name, or a value is no number.
     """
 
     def read(layout: Layout, rows: int) -> tuple[Layout, NDArray[np.float64]]:
@@ -183,7 +172,7 @@ def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
 def _since_first(
     table: NDArray[np.float64], layout: Layout, use: Mapping[str, int], stamps: Mapping[int, FromFirst]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Add dates to the clock times beside them, or the days at midnight; leave the column of dates out."""
+    """Add dates to the clock times of their rows, or the days at midnight; leave the column of dates out."""
     if not stamps or layout.stamps is None or not table.size:
         return table[:, : len(use)], ()
     own = list(use.values()).index(layout.stamps.column)
@@ -247,7 +236,7 @@ def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps
     wrong = _wrong_rows(path, layout, columns, gaps=gaps)
     _, error = next(wrong, (0, RecordError(str(path), "", "must be a table of numbers")))
     others = []
-    with suppress(RecordError):  # of a line too long, which is told once all before it are mended
+    with suppress(RecordError):  # of a line too long, which is reported once all before it are mended
         for number, _ in wrong:
             others.append(str(number))
     if others:

@@ -51,10 +51,7 @@ class RecordError(ValueError):
 class Stamps(NamedTuple):
     """Index of the column of time stamps, and the first stamp.
 
-    Attributes
-    ----------
-    day_index, first_day
-        of the column of dates, where dates and clock times stand in two columns.
+    Where dates and clock times stand in two columns, ``day_index`` and ``first_day`` are of the column of dates.
     """
 
     column: int
@@ -107,7 +104,7 @@ class Layout(NamedTuple):
         return self.with_points(_QUOTED.join(self.cells(line)) if self.quoted else line)
 
     def with_points(self, text: str) -> str:
-        """Return a text whose numbers have decimal points; a point beside decimal commas makes no number of it."""
+        """Return a text whose numbers have decimal points; a point along with decimal commas makes no number of it."""
         return text.translate(_COMMA_TO_POINT) if self.decimal_comma else text
 
 
@@ -270,7 +267,7 @@ def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> 
 
 
 def _stamps(row: Sequence[str]) -> Stamps | None:
-    """Return where the first row has its time stamps: both date and clock time, else one beside the other, else one."""
+    """Return where the first row has its time stamps: date and clock in one column, else in two, else one alone."""
     instants = {index: instant for index, cell in enumerate(row) if (instant := instant_of(cell)) is not None}
     whole = [index for index, instant in instants.items() if instant.day is not None and instant.clock is not None]
     clocks = [index for index, instant in instants.items() if instant.day is None]

@@ -99,7 +99,7 @@ class Torque(Shown):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: an engine beside a mean or sines, ramps beside a record, and ramps that overlap."""
+        """Yield breaches: an engine with a mean or sines, ramps with a record, and ramps that overlap."""
         yield from overlaps(table.get("ramps"), dimensionless)
         if table.get("ramps") and table.get("signal") is not None:
             rule = "a torque has a record or ramps"

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from gearrattle.model import units
+from gearrattle.model.late_class import LateClass
 from gearrattle.model.over_speed import OverSpeed
 from gearrattle.model.table_symbol import Shown, Symbol
 from gearrattle.model.value_kinds import GROUND, Label, Quantity
+
+if TYPE_CHECKING:
+    from gearrattle.model.drag_parts import DragPart
+else:
+    DragPart = Any  # imported when a file has one
 
 
 class Inertia(Shown):
@@ -27,3 +33,5 @@ class Inertia(Shown):
     """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
     mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
     """Mass [kg] of a body that bearings hold; None: its axis stays where it is."""
+    drag_parts: Annotated[tuple[DragPart, ...], LateClass("gearrattle.model.drag_parts", "DragParts")] = ()
+    """What else drags on it: bearings, churning, synchronisers, seals, each by its law over speed and oil."""

@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
@@ -15,8 +15,11 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Bearing, Coupling, Mesh, Planetary
 from gearrattle.model.components.component import Component, Element
+from gearrattle.model.drag_part_rules import drag_rules
+from gearrattle.model.drag_points import component_elements, drag_elements
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
+from gearrattle.model.late_class import LateClass
 from gearrattle.model.negligible_impacts import Criteria
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
@@ -29,6 +32,11 @@ from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.toml_text import toml_text
 from gearrattle.model.value_kinds import GROUND, Choice, SchemaVersion, Text, is_newer_schema
 from gearrattle.model.written_units import keep_written_units, written_units
+
+if TYPE_CHECKING:
+    from gearrattle.model.oil import Oil
+else:
+    Oil = Any  # imported when a file has one
 
 
 class Model(Table):
@@ -63,6 +71,8 @@ class Model(Table):
     """Planetary gear sets, in file order."""
     bearings: Annotated[tuple[Bearing, ...], Field(alias="bearing")] = ()
     """Bearings of bodies with a mass, in file order."""
+    oil: Annotated[Oil | None, LateClass("gearrattle.model.oil", "Oil")] = None
+    """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
     """Reference speed."""
     torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
@@ -120,7 +130,7 @@ class Model(Table):
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """All elements: of all couplings, then of all meshes, and so on in the order of ``COMPONENTS``."""
+        """All elements: of couplings, of meshes, and so on in the order of ``COMPONENTS``; last, of drag parts."""
         return _elements(self)
 
     def to_tables(self, *, at_speed: bool = False) -> TomlTable:
@@ -286,6 +296,7 @@ class Model(Table):
                 on = row.get("on")
                 if isinstance(on, str) and on not in names:
                     yield _dangling((kind, index, "on"), on, names)
+        yield from drag_rules(inertias, names, table.get("oil"))
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from sideways_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS)})
         yield from _start_length(table.get("simulation"), len(inertias))
@@ -316,8 +327,8 @@ def _components(model: Model) -> Mapping[str, Component]:
 
 @kept
 def _elements(model: Model) -> tuple[Element, ...]:
-    """The elements of all components."""
-    return tuple(element for component in model.components.values() for element in component.elements())
+    """The elements of all components, and of all drag parts."""
+    return (*component_elements(model), *drag_elements(model))
 
 
 def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, get_args
 
 from gearrattle.model import units
 from gearrattle.model.components import COMPONENTS
+from gearrattle.model.late_class import LateClass
 from gearrattle.model.model import Model
 from gearrattle.model.paths import ANY, path_names
 from gearrattle.model.signal import OverTime
@@ -245,9 +246,8 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     key = keys[0]
     rest = list(keys[1:])
     of = f" of {owner}" if owner else ""
-    if key in ("stages", "coast_stages") and len(rest) > 1:
-        side = "stage" if key == "stages" else "coast stage"
-        return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
+    if key in ("stages", "coast_stages", "drag_parts") and len(rest) > 1:
+        return _of_part(rest[1:], f"{_row_words(key, rest[0], table)}{of}", {})
     if key in ("transmission_error", "kinematic_error") and len(rest) > 1:
         sines = table.get(key, ())
         named = owner
@@ -263,6 +263,15 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     if rest:  # an entry of a list, or a table over speed
         return f"{_key(key)}{of}, {_entry(rest)}"
     return f"{_key(key)}{of}"
+
+
+def _row_words(key: str, index: str, table: Mapping[str, Any]) -> str:
+    """What a stage or a drag part is called: by its number, a drag part by its kind."""
+    if key != "drag_parts":
+        return f"{'stage' if key == 'stages' else 'coast stage'} {_number(index)}"
+    rows = table.get(key, ())
+    kind = rows[int(index)].get("kind") if index.isdigit() and int(index) < len(rows) else None
+    return f"drag part {_number(index)}" if kind is None else str(kind).replace("-", " ")
 
 
 def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str:
@@ -377,6 +386,8 @@ def _below(annotation: Any, key: str) -> list[Any]:
 def _walk(annotation: Any) -> Iterator[Any]:
     """An annotation and everything it is made of."""
     yield annotation
+    if isinstance(annotation, LateClass):
+        yield from _walk(annotation.annotation)
     for inner in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
         if inner is not annotation:
             yield from _walk(inner)

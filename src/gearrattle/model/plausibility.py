@@ -19,10 +19,7 @@ from gearrattle.wording import engineering, quantity
 class Range(NamedTuple):
     """Range in which a kind of value lies in real machines, in SI, and the reason for its ends.
 
-    Attributes
-    ----------
-    low, high
-        the ends; zero itself is never told of.
+    No warning is made of zero itself.
     """
 
     noun: str

@@ -226,7 +226,7 @@ class OverTime:
         return self._checked(Signal(time, value, **settings), "", "")
 
     def _settings(self, table: Mapping[str, Any], dimensionless: bool) -> dict[str, Any]:
-        """Read the keys beside the points."""
+        """Read the keys that stand with the points."""
         settings: dict[str, Any] = {"key": self.key}
         readers = {"scale": Plain(), "start": Quantity(units.TIME), "static": Quantity(self.dimension)}
         for key, reader in readers.items():

@@ -30,7 +30,7 @@ _MEANT = 'did you mean "%s"?'
 class Breach(NamedTuple):
     """A rule broken inside a table: where (relative to the table), the value, the rule, the remedy.
 
-    ``place`` and ``value_there`` tell of a fault in another file that the table names.
+    ``place`` and ``value_there`` are of a fault in another file that the table names.
     """
 
     location: Location

@@ -15,10 +15,7 @@ from gearrattle.model.table import Table
 class Symbol(NamedTuple):
     """A drawing symbol on a horizontal line, its width in px.
 
-    Attributes
-    ----------
-    path
-        SVG path data in relative commands: it begins where the line comes in, and ends where the line goes on.
+    The path is SVG path data in relative commands: it begins where the line comes in, and ends where the line goes on.
     """
 
     path: str

@@ -31,12 +31,7 @@ if TYPE_CHECKING:
 class Dimension:
     """Dimension of a key's values: what it measures, and its SI unit.
 
-    Attributes
-    ----------
-    exponents
-        powers of kg, m, s, rad.
-    symbols
-        if not empty, the only unit texts allowed.
+    ``exponents`` are the powers of kg, m, s and rad; ``symbols``, if not empty, the only unit texts allowed.
     """
 
     name: str
@@ -72,6 +67,19 @@ LINE_SPEED = Dimension("speed along the line of action", "m/s", (0, 1, -1, 0), "
 ENERGY = Dimension("energy", "J", (1, 2, -2, 0), "1 uJ")
 PRESSURE = Dimension("pressure", "Pa", (1, -1, -2, 0), "60 bar")
 TIME = Dimension("time", "s", (0, 0, 1, 0), "20 us")
+KINEMATIC_VISCOSITY = Dimension("kinematic viscosity", "m^2/s", (0, 2, -1, 0), "75 mm^2/s", hint="1 cSt is 1 mm^2/s")
+DENSITY = Dimension("density", "kg/m^3", (1, -3, 0, 0), "870 kg/m^3")
+VOLUME = Dimension("volume", "m^3", (0, 3, 0, 0), "1500 cm^3", hint="1 l is 1000 cm^3")
+FORCE = Dimension("force", "N", (1, 1, -2, 0), "8 N")
+TEMPERATURE = Dimension(
+    "temperature",
+    "degC",
+    (0, 0, 0, 0),
+    "40 degC",
+    symbols=frozenset({"degC", "°C", "K"}),
+    hint="a plain number is in degC",
+)
+"""Of what has a zero of its own: numbers are in degrees Celsius, in files and in the model."""
 
 DIMENSIONS = {
     dimension.si: dimension
@@ -89,6 +97,7 @@ DIMENSIONS = {
 }
 """What results measure, by their SI unit."""
 
+_ZERO_CELSIUS = Fraction("273.15")  # K
 _BASE_UNITS = {"kilogram": 0, "meter": 1, "second": 2, "radian": 3}
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·⋅×]|[+-]?\d+|[^\W\d_]\w*|°|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)")
@@ -146,6 +155,8 @@ def convert(text: str, dimension: Dimension) -> float:
     if dimension.symbols and unit not in dimension.symbols:
         allowed = " or ".join(sorted(dimension.symbols))
         raise UnitError(f"must be {with_article(dimension.name)} in {allowed}", dimension.hint)
+    if dimension is TEMPERATURE:
+        return _rounded(number - _ZERO_CELSIUS if unit == "K" else number)
     measure = _measure(unit)
     if measure.exponents != dimension.exponents:
         raise _mismatch(unit, measure, dimension)
@@ -156,8 +167,13 @@ def convert(text: str, dimension: Dimension) -> float:
             f"must be {with_article(dimension.name)} in {dimension.si}; {energy} is a unit of energy",
             f'write it as in "{dimension.example}"',
         )
+    return _rounded(number * measure.factor)
+
+
+def _rounded(number: Fraction) -> float:
+    """Return the nearest double; UnitError beyond its range."""
     try:
-        return float(number * measure.factor)
+        return float(number)
     except OverflowError:
         raise UnitError(NOT_FINITE) from None
 

@@ -46,7 +46,7 @@ KINDS = {
 }
 """What a motion is, by the headline of its verdict."""
 NEAR_SLOWLY = 0.1
-"""The same as ``_NEAR`` of a motion that settles slowly: Newton's method tells it from others."""
+"""The same as ``_NEAR`` of a motion that settles slowly: Newton's method distinguishes it from others."""
 _REPEATS = 1e-3  # of the units of a motion: what repeats as well as this is searched for
 _ABOUT_REPEATS = 1e-2  # the same at the last look: a train with little drag settles slowly
 _NEAR = 0.02  # of the units of a motion: one that has settled is as near as this

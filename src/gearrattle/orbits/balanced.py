@@ -23,12 +23,10 @@ ROUNDING = 1e-6
 
 
 def balanced(model: Model, *leaving: str) -> Model:
-    """Return the model with what its means leave over by rounding given to the largest mean of the train.
+    """Return the model with the largest mean of every free train corrected by what rounding leaves of their sum.
 
     Parameters
     ----------
-    model
-        the driveline.
     leaving
         paths of values that are varied: their torques stay as they are.
     """

@@ -43,7 +43,7 @@ MEAN = "mean at corner"
 _LOCATED = 1e-12  # of the way between two points
 
 NARROW = 1e-3
-"""Share of the range: events nearer to each other are told as one family, ranges that are narrower not at all."""
+"""Share of the range: events nearer to each other are shown as one family, narrower ranges not at all."""
 NARROW_RULE = Plain("non-negative")
 _COLUMNS = ("branch", "kind", "value", "point", "clearance", "collision", "grazing", "root")
 
@@ -128,7 +128,7 @@ class Branch(Result):
         stable motions by exact runs, where branches could not be followed in the time allowed; there may be no
         branches then. None: the branches say all.
     narrow
-        share of the range: what is nearer or narrower is told as one on the page.
+        share of the range: on the page events nearer to each other are one family, narrower ranges are left out.
 
     Examples
     --------

@@ -63,7 +63,7 @@ def continuation(
     isolated
         whether branches of n and of 2 n periods are sought that are not connected to the first.
     narrow
-        share of the range: on the page events nearer to each other are told as one family, and narrower ranges of
+        share of the range: on the page events nearer to each other are shown as one family, and narrower ranges of
         unstable motions are left out. In ``data`` and ``events`` they are all.
     within
         time that the answer may take [s], or as text, such as "60s"; None for no limit. Where branches are not followed

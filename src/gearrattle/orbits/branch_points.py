@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.events.symmetry_breaking import breaking_near, half_curve
 from gearrattle.engine.periodic.families import half_of
 from gearrattle.engine.periodic.point import Point, halves_apart

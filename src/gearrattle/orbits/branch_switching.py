@@ -35,7 +35,7 @@ _SAME_EVENT = 1e-6  # of the range: events of a kind nearer than this are the sa
 _DISTANCES = (2e-2, 5e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Of the first point from the branch that is left, in units of w."""
 _MOST_NAMED = 3
-"""Values that a note tells."""
+"""Values that a note lists."""
 _FARTHEST = 3.0  # distances: a motion whose state is farther away is of another branch
 _FLAT = 1e-8  # of w: a change of the parameter that does not matter
 _DEFECT = 0.01  # of the largest change: by so much a cubic may be off
@@ -305,14 +305,14 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
     """The first point of the branch that leaves at an event in a direction; None: none lies inside the range.
 
     Newton's method may also find a motion of a branch that has nothing to do with the event, or one beyond a fold. So
-    the motion at half the distance, and the tangents of both, must tell of the same curve from the event on.
+    the motion at half the distance, and the tangents of both, must lie on the same curve from the event on.
     """
     for distance in _DISTANCES:
         point, nearer = (_motion_beside(curve, event, direction, share * distance) for share in (1.0, 0.5))
         if point is None or nearer is None:
             continue
         if not ends[0] <= point.parameter <= ends[1]:
-            if distance <= SAME:  # in the range they cannot be told from those of the event
+            if distance <= SAME:  # in the range they are the same as those of the event
                 return None
             continue
         if _is_one_curve(event, direction, distance, nearer, point):
@@ -321,7 +321,7 @@ def _first_along(curve: Continuation, event: Event, ends: tuple[float, float], d
 
 
 def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | None:
-    """The mirror image of a motion beside one of an event, half of its length later; None: there is none."""
+    """The mirror image of a motion near one of an event, half of its length later; None: there is none."""
     halves = half_period_map(curve.family.map_at(first.parameter).system, curve.cycles)
     if halves is None:
         return None
@@ -332,9 +332,9 @@ def _mirror_image(curve: Continuation, event: Event, first: Point) -> Point | No
 
 
 def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point, point: Point) -> bool:
-    """Whether two motions beside one of an event lie on a smooth curve from there that does not turn back.
+    """Whether two motions near one of an event lie on a smooth curve from there that does not turn back.
 
-    Along the distance the parameter is a cubic, of which both motions tell the value and the slope, one number more
+    Along the distance the parameter is a cubic, of which both motions give the value and the slope, one number more
     than it has. Where the period doubles the curve begins at a right angle to the parameter.
     """
     along = [float(one.tangent[:-1] @ direction) for one in (nearer, point)]
@@ -356,7 +356,7 @@ def _is_one_curve(event: Event, direction: Array, distance: float, nearer: Point
 
 
 def _motion_beside(curve: Continuation, event: Event, direction: Array, distance: float) -> Point | None:
-    """The motion beside one of an event, at a distance; None if none is found whose state is about so far away."""
+    """The motion near one of an event, at a distance; None if none is found whose state is about so far away."""
     try:
         point = curve.beside(event.point, direction, distance)
     except ConvergenceError:

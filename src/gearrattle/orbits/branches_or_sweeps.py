@@ -147,10 +147,7 @@ class _Branches:
     def followed_within(self, seconds: float) -> Branch | None:
         """Follow them for so long; return them if they come to their ends.
 
-        Raises
-        ------
-        Cancelled, KeyboardInterrupt
-            the work was stopped, and nothing is known yet.
+        Cancelled or KeyboardInterrupt where the work was stopped, and nothing is known yet.
         """
         try:
             with limited(TimeLimit(seconds)):
@@ -219,13 +216,7 @@ def _on_branch(model: Model, path: str, jump: Jump, follow_near: Continuing) -> 
 
 
 def _without_sweeps(branch: Branch, work: _Branches, seconds: float) -> Branch:
-    """The branches so far, where no sweep was made.
-
-    Raises
-    ------
-    ConvergenceError, Cancelled
-        there are none either.
-    """
+    """The branches so far, where no sweep was made; ConvergenceError or Cancelled where there are none either."""
     if branch.curves:
         return replace(branch, notes=(*branch.notes, _stopped_at(branch)))
     if work.is_stopped:

@@ -26,7 +26,8 @@ from gearrattle.model import Model
 from gearrattle.orbits.attractors import repeats_after
 from gearrattle.orbits.settling_limits import BLOCK
 from gearrattle.orbits.start_states import plan_from
-from gearrattle.quantities import CROSSING_CRITERIA, add
+from gearrattle.quantities.evaluation import add
+from gearrattle.quantities.quantity_table import CROSSING_CRITERIA
 from gearrattle.quantities.verdict_parts import Headline
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
@@ -126,8 +127,6 @@ class ExactRun:
 
         Parameters
         ----------
-        other
-            motion.
         least
             factor that counts; None: 1.05 of motions that repeat, else 1.5.
         """
@@ -151,7 +150,7 @@ class ExactRun:
         return bool(np.any(self.differences(other) > _CLEAR))
 
     def with_more(self, later: ExactRun) -> ExactRun:
-        """Return what both tell together, this run and the one that goes on from its end."""
+        """Return both as one, this run and the one that goes on from its end."""
         if later.cycles:
             return later
         rms = np.sqrt(0.5 * (self.rms**2 + later.rms**2))
@@ -202,10 +201,6 @@ def exact_run(
     ----------
     model
         the driveline at the value.
-    period_map
-        of it, over one period.
-    state
-        where it begins.
     value
         of the model [SI].
     blocks

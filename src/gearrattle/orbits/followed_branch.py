@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation, WrongBranch
-from gearrattle.engine.periodic.events import changes_between, events_between
 from gearrattle.engine.periodic.events.event_record import BREAKING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.events_of_step import changes_between, events_between
 from gearrattle.engine.periodic.events.grazing import RELEASE, Grazing
 from gearrattle.engine.periodic.events.location import zero_between
 from gearrattle.engine.periodic.events.slider_release import end_in_release, is_near_release, is_release, passes_begin
@@ -34,7 +34,7 @@ _CREEPING = 250  # points that must come somewhere
 _NOWHERE = 1e-5  # arclength that they must pass
 _ROUNDING = 1e-12  # of the parameter
 _GROWN = 1e4  # multiplier: from it on motions may end where a visit beyond a corner vanishes
-_AT_BREAKING = 1e-7  # arclength to a breaking from a motion that cannot be told from it
+_AT_BREAKING = 1e-7  # arclength to a breaking from a motion that is the same to rounding
 _NEARER = 0.05  # of a step that has gone to another branch: the next one
 _LARGE = 1000.0  # times the first motion, and the largest corner: motions that are larger have left all clearances
 
@@ -112,7 +112,7 @@ class Curve:
 
 
 class Work(NamedTuple):
-    """Who is told how far branches are followed, and what they are so far."""
+    """Reports how far branches are followed, and what they are so far."""
 
     progress: Progress = silent
     so_far: Callable[[Sequence[Curve]], None] | None = None
@@ -122,17 +122,17 @@ class Work(NamedTuple):
         return self._replace(progress=part_of(self.progress, number, count))
 
     def beside(self, complete: Sequence[Curve]) -> Work:
-        """Return the work on branches that are told of beside those that are complete."""
+        """Return the work on branches that are reported with those that are complete."""
         return self.telling(lambda growing: [*complete, *growing])
 
     def telling(self, words: Callable[[Sequence[Curve]], Sequence[Curve]]) -> Work:
-        """Return the work on branches that are told of as something else."""
+        """Return the work on branches that are reported as something else."""
         so_far = self.so_far
         return self if so_far is None else self._replace(so_far=lambda growing: so_far(words(growing)))
 
 
 UNTOLD = Work()
-"""Work of which nobody is told."""
+"""Work that is reported to nobody."""
 
 
 def followed(
@@ -273,7 +273,7 @@ class _Walk:
 
 
 def _at_breaking(curve: Continuation, begin: Point) -> tuple[Point, list[Event]]:
-    """The first point of a branch and, where it cannot be told from a breaking of symmetry, that."""
+    """The first point of a branch and, where it is the same as a breaking of symmetry, that."""
     fixed = as_fixed_point(curve, begin, upward=bool(begin.tangent[-1] > 0.0))
     breaking = None if fixed is begin else breaking_near(curve, fixed, _AT_BREAKING)
     return fixed, [] if breaking is None else [Event(BREAKING, replace(breaking, length=0.0))]
@@ -310,7 +310,7 @@ def _located(
     """The points of a step after its first one, its events, and where they could not be located.
 
     Where they cannot, shorter steps must lead to the same point; each of them is tried by itself. Where the state at
-    the begin of the period jumps nothing can be located in between, and both ends must tell of no change.
+    the begin of the period jumps nothing can be located in between, and both ends must show no change.
     """
     with suppress(ConvergenceError):
         return [after], events_between(curve, before, after), []

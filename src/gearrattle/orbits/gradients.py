@@ -30,7 +30,8 @@ from gearrattle.engine.periodic.events.event_record import BREAKING, DOUBLING, G
 from gearrattle.engine.periodic.events.grazing import JUMP, RELEASE
 from gearrattle.engine.periodic.events.symmetry_breaking import as_doubling
 from gearrattle.engine.periodic.families import Family
-from gearrattle.engine.periodic.motion import Pass, State, multipliers_of
+from gearrattle.engine.periodic.motion import Pass, State
+from gearrattle.engine.periodic.multipliers import multipliers_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import pattern_of
 from gearrattle.engine.periodic.two_parameters.event_gradient import KINDS, Drift, gradient_of_grazing

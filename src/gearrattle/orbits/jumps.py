@@ -6,7 +6,7 @@ to that motion than to any other one, stable or not, and would settle there, hel
 does not matter how far the run lags behind the motion, or how it or the branch is sampled. Beside a fold a run that
 lags may have passed the unstable motion already, so periods ever farther before it are tried.
 
-Where a run leaves a motion is told by the shape of its deflections, not by their swing: a motion that folds often goes
+Where a run leaves a motion is found by the shape of its deflections, not by their swing: a motion that folds often goes
 on to one with nearly the same swing, and a run that lags has another swing than either. The run and the motions are
 compared part by part of a period (``branch_parts``); deflections of a clearance count by the largest swing of the
 motions that are stable at the event.
@@ -15,7 +15,7 @@ The jump is where the run becomes nearer to another motion, at the speed of the 
 to what is left of it, unstable, or else to its end. It is the first part in which it is nearer, and from which on it is
 nearer over a period: parts in which the motions do not differ tell nothing. On the other motion, where that is stable,
 the run must be beyond the event, as it was on the first. Where that one is unstable at the jump, the run settles on it
-only later. A run that is nearer to the other motion already when it passes the event has no delay that can be told.
+only later. A run that is nearer to the other motion already when it passes the event has no delay that could be found.
 
 A jump belongs to one event: the last one before it at which a motion ended that the run was on. So a run that is on the
 motion again where that is stable beyond the event did not jump there, and neither did one that has gone on to another
@@ -182,7 +182,7 @@ class Jump:
     periods
         the number of periods T in between.
     clearance
-        whose deflection tells the two motions apart most.
+        in whose deflection the two motions differ most.
     words
         why there is no jump; empty where there is one.
     settles
@@ -247,7 +247,7 @@ def _is_copy(one: BranchPart, own: BranchPart, end: float) -> bool:
 
 
 class _Jumps:
-    """A run beside the motions of a branch, which ``rate`` passes [rad/s^2]."""
+    """A run and the motions of a branch, which ``rate`` passes [rad/s^2]."""
 
     def __init__(self, branch: Branch, run: RunParts, motions: Sequence[BranchPart], rate: float) -> None:
         self._branch = branch

@@ -56,7 +56,7 @@ _LONGEST = 64  # periods after which a motion may repeat
 
 
 class KnownMotion(NamedTuple):
-    """A motion that is known, and what tells others from it."""
+    """A motion that is known, and by what others differ from it."""
 
     motion: Pass
     states: list[Array]  # (N,) at the start of every period, in balanced coordinates
@@ -238,7 +238,7 @@ def orbits_of_returns(period_map: PeriodMap, state: State) -> Iterator[shooting.
 
 
 def check_repeats_elsewhere(period_map: PeriodMap, state: State) -> None:
-    """Follow a motion of which none that repeats was found, and say so if it settles in one of another number.
+    """Follow a motion where none was found that repeats; say so if it settles in one of another number of periods.
 
     Raises ConvergenceError: it settles in one that repeats after another number of periods.
     """

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic import shooting
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.motion import Pass, State, multipliers_of, sorted_by_modulus
+from gearrattle.engine.periodic.motion import Pass, State
+from gearrattle.engine.periodic.multipliers import multipliers_of, sorted_by_modulus
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.symmetry import half_period_map
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -38,7 +39,7 @@ from gearrattle.simulation.integrate import integrate
 if TYPE_CHECKING:
     import pandas as pd
 
-    from gearrattle.quantities import Verdict
+    from gearrattle.quantities.verdict import Verdict
     from gearrattle.results import Run
 
 Array = NDArray[np.float64]

@@ -1,10 +1,10 @@
-"""A run-up and a run-down at a rate beside the branches: where the motion jumps, and how far behind its end.
+"""A run-up and a run-down at a rate, and the branches: where the motion jumps, and how far behind its end.
 
 A slowly changed speed takes a stable motion past the event in which it ends, or loses its stability. It does not jump
 there at once: near a smooth fold it moves away so slowly that the jump comes late, by a delay that grows with the rate
 r as r^(2/3) while r is small; from a motion that only has become unstable it moves away as what it is off it grows.
 
-Where a run leaves the motion that has ended is told by the shape of its deflections (``jumps``). A period T may hold
+Where a run leaves the motion that has ended is found by the shape of its deflections (``jumps``). A period T may hold
 many load cycles, so it is looked at in parts, as many as the fastest input has cycles in T. A run has as many whole
 parts as fit between its two speeds; a sample that lies before the begin of a part by rounding alone belongs to it.
 
@@ -76,7 +76,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class RunUpJumps(Result):
-    """Jumps of a run-up and of a run-down beside those of a branch.
+    """Jumps of a run-up and of a run-down, compared with those of a branch.
 
     Attributes
     ----------

@@ -72,7 +72,7 @@ def settled_motion(model: Model, *, within: float | str, why: str = "") -> Settl
     within
         time that it may take [s].
     why
-        no motion that repeats was found, in words.
+        why no motion that repeats was found, in words.
 
     Returns
     -------

@@ -7,10 +7,10 @@ between two points. At a fold the parameter turns back, so a range ends at every
 only grows, or only falls. A range without width, such as that of a vertical branch, does not count.
 
 Where the parameter runs over a fold the motion jumps, and so it does where a slider is released with its torque
-(``release``). Which way the fold lies is told by the next motion that differs from it by more than rounding: a grazing
-may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion goes on
-along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads backwards
-or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
+(``release``). Which way the fold lies follows from the next motion that differs from it by more than rounding: a
+grazing may lie at the fold itself. Where the parameter runs over a period doubling or a symmetry breaking, the motion
+goes on along what leaves there, if that is stable just beyond (a *soft* loss of stability); if it is unstable, leads
+backwards or is vertical, the motion jumps (a *hard* loss). Of a Neimark-Sacker bifurcation nothing is known.
 """
 
 from __future__ import annotations

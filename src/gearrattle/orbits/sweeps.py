@@ -131,10 +131,6 @@ class Sweeper:
 
     Parameters
     ----------
-    model
-        the driveline.
-    path
-        of the value.
     ends
         of the range, ascending [SI].
     limit
@@ -356,12 +352,9 @@ class Sweeper:
             self._failures[value] = error.message
 
     def _carry_out(self, jobs: Sequence[Callable[[], None]]) -> None:
-        """Do jobs in threads, while the progress is told.
+        """Do jobs in threads, and report the progress; runs that are done are kept.
 
-        Raises
-        ------
-        OutOfTime, Cancelled
-            the time is over, or somebody stops the work; runs that are done are kept.
+        OutOfTime where the time is over, Cancelled where somebody stops the work.
         """
         pool = ThreadPoolExecutor(_cores(), thread_name_prefix="gearrattle-sweep")
         try:

@@ -100,13 +100,7 @@ class Sweeps:
         return ranges
 
     def variables(self, of_value: Mapping[str, Any], of_deflection: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the motions and the jumps as variables of a Dataset.
-
-        Parameters
-        ----------
-        of_value, of_deflection
-            attributes of values and of deflections: their units.
-        """
+        """Return the motions and the jumps as variables of a Dataset, with the attributes of values and deflections."""
         runs = [*self.up, *self.down]
         along = "motion"
         by_clearance = ("motion", "clearance")

@@ -180,7 +180,7 @@ def family_like(like: Family, model: Model, path: str, parameter: float) -> Fami
 
 
 def check_begin(model: Model, path: str, ends: tuple[float, float]) -> None:
-    """Refuse a range that begins where the driveline is of another kind than beside it: at a clearance of zero.
+    """Refuse a range that begins where the driveline is of another kind than near it: at a clearance of zero.
 
     Raises ModelError: a clearance or a slider is missing at the first end alone, or is there alone.
     """
@@ -202,7 +202,7 @@ def notes_at_end(model: Model, path: str, ends: tuple[float, float]) -> list[str
 
 
 def _changed(model: Model, path: str, ends: tuple[float, float]) -> tuple[set[str], set[str]]:
-    """Elements whose corners, and those whose sliders, are there at the first of two values or beside it alone."""
+    """Elements whose corners, and those whose sliders, exist at the first of two values alone, or near it alone."""
     first, last = ends
     at, next_to = (assemble(model.with_({path: value})).layout for value in (first, first + _NEXT_TO * (last - first)))
     sliders = {name.partition(".")[0] for name in {*at.auxiliary_names} ^ {*next_to.auxiliary_names}}

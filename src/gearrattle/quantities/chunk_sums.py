@@ -9,7 +9,8 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.quantities import Quantity, Sums, add
+from gearrattle.quantities.evaluation import add
+from gearrattle.quantities.quantity import Quantity, Sums
 from gearrattle.results import Run
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted

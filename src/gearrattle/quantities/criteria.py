@@ -9,10 +9,11 @@ from dataclasses import replace
 from gearrattle.assembly import is_driven_over_time, negligible_of
 from gearrattle.model import Model
 from gearrattle.model.value_kinds import AnyTable, Choice, check_arguments
-from gearrattle.quantities import CRITERIA, Verdict, judge, verdict_of
 from gearrattle.quantities.chunk_sums import add_chunks
+from gearrattle.quantities.evaluation import judge, verdict_of
 from gearrattle.quantities.event import event_of
-from gearrattle.quantities.verdict import KINDS, TRANSIENT
+from gearrattle.quantities.quantity_table import CRITERIA
+from gearrattle.quantities.verdict import KINDS, TRANSIENT, Verdict
 from gearrattle.results import Run, check_run
 from gearrattle.trajectory import NegligibleImpacts
 
@@ -72,5 +73,5 @@ def check_negligible(negligible: object) -> None:
 
 
 def _limits(model: Model, negligible: Mapping[str, float | str] | None) -> NegligibleImpacts | None:
-    """Return the thresholds of a call, beside those of the model; None: those of the model alone."""
+    """Return the thresholds of a call, with those of the model; None: those of the model alone."""
     return None if negligible is None else negligible_of(model.with_negligible(negligible))

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
 from gearrattle.signals.crossing_sums import Contacts, Sides, Sums, contacts_of, sides_of, sums_of
+from gearrattle.signals.driveline_constants import LooseGear, torque_ratio
 from gearrattle.signals.levels import thinned
-from gearrattle.signals.loose_gears import LooseGear, torque_ratio
 from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag, largest_of_samples, largest_ratios
 from gearrattle.trajectory import Array, Layout, Trajectory
@@ -261,7 +261,7 @@ class Inputs:
         return None
 
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
-        """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
+        """Return (o,) complex amplitudes of a signal at ``orders``, fitted with a polynomial of time."""
         assert isinstance(samples, np.ndarray)
         if trend:
             return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)

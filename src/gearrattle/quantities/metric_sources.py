@@ -23,7 +23,7 @@ from gearrattle.recording import Channel, Recording, are_even
 from gearrattle.signals import Window, steady
 from gearrattle.signals.chunk_moments import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
-from gearrattle.signals.loose_gears import LooseGear
+from gearrattle.signals.driveline_constants import LooseGear
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
 from gearrattle.trajectory import Array, Layout, Sideways, Trajectory
@@ -67,17 +67,9 @@ def recording_of(trajectory: Trajectory) -> Recording:
 
 
 def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
-    """Return the inputs of metrics of a simulated motion.
+    """Return the inputs of metrics of a simulated motion; the orders of the torques ascend.
 
-    Parameters
-    ----------
-    engine_orders
-        orders of the torques, ascending.
-
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
+    ModelError if no cycle remains after the discarded ones.
     """
     window = steady(trajectory)
     recording = recording_of(trajectory)
@@ -147,15 +139,7 @@ class ChunkInputs(Inputs):
 
 
 def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders: Array) -> SignalSums:
-    """Return the sum "signals" over a chunk and all before it.
-
-    Parameters
-    ----------
-    before
-        None at the first.
-    engine_orders
-        orders of the torques, ascending.
-    """
+    """Return the sum "signals" over a chunk and all before it, None at the first; the orders of the torques ascend."""
     orders = np.unique(np.array([*engine_orders.tolist(), *trajectory.layout.orders.tolist()], dtype=np.float64))
     if trajectory.discard < trajectory.cycles:
         signals = np.stack([channel.values for channel in recording_of(trajectory).channels], axis=1)

@@ -18,19 +18,14 @@ from gearrattle.model import Model
 from gearrattle.model.ramps import spans_of
 from gearrattle.model.table import did_you_mean
 from gearrattle.model.value_kinds import Choice, check_arguments
-from gearrattle.quantities import (
-    METRICS,
-    Inputs,
-    Quantity,
-    RattleLevel,
-    Row,
-    inputs_of_chunks,
-    inputs_of_motion,
-    inputs_of_recording,
-    rows_of,
-)
 from gearrattle.quantities.chunk_sums import add_chunks, orders_of
+from gearrattle.quantities.evaluation import rows_of
 from gearrattle.quantities.event_metric import EventMetric
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import inputs_of_chunks, inputs_of_motion, inputs_of_recording
+from gearrattle.quantities.quantity import Quantity, Row
+from gearrattle.quantities.quantity_table import METRICS
+from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.verdict import KINDS, TRANSIENT
 from gearrattle.recording import Recording
 from gearrattle.result import KIND

@@ -160,7 +160,7 @@ class Quantity(Generic[Data_contra]):
     needs
         of a metric, what its inputs must hold.
     of_crossings
-        of a metric, whether the crossings of a simulated motion tell it, without any sample.
+        of a metric, whether it follows from the crossings of a simulated motion, without any sample.
     of_events
         of a metric, whether it means something of an event, that is, averages over no cycles.
     window

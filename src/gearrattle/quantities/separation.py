@@ -20,7 +20,7 @@ import numpy as np
 from gearrattle.quantities.metric_inputs import EXACT, FINE, SAMPLES, Inputs, order_word
 from gearrattle.quantities.quantity import SINGH, Quantity, Row
 from gearrattle.signals import decibels, loose_gears, torque_ratio
-from gearrattle.signals.loose_gears import LooseGear
+from gearrattle.signals.driveline_constants import LooseGear
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Reductions of a system for a frequency band: a smaller system in a subspace.
 
-A shelf of interchangeable parts (``REDUCTIONS``); ``accuracy`` measures what any of them costs. Only lumping gives
+Interchangeable parts (``REDUCTIONS``); ``accuracy`` measures what any of them costs. Only lumping gives
 bodies again, and with them a driveline; the others give matrices. All keep the ends of clearances free, so that one
 basis serves every contact state.
 """

@@ -1,6 +1,6 @@
 """Condensed matrices of a model for a band.
 
-The reductions of the shelf that give no bodies: full mass matrices, amplitudes for angles. They serve frequencies,
+The reductions that give no bodies: full mass matrices, amplitudes for angles. They serve frequencies,
 responses and estimates in every contact state; what can be saved and simulated as a driveline comes from ``reduce``.
 """
 
@@ -35,7 +35,7 @@ class Condensed(Result):
     Attributes
     ----------
     method
-        a key of the shelf.
+        its name, as ``condense`` takes it.
     basis
         (n, r) T: angles of all inertias by the coordinates.
     inertia_names

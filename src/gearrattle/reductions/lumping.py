@@ -227,7 +227,7 @@ def lump(
 
 
 def subspace(request: Request) -> Subspace:
-    """The subspace of lumping by its own choice: the shelf's entry."""
+    """The subspace of lumping by its own choice, as in ``REDUCTIONS``."""
     return lump(request).subspace
 
 

@@ -49,13 +49,9 @@ class State(NamedTuple):
 
 
 def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: float = 0.0) -> list[State]:
-    """Return the contact states of the varied clearances, all closed first; other elements stay in their last drive
-    stage.
+    """Return the contact states of the varied clearances, all closed first; the others stay in their last drive stage.
 
-    Parameters
-    ----------
-    up_to
-        end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
+    ``up_to`` is the end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """
     # combinations of pieces of different slope, while there are few
     factors = [_factors(system, k) for k in varied]

@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_ORBITS = 9
-_FAMILY = 3  # jumps near each other that are told as a range
+_FAMILY = 3  # jumps near each other that are shown as a range
 _MOST_EVENTS = 40  # rows, by which options name events, on a terminal
 _MOST_DIGITS = 10
-_NARROW = 1e-3  # of a range: a gap that is not told
+_NARROW = 1e-3  # of a range: a gap that is not shown
 _MULTIPLIER = "multiplier"
 _SO_FAR = ", as far as the time sufficed"
 

@@ -21,15 +21,7 @@ _FEWEST = 3  # events of a family
 
 @dataclass(frozen=True)
 class EventFamily:
-    """Neighbouring events, or a single one.
-
-    Attributes
-    ----------
-    rows
-        in the table of events, ascending.
-    low, high
-        the least and the largest of their values [SI].
-    """
+    """Neighbouring events, or one alone: rows in the table of events, ascending, and ends of their values [SI]."""
 
     rows: tuple[int, ...]
     kinds: tuple[str, ...]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gearrattle.quantities import Verdict
 from gearrattle.quantities.event import Event
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.report.plots.numerals import engineering
 from gearrattle.report.tables import Table, Tile
 

@@ -100,13 +100,7 @@ class Figures(Mapping[str, "Figure"]):
         return [staging.destination / file for file in files]
 
     def named(self, only: Sequence[str] | None) -> list[str]:
-        """Return names that are asked for, all for None.
-
-        Raises
-        ------
-        ModelError
-            one that no figure has.
-        """
+        """Return names that are asked for, all for None; ModelError for one that no figure has."""
         wrong = [name for name in only or () if name not in self._charts]
         if wrong:
             listed_names = ", ".join(f'"{name}"' for name in wrong)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from gearrattle.quantities import METRICS, Row
 from gearrattle.quantities.event_metric import EventMetric
+from gearrattle.quantities.quantity import Row
+from gearrattle.quantities.quantity_table import METRICS
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import errors_note, grid
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.quantities import Row
+from gearrattle.quantities.quantity import Row
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart

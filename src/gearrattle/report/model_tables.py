@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from gearrattle.assembly import own_mean
 from gearrattle.model.balance import BALANCE
 from gearrattle.pipeline import Findings
+from gearrattle.report.drag_table import drag_table
 from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
 from gearrattle.report.summary import switches
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 def model_tables(findings: Findings) -> list[Table]:
     """Return tables of the bodies, of the elements and of what drives them."""
     model = findings.model
-    return [_inertias(model), _elements(model), _excitation(findings)]
+    drag = drag_table(model, findings.motion.trajectory)
+    return [_inertias(model), *([] if drag is None else [drag]), _elements(model), _excitation(findings)]
 
 
 def _inertias(model: Model) -> Table:
@@ -32,8 +34,8 @@ def _inertias(model: Model) -> Table:
         (
             body.name,
             quantity(body.J, unit("kg m²")),
-            quantity(body.drag, unit("N m s/rad")) if body.drag else "–",
-            quantity(body.drag_torque, unit("N m")) if body.drag_torque else "–",
+            quantity(body.drag, unit("N m s/rad")) if body.drag else "by parts" if body.drag_parts else "–",
+            quantity(body.drag_torque, unit("N m")) if body.drag_torque else "by parts" if body.drag_parts else "–",
             *([quantity(body.mass, unit("kg")) if body.mass else "–"] if model.bearings else []),
         )
         for body in model.inertias

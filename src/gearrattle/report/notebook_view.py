@@ -21,13 +21,7 @@ _TABLES = 3
 
 
 def notebook_view(result: Any) -> str:
-    """Return a result of any kind as HTML for a notebook, at most some 200 kB.
-
-    Raises
-    ------
-    ModelError
-        it is no result of gearrattle.
-    """
+    """Return a result of any kind as HTML for a notebook, at most some 200 kB; ModelError for what is no result."""
     presentation = presentation_of(result)
     tables = [shortened(table) for table in presentation.answer() if table.rows][:_TABLES]
     charts = presentation.charts()

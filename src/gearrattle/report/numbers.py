@@ -79,12 +79,7 @@ def write_csv(data: xr.Dataset, path: Path) -> None:
     """Write a Dataset as one table.
 
     Variables over the same dimensions are columns, their coordinates the first ones, units in the head. Otherwise every
-    number has a row: quantity, coordinates, value, unit.
-
-    Raises
-    ------
-    ModelError
-        more than twenty million numbers.
+    number has a row: quantity, coordinates, value, unit. ModelError for more than twenty million numbers.
     """
     rows = sum(int(variable.size) for variable in data.data_vars.values())
     if rows > _LARGEST_TABLE:

@@ -159,6 +159,6 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
 
 
 def _first_impact(orbit: Orbit) -> str:
-    """Return the instant of the first impact, by which copies of one motion shifted in time are told apart."""
+    """Return the instant of the first impact, by which copies of one motion shifted in time differ."""
     time = impacts_of(orbit).time
     return numeral(float(time[0]) / orbit.run.trajectory.layout.period, 4) if time.size else "–"

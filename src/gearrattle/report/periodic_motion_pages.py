@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearrattle.model import Model
-    from gearrattle.quantities import Verdict
+    from gearrattle.quantities.verdict import Verdict
     from gearrattle.results import Run
 
 

@@ -125,7 +125,7 @@ class Presentation(Generic[R]):
         return Page(self.kind, self.title, self.sections(), is_interactive=self.is_interactive)
 
     def accompany(self, folder: Path) -> None:
-        """Write what stands beside the page and is no figure, into the folder of the page; by default nothing."""
+        """Write what stands next to the page and is no figure, into the folder of the page; by default nothing."""
 
     def write(self, path: Path) -> None:
         """Write a new file, of one of the ``endings``."""

@@ -27,12 +27,7 @@ _RULE = "must be a folder that a command wrote, or a file that one saved (.nc)"
 def charts_of(result: Any) -> list[Chart]:
     """Return the figures of a result, of a folder that a command wrote, or of a saved file (.nc) of data or a motion.
 
-    Raises
-    ------
-    ModelError
-        it is no result, folder or saved file, or its kind has no figures.
-    OSError
-        a file cannot be read.
+    ModelError where it is none of these, or its kind has no figures; OSError where a file cannot be read.
     """
     if isinstance(result, str | os.PathLike):
         path = Path(result)

@@ -17,7 +17,7 @@ PRESENTATIONS: Mapping[str, str] = {
     "run": "gearrattle.report.run_report:RunReport",
     "motion": "gearrattle.report.motion_page:MotionReport",
     "verdict": "gearrattle.report.run_report:VerdictReport",
-    "Campbell diagram": "gearrattle.report.modes_page:CampbellPage",
+    "Campbell diagram": "gearrattle.report.campbell_page:CampbellPage",
     "modes": "gearrattle.report.modes_page:ModesPage",
     "comparison": "gearrattle.report.comparison_page:ComparisonPage",
     "validation": "gearrattle.report.validation_page:ValidationPage",
@@ -67,10 +67,7 @@ PRESENTATIONS: Mapping[str, str] = {
 def presentation_of(result: Any) -> Presentation[Any]:
     """Return the presentation of a result or of labelled data that gearrattle returned; a presentation stays itself.
 
-    Raises
-    ------
-    ModelError
-        it is no result of gearrattle.
+    ModelError for what is no result of gearrattle.
     """
     if isinstance(result, Presentation):
         return result

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import Verdict
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
 from gearrattle.report.event_tables import EVENT_HEADLINES, peak_torques

@@ -1,4 +1,4 @@
-"""Jumps of a run-up and a run-down beside those of the branches, as a result."""
+"""Jumps of a run-up and a run-down compared with those of the branches, as a result."""
 
 from __future__ import annotations
 

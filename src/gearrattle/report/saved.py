@@ -73,12 +73,8 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
 def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequence[Path] = ()) -> None:
     """Refuse a path that a result cannot be saved as, before anything is computed.
 
-    ``option`` is what the path was given as, for the message.
-
-    Raises
-    ------
-    ModelError
-        another ending, a folder or one of the inputs where a file is written, a file where a folder is.
+    ``option`` is what the path was given as, for the message. A ModelError refuses another ending, a folder or one of
+    the inputs where a file is written, and a file where a folder is.
     """
     suffix = path.suffix.lower()
     if suffix in endings:
@@ -136,12 +132,7 @@ def result_folder(folder: str | os.PathLike[str]) -> Staging:
     """Return a folder for a result; nothing is computed yet where it is refused.
 
     A result has files of common names, which would replace those of others: a folder must be new, empty, or hold an
-    earlier page of gearrattle.
-
-    Raises
-    ------
-    ModelError
-        it holds files, and no page with its figures.
+    earlier page of gearrattle with its figures (else ModelError).
     """
     path = Path(folder)
     sweep(path)  # a page that was being replaced when the program was killed

@@ -37,7 +37,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
     is_data = True
     heading = "Where the power is"
     peaked: tuple[str, ...] = ("psd",)
-    """Names of what has peaks, and of what is told at them."""
+    """Names of what has peaks, and of what is listed at them."""
 
     def __init__(self, result: xr.Dataset) -> None:
         super().__init__(result)
@@ -81,7 +81,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
         return self.result
 
     def _channel_words(self) -> tuple[str, ...]:
-        """Return what has peaks, and what is told at them."""
+        """Return what has peaks, and what is listed at them."""
         return self.peaked
 
     def _table(self, content: dict[str, Any]) -> Table:

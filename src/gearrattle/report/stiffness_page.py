@@ -22,15 +22,7 @@ from gearrattle.simulation.fixed_steps import StepLimit
 
 @dataclass(frozen=True)
 class OverRatios:
-    """R_lambda over the contact ratio of one element after the other.
-
-    Attributes
-    ----------
-    ratios
-        (R,) contact ratios.
-    r_lambda
-        (R,) values by element.
-    """
+    """R_lambda over the contact ratio of one element after the other: (R,) ratios, and by element (R,) values."""
 
     ratios: tuple[float, ...]
     r_lambda: Mapping[str, Sequence[float]]

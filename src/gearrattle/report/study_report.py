@@ -48,7 +48,7 @@ _SHOWN = 5
 
 
 class StudyReport(Presentation["xr.Dataset"]):
-    """A study of any kind: the Dataset that ``study``, ``bifurcation``, ``basins`` or ``optimize`` returned."""
+    """A study of any kind: the Dataset that ``study``, or the call of another kind of study, returned."""
 
     kind = "study"
     is_data = True

@@ -66,7 +66,10 @@ def count_table(data: xr.Dataset) -> Table:
 def lacking_said(data: xr.Dataset, case: str) -> list[str]:
     """Say in how many cases a part has no impact, or a body no sub-harmonic; nothing if no case lacks any."""
     among = counted(int((data["outcome"] == DONE).sum()), f"computed {case}")
-    return [f"{name}: {lacking} in {count} of {among}." for (name, lacking), count in lacking_in(data).items()]
+    return [
+        f"{name or 'driveline'}: {lacking} in {count} of {among}."
+        for (name, lacking), count in lacking_in(data).items()
+    ]
 
 
 def lacking_values(data: xr.Dataset) -> list[dict[str, Any]]:

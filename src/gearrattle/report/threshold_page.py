@@ -275,16 +275,8 @@ def _verb(word: str) -> str:
 class _Row:
     """What one value showed.
 
-    Attributes
-    ----------
-    words
-        how bad it was, by start.
-    energy
-        of the hardest impact [J].
-    holds
-        whether the target holds of every motion.
-    coexist
-        whether it holds of some and not of others.
+    ``words`` say how bad it was, by start; the energy is that of the hardest impact [J]. ``holds`` is true where the
+    target holds of every motion, ``coexist`` where it holds of some and not of others.
     """
 
     value: float

@@ -10,7 +10,10 @@ from itertools import groupby
 from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import CRITERIA, Part, Row, Verdict
+from gearrattle.quantities.quantity import Row
+from gearrattle.quantities.quantity_table import CRITERIA
+from gearrattle.quantities.verdict import Verdict
+from gearrattle.quantities.verdict_parts import Part
 from gearrattle.report.event_tables import event_parts, event_tiles
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table, Tile

@@ -1,7 +1,7 @@
 """Tables 3 and 4, fixed steps: as many steps as the paper prints, neither more nor fewer.
 
 ``simulate`` runs whole periods; 800 and 850 units of 1/omega, and RK4's 819.2 and 857.6, are none. Here the solver of
-the shelf is told how many steps to take.
+the algorithm gets the number of steps to take.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
 
 
 def _meaning(coherences: Found) -> Row:
-    """Say what a coherence tells about an algorithm: RK4's motion is invented, its harmonics are not."""
+    """Say what a coherence shows of an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
         "Sec. 9, coherence as a measure of agreement",
         "solutions are compared by it",

@@ -9,17 +9,7 @@ from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.crossing_sums import add_crossings, contact_share, dwell_times, pieces_of, regime, region_shares
-from gearrattle.signals.ensembles import (
-    density_distances,
-    distribution_distances,
-    explained_distance,
-    number_distances,
-    rank,
-)
-from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impacts, summarise_impacts
-from gearrattle.signals.impacts import Impacts, find_impacts
-from gearrattle.signals.levels import peak_to_peak, rms
-from gearrattle.signals.loose_gears import (
+from gearrattle.signals.driveline_constants import (
     LooseGear,
     decibels,
     gap_names,
@@ -31,6 +21,16 @@ from gearrattle.signals.loose_gears import (
     speed_ratios,
     torque_ratio,
 )
+from gearrattle.signals.ensembles import (
+    density_distances,
+    distribution_distances,
+    explained_distance,
+    number_distances,
+    rank,
+)
+from gearrattle.signals.impact_sums import Hardness, ImpactSummary, measure_impacts, summarise_impacts
+from gearrattle.signals.impacts import Impacts, find_impacts
+from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.negligible import RANKS, SEVERITIES, Severity, are_negligible, are_touches, limits_words
 from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, resolved
 from gearrattle.signals.regions import (

@@ -156,7 +156,7 @@ class SignalSums:
     time: float
 
     def amplitudes(self, products: Array, trend: int) -> NDArray[np.complex128]:
-        """(o,) complex amplitudes of a signal beside a polynomial of time; NaN where the samples do not show them.
+        """(o,) complex amplitudes of a signal, fitted with a polynomial of time; NaN where samples do not show them.
 
         Parameters
         ----------

@@ -66,10 +66,7 @@ def averages(window: Array, step: int, segments: int) -> float:
 def density_factors(count: float, level: float = LEVEL) -> tuple[float, float]:
     """Return the factors of a density's lower and upper limit.
 
-    Parameters
-    ----------
-    count
-        averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
+    ``count`` is that of the averages (see ``averages``); half of them at frequency zero and at half the sampling rate.
     """
     from scipy.special import gammaincinv
 

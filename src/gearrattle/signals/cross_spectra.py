@@ -40,13 +40,7 @@ WINDOWS = tuple(_COSINES)
 
 @dataclass(frozen=True)
 class Segments:
-    """Segments of a record.
-
-    Attributes
-    ----------
-    window
-        (L,) the taper.
-    """
+    """Segments of a record, and their taper (L,)."""
 
     window: Array
     step: int
@@ -122,13 +116,7 @@ def cut(samples: int, length: int, overlap: float, window: str) -> Segments:
 
 
 def groups(signal: Array, segments: Segments) -> Iterator[Array]:
-    """Give the segments of a signal in groups, (g, L) or (g, n, L), not yet tapered, as views of it.
-
-    Parameters
-    ----------
-    signal
-        (N,) or (N, n).
-    """
+    """Give the segments of a signal (N,) or (N, n) in groups, (g, L) or (g, n, L), not yet tapered, as views of it."""
     views = np.lib.stride_tricks.sliding_window_view(signal, segments.length, axis=0)[:: segments.step]
     size = max(1, _AT_ONCE // (segments.length * (signal.size // len(signal))))
     for begin in range(0, segments.count, size):

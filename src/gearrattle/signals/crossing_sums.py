@@ -16,7 +16,7 @@ import numpy as np
 from gearrattle.engine.kernels import tallies
 from gearrattle.engine.kernels.variant_arrays import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
-from gearrattle.signals.loose_gears import reduced_inertias
+from gearrattle.signals.driveline_constants import reduced_inertias
 from gearrattle.signals.regions import Regime, broken_chain, clearance_arrays, regime_of, share_in_contact
 from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
@@ -106,13 +106,7 @@ class Contacts:
 
 
 def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Contacts:
-    """Return the sums over the contacts of one clearance.
-
-    Parameters
-    ----------
-    end
-        of the motion [s]: a contact that is still open counts up to it.
-    """
+    """Return the sums over the contacts of one clearance; an open one counts up to the end of the motion [s]."""
     mine = corners_of(layout, clearance)
     is_open = sums["open"][mine] > 0.0
     of = {name: float(sums[name][clearance]) for name in ("count", "speed", "left", "lost", "kept", "moving", "held")}
@@ -131,11 +125,8 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 class Sides:
     """Time of a clearance in its regions, and its changes of flank at impacts.
 
-    Attributes
-    ----------
-    single, double
-        impacts that follow a contact on the same flank, and on the other one. The first impact of all
-        follows the side on which the motion begins; from within the gap it counts as single-sided.
+    An impact is ``single`` if it follows a contact on the same flank, ``double`` if on the other one. The first impact
+    of all follows the side on which the motion begins; from within the gap it counts as single-sided.
     """
 
     shares: dict[int, float]
@@ -144,13 +135,7 @@ class Sides:
 
 
 def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sides:
-    """Return the times of one clearance in its regions, and its changes of flank at impacts.
-
-    Parameters
-    ----------
-    duration
-        of the window [s].
-    """
+    """Return the times of one clearance in its regions in a window [s], and its changes of flank at impacts."""
     shares = _shares(sums, layout, clearance, duration)
     return Sides(shares, int(sums["same"][clearance]), int(sums["other"][clearance]))
 

@@ -39,13 +39,7 @@ class FallError(ValueError):
 
 
 class Unwrapped(NamedTuple):
-    """A continuous angle.
-
-    Attributes
-    ----------
-    values
-        (N,) in the unit of the encoder.
-    """
+    """A continuous angle (N,), in the unit of the encoder."""
 
     values: Array
     falls: int
@@ -87,13 +81,7 @@ def unwrapped(values: Array, span: float) -> Unwrapped:
 
 
 def _over_falls(values: Array, usual: Array, groups: list[tuple[int, int]], span: float) -> Unwrapped:
-    """Make an angle continuous over falls of several steps.
-
-    Raises
-    ------
-    FallError
-        they are not told from the turning.
-    """
+    """Make an angle continuous over falls of several steps; FallError where they do not differ from the turning."""
     # steps beyond the usual one, in spans
     steps = np.diff(values)
     excess = np.concatenate([[0.0], np.cumsum(steps - usual)]) / span

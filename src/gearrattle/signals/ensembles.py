@@ -39,13 +39,7 @@ def rank(distances: Array) -> float:
 
 
 def mean_of_others(values: Array) -> Array:
-    """Return (m, ...) for each the mean of all others.
-
-    Parameters
-    ----------
-    values
-        (m, ...), m at least 2.
-    """
+    """Return (m, ...) the mean of all others for each of (m, ...) values, m at least 2."""
     m = len(values)
     others = 1.0 - np.eye(m)
     return np.asarray((others @ values.reshape(m, -1) / (m - 1)).reshape(values.shape))
@@ -92,7 +86,7 @@ def explained_distance(densities: Array, reference: Array, error: Array) -> tupl
     densities
         (m, f) as for ``density_distances``, whose bins are taken.
     reference
-        (f,) density of the motion the error is told against.
+        (f,) density of the motion that the error is compared with.
     error
         (f,) density of the error.
     """
@@ -107,7 +101,7 @@ def explained_distance(densities: Array, reference: Array, error: Array) -> tupl
 
 
 def _compared(densities: Array, error: Array | None) -> tuple[NDArray[np.bool_], Array]:
-    """(f,) which bins are compared, and for these the density below which nothing is told apart."""
+    """(f,) which bins are compared, and for these the density below which nothing differs."""
     pooled = densities.mean(axis=0)
     least = FLOOR * pooled.max()
     chosen = pooled > least

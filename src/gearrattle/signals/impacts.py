@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.derived_values import kept
-from gearrattle.signals.loose_gears import reduced_inertias
+from gearrattle.signals.driveline_constants import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
 from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory

@@ -1,7 +1,7 @@
 """Spectra side by side as the speed changes: over frequency or order, row by row or by steps of the speed.
 
 A *waterfall* has one row per segment of time: amplitudes of lines, or densities, over frequency. Frequencies f and
-orders o are told apart by how they run: o = 2 pi f / Omega. Between rows of a segment's length the speed changes by
+orders o differ in how they run: o = 2 pi f / Omega. Between rows of a segment's length the speed changes by
 Omega' L / fs, so that an order's line is smeared over o Omega' L / (2 pi fs): the shorter the segment, the less, and
 the wider its bins; order spectra (``order_tracking``) have no such limit.
 
@@ -102,12 +102,9 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
 
 
 def over_orders(rows: Waterfall, orders: Array) -> Waterfall:
-    """Read a waterfall over frequency along the lines of constant order, straight between bins; NaN beyond the last.
+    """Read a waterfall over frequency along the lines of constant order (o,), straight between bins.
 
-    Parameters
-    ----------
-    orders
-        (o,) wanted.
+    NaN beyond the last bin.
     """
     values = np.empty((rows.speed.size, orders.size))
     for k, speed in enumerate(rows.speed.tolist()):

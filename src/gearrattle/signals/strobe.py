@@ -84,13 +84,7 @@ class Groups:
 
 
 def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
-    """Group equal orbits.
-
-    Parameters
-    ----------
-    orbits
-        (n, q) each, scaled; None where a motion has none.
-    """
+    """Group equal orbits, (n, q) each, scaled; None where a motion has none."""
     label = np.full(len(orbits), -1, dtype=np.int64)
     first: list[int] = []
     within = 0.0

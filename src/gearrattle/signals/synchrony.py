@@ -100,7 +100,7 @@ def delay_by_phase(first: tuple[Array, Array], second: tuple[Array, Array], freq
 
 
 def _component(time: Array, values: Array, frequency: float) -> tuple[complex, float]:
-    """Return the complex amplitude of one frequency by least squares beside a mean, and its part of the power."""
+    """Return the complex amplitude of one frequency by least squares with a mean, and its part of the power."""
     angle = 2.0 * np.pi * frequency * time
     basis = np.stack([np.cos(angle), np.sin(angle), np.ones_like(angle)], axis=1)
     (a, b, _), *_ = np.linalg.lstsq(basis, values, rcond=None)

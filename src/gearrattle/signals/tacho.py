@@ -19,13 +19,7 @@ Array = NDArray[np.float64]
 
 
 def levels(values: Array) -> tuple[float, float]:
-    """Return a threshold and a hysteresis for a pulse signal: half-way up, and a fifth of its height.
-
-    Parameters
-    ----------
-    values
-        (N,) the signal in any unit.
-    """
+    """Return a threshold and a hysteresis for a pulse signal (N,): half-way up, and a fifth of its height."""
     low, high = np.quantile(values, [0.01, 0.99]) if values.size > 1000 else (values.min(), values.max())
     if not high > low:
         low = values.min()

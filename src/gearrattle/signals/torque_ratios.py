@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearrattle.signals.driveline_constants import LooseGear, loose_gears, torque_ratio
 from gearrattle.signals.levels import extremes_missed
-from gearrattle.signals.loose_gears import LooseGear, loose_gears, torque_ratio
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -56,10 +56,7 @@ def largest_of_samples(layout: Layout, gear: LooseGear, acceleration: Array, spe
 def largest_ratios(trajectory: Trajectory) -> dict[int, LargestRatio]:
     """Return the largest ratio over the steady part of every loose gear whose drag torque changes, by its index.
 
-    Raises
-    ------
-    ModelError
-        as ``steady``.
+    ModelError as of ``steady``.
     """
     layout = trajectory.layout
     gears = [gear for gear in loose_gears(layout) if changes_drag(layout, gear)]

@@ -300,10 +300,7 @@ def _keep(chain: _Chain, end: int, reading: _Reading, tooth: int, size: int) -> 
 def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern: Array) -> None:
     """Refuse gaps that do not come where the wheel has them, except for a start or a stop at the ends.
 
-    Raises
-    ------
-    PulseError
-        the wheel's intervals are not found again somewhere.
+    PulseError where the wheel's intervals do not repeat somewhere.
     """
     for at in reading.unsure:
         misfit = abs(math.log(units[at] / reading.teeth[at]))
@@ -313,12 +310,9 @@ def _refuse_another_wheel(times: Array, units: Array, reading: _Reading, pattern
 
 
 def _only_certain(times: Array, units: Array, reading: _Reading, per_turn: float) -> _Reading:
-    """Undo repairs that a real motion of the shaft may explain; refuse where pulses fail for longer.
+    """Undo repairs that a real motion of the shaft may explain.
 
-    Raises
-    ------
-    PulseError
-        more pulses in a row are missing than can be counted.
+    PulseError where more pulses in a row are missing than can be counted.
     """
     logarithms = _repaired(times, reading)
     certain = []
@@ -384,10 +378,7 @@ def _refuse_recurring(times: Array, units: Array, per_turn: float) -> None:
 def _told(times: Array, reading: _Reading) -> Teeth:
     """Return the pulses that count, their teeth, and when pulses were lost or too many.
 
-    Raises
-    ------
-    PulseError
-        these are more than ``SHARE``.
+    PulseError where these are more than ``SHARE``.
     """
     lost: list[float] = []
     extra: list[int] = []

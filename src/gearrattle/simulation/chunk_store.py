@@ -74,11 +74,8 @@ class Store:
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
         """Open a folder, made when the first chunk is kept.
 
-        Raises
-        ------
-        ModelError
-            it holds other files; it holds a run already and ``resume`` is not set; or one that is not of
-            this model, these settings and these versions.
+        A ModelError refuses a folder with other files, one that holds a run already where ``resume`` is not set, and
+        one that is not of this model, these settings and these versions.
         """
         path = Path(folder)
         owner = _owner(model, settings)

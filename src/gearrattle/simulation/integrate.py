@@ -27,11 +27,8 @@ def integrate(
     """Integrate a task and name the result after its driveline; ConvergenceError, with time, state and remedy, if the
     algorithm becomes unstable or stalls.
 
-    Parameters
-    ----------
-    progress
-        called with the fraction done after every slice; whatever it raises ends the run. Its method
-        ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
+    ``progress`` is called with the fraction done after every slice; whatever it raises ends the run. Its method
+    ``because``, if it has one, is called once after two seconds: where a cycle takes minutes with the reason.
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)

@@ -17,7 +17,7 @@ FASTEST = 1e15
 """Decays or radians per period: what is as fast as that changes by rounding alone within the rounding of the period."""
 _SHARE = 0.5  # of the machine's memory
 _MATRICES = 400  # of states x states, that tables take at most: measured 377 with 210 inertias, 325 with 300
-_UNKNOWN = 8 << 30  # bytes, where the machine does not tell
+_UNKNOWN = 8 << 30  # bytes, where the machine does not say
 
 
 @kept

@@ -17,7 +17,7 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import measured
 
 NEGLIGIBLE = 1e-3
-"""Part of a body's fluctuation of speed up to which its mean is not told."""
+"""Part of a body's fluctuation of speed up to which its mean is not mentioned."""
 _ROUNDING = 1e-9  # of the speed of the file
 _NOTHING = 1e-300  # below every fluctuation that is one
 

@@ -16,12 +16,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling: discard
     = min(discard, cycles // 2). A sweep of the speed is followed to its end, and judged from its start; so is a run of
     a stated duration, and one with ramps of a torque. The settings of the last call return the same model again, with
-    all its derived values.
-
-    Raises
-    ------
-    ModelError
-        a setting the file format refuses, or discard >= cycles.
+    all its derived values. ModelError for a setting that the file format refuses, and for discard >= cycles.
     """
     key = tuple((name, type(value), value) for name, value in arguments.items())
     if not all(isinstance(value, str | int | float | None) for value in arguments.values()):

@@ -19,7 +19,9 @@ from gearrattle.engine.solvers import SOLVERS, Extensible
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.value_kinds import CALLBACK, FLAG, Count, argument_problems, check_arguments
-from gearrattle.quantities import Sums, Verdict, add, verdict_of
+from gearrattle.quantities.evaluation import add, verdict_of
+from gearrattle.quantities.quantity import Sums
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.results import Run
 from gearrattle.simulation.chunk_store import Store
 from gearrattle.simulation.integrate import finish

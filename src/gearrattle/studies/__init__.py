@@ -8,6 +8,7 @@ them, ``schedulers`` distribute the chunks, ``study_store`` keeps the results, `
 
 from gearrattle.studies.basins_study import basins
 from gearrattle.studies.bifurcation_study import bifurcation
+from gearrattle.studies.conditions_study import conditions
 from gearrattle.studies.optimization import optimize
 from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.quiet import prove_quiet
@@ -20,6 +21,7 @@ from gearrattle.studies.study import study
 __all__ = [
     "basins",
     "bifurcation",
+    "conditions",
     "open_study",
     "optimize",
     "prove_quiet",

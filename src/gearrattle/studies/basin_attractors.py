@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.motion import multipliers_of
+from gearrattle.engine.periodic.multipliers import multipliers_of
 from gearrattle.orbits.attractors import motion_names
 from gearrattle.signals import SEVERITIES
 from gearrattle.signals.strobe import Groups, grouped, room
@@ -69,7 +69,7 @@ class Motion:
     is_family
         whether its neighbours repeat as well.
     number
-        by which attractors are told apart; groups of one number are one attractor.
+        of the attractor; groups of one number are one attractor.
     """
 
     verdict: int

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.path_labels import INITIAL
 from gearrattle.model.table import shown
-from gearrattle.model.value_kinds import CALLBACK, FLAG, SEED, Reader, argument_problems, check_arguments
+from gearrattle.model.value_kinds import SEED, Reader, argument_problems
 from gearrattle.orbits.attractors import Attractor, settled_orbit
 from gearrattle.orbits.start_states import check_repeats, state_of
 from gearrattle.simulation.settings import settled
@@ -53,6 +53,7 @@ class Initials(Plan):
     """The cases of a basin study: the model from one initial state after the other."""
 
     kind: ClassVar[str] = "basins"
+    is_grid: ClassVar[bool] = False
     said: dict[str, Any] = field(default_factory=dict)
     starts: Starts | None = None
 
@@ -148,7 +149,7 @@ def prepare(
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
     if list(outputs):
         check_names(outputs, [base])
-    # one case tells the outputs
+    # the outputs, by one case
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
@@ -231,28 +232,7 @@ def basins(
     >>> settled["basin"].values.shape
     (4,)
     """
-    check_model(model)
-    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
-    begin = partial(
-        prepare,
-        model,
-        over,
-        samples=samples,
-        method=method,
-        seed=seed,
-        cycles=cycles,
-        discard=discard,
-        phase=phase,
-        section=section,
-        tolerance=tolerance,
-        same=same,
-        outputs=outputs,
-        fixed=fixed,
-        most=most,
-    )
-    return conduct(
-        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
-    )
+    return conduct(prepare, **locals())  # every argument, by its name
 
 
 def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:

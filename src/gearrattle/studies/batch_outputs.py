@@ -20,19 +20,21 @@ from gearrattle.engine.kernels.variant_arrays import picked
 from gearrattle.engine.solvers.variants import END, Batch, Kept
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.model import Model
-from gearrattle.quantities import CRITERIA, METRICS, QUANTITIES, inputs_of_crossings, rows_of
+from gearrattle.quantities.evaluation import rows_of
+from gearrattle.quantities.metric_sources import inputs_of_crossings
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS, QUANTITIES
 from gearrattle.results import Run
 from gearrattle.signals import reduced_inertias
 from gearrattle.signals.last_levels import LAST_CYCLES
 from gearrattle.simulation.integrate import Grid, cost_of, named
-from gearrattle.studies.output import Output
+from gearrattle.studies.output import SOUND, Output
 from gearrattle.studies.outputs import values_in, values_of
 from gearrattle.trajectory import Layout
 
 _LAST = {criterion.name for criterion in CRITERIA if criterion.sums == ("last cycles",)}
 _OF_LOG = [metric for metric in METRICS if metric.of_crossings]
 _OF_LOG_NAMES = {metric.name for metric in _OF_LOG}
-_KNOWN = {quantity.name for quantity in QUANTITIES}
+_KNOWN = {*(quantity.name for quantity in QUANTITIES), SOUND}
 
 
 def is_followed(output: Output) -> bool:

@@ -19,7 +19,7 @@ import time
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import refuse_unsteady, start_at
 from gearrattle.errors import Cancelled, ModelError, Problem
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.table import shown
-from gearrattle.model.value_kinds import CALLBACK, FLAG, Choice, argument_problems, check_arguments
+from gearrattle.model.value_kinds import Choice, argument_problems
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.case_runs import DONE, Computed, code_of, empty
@@ -65,6 +65,7 @@ class Sweeps(Plan):
     """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value."""
 
     kind: ClassVar[str] = "bifurcation"
+    is_grid: ClassVar[bool] = False
     said: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
@@ -156,7 +157,7 @@ def prepare(
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
     structures = structures_of(plan)
     check_names(outputs, structures)
-    # one case of every structure tells outputs and number of states
+    # outputs and number of states, by one case of every structure
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, others=structures)
     states = max(states_of(one) for one in structures)
@@ -255,26 +256,7 @@ def bifurcation(
     >>> swept["period"].values.ravel().tolist()
     [1.0, 1.0]
     """
-    check_model(model)
-    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
-    begin = partial(
-        prepare,
-        model,
-        path,
-        values,
-        axes=axes,
-        direction=direction,
-        cycles=cycles,
-        discard=discard,
-        phase=phase,
-        section=section,
-        tolerance=tolerance,
-        outputs=outputs,
-        fixed=fixed,
-    )
-    return conduct(
-        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
-    )
+    return conduct(prepare, **locals())  # every argument, by its name
 
 
 def _check_order(axis: Axis) -> None:

@@ -23,7 +23,7 @@ from gearrattle.engine.kernels.variants_march import AS_GIVEN, STATIC, STEADY
 from gearrattle.engine.solvers.variants import Pattern, follow_variants, has_loop, march_variants
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
-from gearrattle.quantities import CROSSING_CRITERIA
+from gearrattle.quantities.quantity_table import CROSSING_CRITERIA
 from gearrattle.signals import clearance_arrays, gap_names, reduced_inertias
 from gearrattle.studies.batch_outputs import Followed, is_followed
 from gearrattle.studies.output import WORST, Output
@@ -50,7 +50,7 @@ def can_follow(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths define a case completely."""
     are_known = all(is_of_crossings(output) or is_followed(output) for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
-    is_grid = outputs.function is None and type(plan) is Plan
+    is_grid = outputs.function is None and plan.is_grid
     return are_known and is_grid and is_exact and has_loop(assemble(plan.model).system)
 
 
@@ -212,7 +212,7 @@ def _follow(
             of_case = None if model is None else followed.values(model, variant, batch)
         except Cancelled:
             raise
-        except Exception:  # a case that fails is told of where it is simulated by itself
+        except Exception:  # a case that fails is reported where it is simulated by itself
             of_case = None
         judged[variant] = of_case is not None
         for name, value in (of_case or {}).items():

@@ -72,7 +72,7 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
             computed.outcome[at] = DONE
         except Cancelled:
             raise
-        except Exception as error:  # a case's failure is a result: any error at all is told, and the study goes on
+        except Exception as error:  # a case's failure is a result: any error at all is reported, and the study goes on
             computed.outcome[at] = code_of(error)
             computed.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         if progress is not None:
@@ -81,7 +81,7 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
 
 
 def _samples_for(model: Model, outputs: Outputs) -> int | None:
-    """Return how many samples per cycle a case needs: one where exact crossings tell all, None for the model's own."""
+    """Return how many samples per cycle a case needs: one where exact crossings suffice, None for the model's own."""
     is_exact = model.simulation.algorithm == "exact" and outputs.function is None
     return 1 if is_exact and all(map(is_of_crossings, outputs.chosen)) else None
 

@@ -78,17 +78,9 @@ class Distribution:
 
 
 def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribution, ...]:
-    """Read distributions.
+    """Read distributions; a ModelError has everything that is wrong with them.
 
-    Parameters
-    ----------
-    tables
-        by path or pattern a mapping with ``distribution`` and its parameters, or ``{"factor": ...}`` about it.
-
-    Raises
-    ------
-    ModelError
-        everything that is wrong with them.
+    By path or pattern each is a mapping with ``distribution`` and its parameters, or ``{"factor": ...}`` about it.
     """
     problems: list[Problem] = []
     distributions = []

@@ -93,18 +93,7 @@ class Constraint:
 
 
 def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objective, ...]:
-    """Read objectives.
-
-    Parameters
-    ----------
-    requested
-        by label "min" or "max".
-
-    Raises
-    ------
-    ModelError
-        everything that is wrong with them.
-    """
+    """Read objectives, "min" or "max" by label; a ModelError has everything that is wrong with them."""
     problems = []
     objectives = []
     if not checked(AnyTable(), requested, "objectives"):
@@ -121,17 +110,9 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
 
 
 def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model) -> tuple[Constraint, ...]:
-    """Read constraints.
+    """Read constraints; a ModelError has everything that is wrong with them.
 
-    Parameters
-    ----------
-    requested
-        by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
-
-    Raises
-    ------
-    ModelError
-        everything that is wrong with them.
+    By label each is a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
     """
     problems: list[Problem] = []
     constraints = []

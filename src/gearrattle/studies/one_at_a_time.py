@@ -39,15 +39,7 @@ class Swings:
 def swings(y: Array, d: int) -> Swings:
     """Return the values of an output when d values go to their ends.
 
-    Parameters
-    ----------
-    y
-        (2 d + 1,) the output in the order of the design.
-
-    Raises
-    ------
-    ModelError
-        these are not all cases of the design.
+    ``y`` (2 d + 1,) is the output in the order of the design; ModelError where these are not all cases of it.
     """
     if len(y) != 2 * d + 1:
         rule = f"must be the {2 * d + 1} cases of one value at a time"

@@ -12,7 +12,6 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,15 +19,12 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name, version_of
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.value_kinds import (
-    CALLBACK,
-    FLAG,
     SEED,
     AnyTable,
     Count,
     argument_problems,
-    check_arguments,
     checked,
 )
 from gearrattle.results import Run
@@ -280,7 +276,7 @@ def prepare(
     structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
         _check_labels(outputs, labels, structures)
-    # one run tells the outputs
+    # the outputs, by one run
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
@@ -369,22 +365,7 @@ def optimize(
     >>> front.sizes["design"], front.attrs["senses"]
     (4, ['min'])
     """
-    check_model(model)
-    check_arguments(resume=(FLAG, resume), progress=(CALLBACK, progress))
-    begin = partial(
-        prepare,
-        model,
-        variables,
-        objectives,
-        constraints=constraints,
-        outputs=outputs,
-        population=population,
-        generations=generations,
-        seed=seed,
-        fixed=fixed,
-        function=function,
-    )
-    return conduct(begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume)
+    return conduct(prepare, **locals())  # every argument, by its name
 
 
 def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequence[Model]) -> None:

@@ -19,6 +19,10 @@ ENERGY = "largest impact energy"
 HARDEST = "hardest impact"
 EVENT = "event"
 """Name in place of a criterion for outputs of an event."""
+SOUND = "sound"
+"""Name in place of a criterion for the level of the impacts' sound."""
+Modes = tuple[tuple[float, float, float], ...]
+"""Of a transfer path: frequency [Hz], damping ratio and gain [Pa/(N s)]."""
 WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY, HARDEST: ENERGY}
 """Outputs of the whole driveline: the worst code, or the largest number, of the parts that can separate."""
 REGIMES = ("quiet", "single-sided", "double-sided")
@@ -58,6 +62,8 @@ class Output:
         of sampling, in words; empty where it is not known what the value comes from.
     over_all
         whether it is the largest value over all stable motions of a case (``stable_motion_outputs``).
+    modes
+        of a sound level, those of the path; none: the assumed casing.
     """
 
     name: str
@@ -72,6 +78,7 @@ class Output:
     lacking: str = ""
     error: str = ""
     over_all: bool = False
+    modes: Modes = ()
 
     @property
     def applies_to(self) -> tuple[Any, ...]:

@@ -22,20 +22,28 @@ from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Pro
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.orbits.start_states import check_repeats
-from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
+from gearrattle.quantities.evaluation import add, rows_of
 from gearrattle.quantities.metrics import event_metric_of, inputs_of
+from gearrattle.quantities.quantity import WITHOUT_DIMENSION, Row
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.event_outputs import NAMES, known_event_outputs, values_of_event
-from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, VERDICT, WORDS, WORST, Output
+from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, SOUND, VERDICT, WORDS, WORST, Output
+from gearrattle.studies.sound_output import known_sound_output, sound_level
 from gearrattle.studies.stable_motion_outputs import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
 
-DEFAULT = ("verdict severity", "verdict", "severity", "regime", "impacts per cycle", "contact share")
+
+class Available(tuple[str, ...]):
+    """Names of outputs of which those are kept that the driveline has: any other list refuses what it lacks."""
+
+
+DEFAULT = Available(("verdict severity", "verdict", "severity", "regime", "impacts per cycle", "contact share"))
 Function = Callable[[Run], Mapping[str, float]]
 
 
@@ -116,8 +124,10 @@ def values_of(
     of_event = [output for output in outputs if output.criterion == EVENT and output.name in NAMES]
     if EVENT in needed and any(output.criterion == EVENT and output not in of_event for output in outputs):
         rows += rows_of(inputs_of(run), [event_metric_of(run)], units=run.model.units)
-    plain = [output for output in outputs if output.name not in RUN_OUTPUTS and output not in of_event]
-    figures = {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
+    of_sound = [output for output in outputs if output.criterion == SOUND]
+    plain = [output for output in outputs if output.name not in RUN_OUTPUTS and output not in of_event + of_sound]
+    figures = {output.name: np.array(sound_level(run, output.modes)) for output in of_sound}
+    figures |= {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
     if of_event:
         figures |= values_of_event(of_event, run)
     return figures | values_in(rows, plain, run.trajectory.layout)
@@ -235,13 +245,14 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     known = {whole: Output(whole, "", (), ("",), WORDS[of], of) for whole, of in WORST.items() if of in WORDS}
     known[HARDEST] = Output(HARDEST, "", (), (unit_in(model, "J"),), criterion=_OF_IMPACTS)
     known |= known_event_outputs(model, runs[0].trajectory.layout)
+    known |= known_sound_output(model, [run.trajectory.layout for run in runs])
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [
         entry for run in runs for criterion in CRITERIA for entry in criterion.occasional(run.trajectory.layout)
     ]
     known |= _outputs_in(said, occasional, runs)
-    if names is not DEFAULT and any(name not in known for name in names):
+    if not isinstance(names, Available) and any(name not in known for name in names):
         measured = _outputs_in([row for run in runs for row in _measured(run)], (), runs)
         known |= {name: output for name, output in measured.items() if name not in known}
     return known
@@ -252,7 +263,9 @@ def _with_largest(known: Mapping[str, Output], runs: Sequence[Run]) -> dict[str,
     layout = runs[0].trajectory.layout
     model = runs[0].model
     largest = {
-        f"{name}{OVER_ALL}": replace(output, name=f"{name}{OVER_ALL}", over_all=True) for name, output in known.items()
+        f"{name}{OVER_ALL}": replace(output, name=f"{name}{OVER_ALL}", over_all=True)
+        for name, output in known.items()
+        if output.criterion != SOUND  # the level of a single period tells nothing
     }
     units = tuple(unit_in(model, "m" if layout.is_mesh[k] else "rad") for k in layout.clearance)
     swing = Output(SWING, "part", layout.clearance_names, units, over_all=True)
@@ -289,7 +302,7 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
         names there are not, all of them; what is no list of names.
     """
     check_list(names, function)
-    if names is DEFAULT or all(name in WORST or name in RUN_OUTPUTS for name in names):
+    if isinstance(names, Available) or all(name in WORST or name in RUN_OUTPUTS for name in names):
         return
     if runs := short_runs(models):
         _refuse_unknown(names, tuple(_known(names, runs)), runs)
@@ -326,7 +339,7 @@ def outputs_of(
     Parameters
     ----------
     names
-        of outputs; for ``DEFAULT`` itself, those of it that the driveline has.
+        of outputs; if they are ``Available``, those of them that the driveline has.
     others
         a model of every structure that cases have: parts that have a clearance in some are parts as well.
 
@@ -337,8 +350,8 @@ def outputs_of(
     """
     runs = [run, *(short_runs(others) if len(others) > 1 else ())]
     known = _known(names, runs)
-    if names is DEFAULT:
-        names = tuple(name for name in DEFAULT if name in known)
+    if isinstance(names, Available):
+        names = tuple(name for name in names if name in known)
     _refuse_unknown(names, tuple(known), runs)
     extra = tuple(_called(function, run)) if function is not None else ()
     clash = [name for name in extra if name in names]

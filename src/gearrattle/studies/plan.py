@@ -81,10 +81,13 @@ class Plan:
     chunk_size
         cases a chunk holds, about.
     kind
-        of study, by its name on the shelf (a class attribute: another kind of plan is a class of its own).
+        of study, its name (a class attribute: another kind of plan is a class of its own).
+    is_grid
+        whether the values of its axes and samples define a case completely (a class attribute).
     """
 
     kind: ClassVar[str] = "grid"
+    is_grid: ClassVar[bool] = True
 
     model: Model
     axes: tuple[Axis, ...]

@@ -44,12 +44,8 @@ _STARTING = 5.0  # seconds until a fresh process is warm
 class Done:
     """A study that has been carried out.
 
-    Attributes
-    ----------
-    messages
-        why cases failed, by their place in the grid of ``data["outcome"]``.
-    summary
-        the same as ``told`` for machines: plain values by name.
+    ``messages`` say why cases failed, by their place in the grid of ``data["outcome"]``; ``summary`` has plain values
+    by name, for machines.
     """
 
     data: xr.Dataset
@@ -201,7 +197,7 @@ def carry_out(
     Parameters
     ----------
     progress
-        as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
+        as in ``study``; its method ``expect``, if it has one, is called with the seconds that remain.
     pace
         workers of the scheduler, and the seconds that a chunk is expected to take.
     """

@@ -57,18 +57,10 @@ class Range:
 
 
 def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
-    """Read ranges.
+    """Read ranges; a ModelError has all errors in them.
 
-    Parameters
-    ----------
-    requested
-        a pair for each path or pattern, or a mapping with ``from``, ``to`` and ``spacing``; ``{"factor": ...}`` about
-        it, or ends that are factors, for factors of what the model says.
-
-    Raises
-    ------
-    ModelError
-        with all errors found in them.
+    Each path or pattern has a pair, or a mapping with ``from``, ``to`` and ``spacing``; for factors of what the model
+    says ``{"factor": ...}`` about it, or ends that are factors.
     """
     problems = []
     ranges = []

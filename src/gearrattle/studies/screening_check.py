@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKED = 8
-"""Cases that a check simulates if it is not told how many."""
+"""Cases that a check simulates if no number is asked for."""
 FORECASTS = ("quiet", "undecided", "lifts off")
 """Forecasts of a screening for a gear; codes in this order."""
 QUIET, UNDECIDED, LIFTS = range(3)
@@ -31,14 +31,8 @@ QUIET, UNDECIDED, LIFTS = range(3)
 class Checked:
     """Numbers of right and wrong forecasts of one gear, by simulation.
 
-    Attributes
-    ----------
-    said_quiet, ran_quiet
-        in how many simulated cases the forecast is quiet, and how many of these ran quiet.
-    said_lifts, ran_rattling
-        in how many it is lift-off, and how many of these ran rattling, a touch being none.
-    undecided, undecided_rattling
-        in how many it is undecided, and how many of these ran rattling.
+    ``said_quiet``, ``said_lifts`` and ``undecided`` count simulated cases by their forecast; ``ran_quiet``,
+    ``ran_rattling`` and ``undecided_rattling`` say how many of each ran so, a touch being no rattle.
     """
 
     said_quiet: int

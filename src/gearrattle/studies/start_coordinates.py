@@ -76,17 +76,9 @@ class Starts:
 
 
 def starts_of(model: Model, names: Sequence[str]) -> Starts:
-    """Choose coordinates of initial states.
+    """Choose coordinates of initial states: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
 
-    Parameters
-    ----------
-    names
-        "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
-
-    Raises
-    ------
-    ModelError
-        a name there is not, or coordinates that follow from each other; all of them.
+    A ModelError has all names there are not, and all coordinates that follow from each other.
     """
     parts = [e.name for e in model.elements]
     inertias = free_names(model)

@@ -24,19 +24,10 @@ ABOUT = "study.json"
 
 
 def check_storage(storage: Storage, *, resume: bool) -> None:
-    """Refuse a storage location that holds anything but the study to be resumed.
+    """Refuse a storage location that holds anything but the study to be resumed; it need not exist.
 
-    Parameters
-    ----------
-    storage
-        a folder or what lies behind an address; it need not exist.
-
-    Raises
-    ------
-    ModelError
-        it holds a study and ``resume`` is not set, or something else.
-    NotADirectoryError
-        it is a file, or lies below one.
+    ModelError where it holds a study and ``resume`` is not set, or something else; NotADirectoryError where it is a
+    file, or lies below one.
     """
     if storage.local is not None:
         anchor = storage.local.absolute()
@@ -62,12 +53,7 @@ class Claim:
     def __init__(self, storage: Storage, *, resume: bool) -> None:
         """Take the claim, and remove what killed programs have left there.
 
-        Raises
-        ------
-        ModelError
-            another program has it; and as ``check_storage``.
-        OSError
-            the storage location cannot be written.
+        ModelError where another program has it, and as ``check_storage``; OSError where nothing can be written there.
         """
         check_storage(storage, resume=resume)
         self._storage = storage

@@ -71,7 +71,7 @@ def messages_in(storage: Storage, shape: tuple[int, ...], box: tuple[int, ...]) 
 
 
 def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
-    """Return why cases failed as the attribute ``failures`` tells it, the indices of each case first."""
+    """Return why cases failed as the attribute ``failures`` has it, the indices of each case first."""
     return [f"{at}: {text}" for at, text in messages.items()]
 
 

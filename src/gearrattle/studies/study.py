@@ -9,16 +9,15 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from gearrattle.errors import ConvergenceError, ModelError, Problem
-from gearrattle.model import Model, check_model
+from gearrattle.model import Model
 from gearrattle.model.path_values import Varied
 from gearrattle.model.table import shown
-from gearrattle.model.value_kinds import CALLBACK, FLAG, SEED, Count, argument_problems, check_arguments
+from gearrattle.model.value_kinds import SEED, Count, argument_problems
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -95,7 +94,7 @@ def prepare(
     check_names(outputs, structures, function)
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
-    # one case tells the outputs, some more the time of a case
+    # the outputs by one case, the time of a case by some more
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
     if can_follow(kept_outputs, plan):
@@ -187,24 +186,7 @@ def study(
     >>> data["largest impact energy"].dims
     ('mesh.gear.backlash', 'part')
     """
-    check_model(model)
-    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
-    begin = partial(
-        prepare,
-        model,
-        axes,
-        outputs,
-        vary=vary,
-        samples=samples,
-        method=method,
-        seed=seed,
-        fixed=fixed,
-        function=function,
-        most=most,
-    )
-    return conduct(
-        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
-    )
+    return conduct(prepare, **locals())  # every argument, by its name
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:

@@ -29,7 +29,7 @@ from gearrattle.model.path_values import Varied
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.value_kinds import AnyTable, Choice, Count, checked
 
-_RANGE = ("from", "to", "count", "spacing")
+RANGE = ("from", "to", "count", "spacing")
 SPACING = Choice(("linear", "log"))
 _MOST_VALUES = 10_000_000
 _NAME = re.compile(r"[\w-]+( [\w-]+)*")
@@ -108,23 +108,15 @@ class Axis:
 
 
 def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
-    """Read axes.
+    """Read axes: by path a list of values or a range; by another name a mapping from paths to such lists.
 
-    Parameters
-    ----------
-    requested
-        by path a list of values or a range; by another name a mapping from paths to such lists.
-
-    Raises
-    ------
-    ModelError
-        a path that leads nowhere, values the model refuses, a range without sense; all of them.
+    A ModelError has all paths that lead nowhere, values the model refuses, and ranges without sense.
     """
     problems: list[Problem] = []
     axes = []
     # one path, or several that vary together under a name
     for name, values in checked(AnyTable(), requested, "axes").items():
-        several = isinstance(values, Mapping) and not set(values) & {*_RANGE, FACTOR}
+        several = isinstance(values, Mapping) and not set(values) & {*RANGE, FACTOR}
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[Varied, tuple[Any, ...]] = {}
@@ -203,19 +195,10 @@ def without_factor(path: str, entry: Any) -> tuple[Any, bool]:
 
 
 def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
-    """Return the values of a list or a range.
+    """Return the values of a list, or of a range: a mapping with from, to, count, spacing.
 
-    Parameters
-    ----------
-    entry
-        a list, or a mapping with from, to, count, spacing.
-    read
-        takes a value as written, gives it in SI, refuses with ModelError.
-
-    Raises
-    ------
-    ModelError
-        neither of them, a range without sense, or what ``read`` refuses.
+    ``read`` takes a value as written, gives it in SI, and refuses with ModelError. A ModelError as well for what is
+    neither of them, and for a range without sense.
     """
     if isinstance(entry, Mapping):
         return _ranged(path, entry, read)
@@ -242,10 +225,10 @@ def listed_values(entry: Any) -> list[Any]:
 
 
 def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
-    unknown = [key for key in table if key not in _RANGE]
+    unknown = [key for key in table if key not in RANGE]
     if unknown:
-        remedy = did_you_mean(unknown[0], _RANGE)
-        raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(_RANGE)}", remedy))
+        remedy = did_you_mean(unknown[0], RANGE)
+        raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(RANGE)}", remedy))
     missing = [key for key in ("from", "to", "count") if key not in table]
     if missing:
         raise ModelError(Problem(path, shown(dict(table)), f"a range needs {', '.join(missing)}"))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
+from gearrattle.model import Model, check_model
+from gearrattle.model.value_kinds import CALLBACK, FLAG, check_arguments
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
 from gearrattle.studies.storage import Address, Storage, storage_of
@@ -62,18 +64,23 @@ class Study(Protocol):
 
 
 def conduct(
-    prepare: Callable[[], Study],
-    output: Address | None,
+    prepare: Callable[..., Study],
+    /,
     *,
+    model: Model,
+    output: Address | None,
     scheduler: Any,
     workers: int | None,
     progress: Progress | None,
     resume: bool,
     retry_failed: bool = False,
+    **asked: Any,
 ) -> xr.Dataset:
-    """Prepare a study and carry it out; options and errors as of ``study``."""
+    """Prepare a study and carry it out; options and errors as of ``study``, ``asked``: the others, of ``prepare``."""
+    check_model(model)
+    check_arguments(resume=(FLAG, resume), retry_failed=(FLAG, retry_failed), progress=(CALLBACK, progress))
     with _storage_for(output, scheduler, workers, resume=resume) as storage:
-        study = prepare()
+        study = prepare(model, **asked)
         count = workers or study.sensible()
         with opened(scheduler or study.scheduler, workers, study.sensible(), shared=storage.shared) as compute:
             done = study.carry_out(

@@ -77,7 +77,7 @@ def seconds_alone(
             values = outputs(simulate(plan.model.with_(plan.changes(index)), audit=False))
         except Cancelled:
             raise
-        except Exception:  # a case may fail for any reason, as in the study, where it is told
+        except Exception:  # a case may fail for any reason, as in the study, where it is reported
             continue
         taken.append(time.perf_counter() - begun)
         if known is not None:

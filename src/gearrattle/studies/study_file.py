@@ -3,7 +3,7 @@
     schema = 1
     name = "backlash and load"
     model = "case3.toml"                     # beside this file
-    kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
+    kind = "grid"                            # one of ``kinds``; this one if the file is silent
 
 The other keys are those of its kind.
 """
@@ -68,17 +68,9 @@ class StudyFile:
 
 
 def read_study(path: str | os.PathLike[str]) -> StudyFile:
-    """Read a study file.
+    """Read a study file: TOML, UTF-8, at most 1 MB.
 
-    Parameters
-    ----------
-    path
-        a TOML file, UTF-8, at most 1 MB.
-
-    Raises
-    ------
-    ModelError
-        everything wrong with its form, with places; or the model's own problems.
+    A ModelError has everything that is wrong with its form, with places, or the model's own problems.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")

@@ -83,14 +83,8 @@ class Store:
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
         """Open a folder or what lies behind an address, made if it does not exist.
 
-        Raises
-        ------
-        ModelError
-            it holds a study already and ``resume`` is not set, or one of something else.
-        NotInstalled
-            a library for the address is not here.
-        OSError
-            it cannot be written.
+        A ModelError refuses one that holds a study already where ``resume`` is not set, or one of something else;
+        NotInstalled where a library for the address is not here, OSError where it cannot be written.
         """
         store = cls(storage_of(folder), plan, outputs, work)
         store._claim = Claim(store.storage, resume=resume)
@@ -342,7 +336,7 @@ class Store:
         return messages_in(self.storage, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, dataset: xr.Dataset) -> None:
-        """Write evaluations of the whole beside the results; variables of these names are replaced.
+        """Write evaluations of the whole with the results; variables of these names are replaced.
 
         It is announced when all of it is written.
         """

@@ -103,7 +103,7 @@ class Server(uvicorn.Server):
 
 
 def _is_fault(record: logging.LogRecord) -> bool:
-    """Whether a record of uvicorn's log tells more than that the end of the server cancelled an answer."""
+    """Whether a record of uvicorn's log says more than that the end of the server cancelled an answer."""
     error = record.exc_info and record.exc_info[1]
     return not isinstance(error, asyncio.CancelledError) and not str(record.msg).startswith("Cancel %s running task")
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
-from gearrattle.assembly import decay_notes, record_notes
+from gearrattle.assembly import decay_notes, drag_notes, record_notes
 from gearrattle.errors import ConvergenceError, ModelError, Problem, shown_problems
 from gearrattle.files import allowed_root
 from gearrattle.model import Model
@@ -51,7 +51,13 @@ def checked(text: str, folder: Folder | None = None, file: str = "") -> dict[str
         try:
             model = Model.from_tables(tables, positions)
             groups = groups_of(model)
-            notes = (*plausibility_notes(model), *decay_notes(model), *record_notes(model), *equilibrium(model).notes)
+            notes = (
+                *plausibility_notes(model),
+                *decay_notes(model),
+                *drag_notes(model),
+                *record_notes(model),
+                *equilibrium(model).notes,
+            )
         except ModelError as error:
             problems = error.problems
         except ConvergenceError as error:

@@ -38,10 +38,7 @@ class Link:
     """An element, or a pair of bodies of a component that is not sound yet; ``arms`` are all bodies whose angles it
     reads.
 
-    Attributes
-    ----------
-    ends
-        two body numbers; -1 for ground, -2 for a body that does not exist.
+    ``ends`` are two body numbers; -1 for ground, -2 for a body that does not exist.
     """
 
     table: str

@@ -43,7 +43,7 @@ _INSTEAD: Mapping[tuple[Any, Any], tuple[str, ...]] = {
     ("motion", "angle"): ("speed", "harmonics"),
     ("motion", "harmonics"): ("speed", "angle"),
 }
-"""What may not stand beside a key."""
+"""What may not stand together with a key."""
 _OF_STAGES = ("hysteresis", "stick_stiffness")
 """Keys of the clearance form that every stage has as well."""
 

@@ -150,7 +150,7 @@ def partial_view(folder: Path) -> dict[str, Any] | None:
 
 
 def _plain_view(folder: Path) -> dict[str, Any]:
-    """Return what summary.json and the figures tell of a result whose view was not written."""
+    """Return what summary.json and the figures hold of a result whose view was not written."""
     path = folder / RESULT / SUMMARY
     if not path.is_file():
         raise ModelError(Problem("job", folder.name, "has no result yet", "wait until it is done"))

@@ -21,7 +21,7 @@ Errors = Mapping[str, Mapping[str, float]]
 """Of every clearance by its name: standard errors by the name of the number."""
 PARTS = 8
 _SURE = 2.0
-"""Standard errors by which two numbers differ that are told apart: chance gives less 19 times out of 20."""
+"""Standard errors by which two numbers must differ to be different: chance gives less 19 times out of 20."""
 
 
 def standard_errors(folder: Path) -> Errors:

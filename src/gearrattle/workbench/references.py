@@ -43,7 +43,7 @@ def references(tables: Mapping[str, Any], name: str) -> Iterator[Location]:
 
 
 def dependents(tables: Mapping[str, Any], name: str) -> list[Location]:
-    """Return what cannot stand without a body: rows, and entries of lists that hold others beside it."""
+    """Return what cannot stand without a body: rows, and entries of lists that hold others as well."""
     locations: dict[Location, None] = {}
     for location in references(tables, name):
         kind, index, *end = location

@@ -50,7 +50,7 @@ def serve(
     memory
         bytes that a job may hold; default: half of the machine's.
     announce
-        is told the start address, before anything else.
+        is called with the start address, before anything else.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def serve(
 
 @contextlib.contextmanager
 def _within(folder: Path) -> Iterator[None]:
-    """Work in the folder: a model names files under the working directory too, which may hold much beside the folder.
+    """Work in the folder: a model names files under the working directory too, which may hold much besides the folder.
 
     Processes that compute jobs start there; none of them may take a file of the folder for a module.
     """
@@ -192,7 +192,7 @@ def _shown(host: str) -> str:
 
 
 def _memory() -> float:
-    """Bytes of memory of this machine; 8 GB where it does not tell."""
+    """Bytes of memory of this machine; 8 GB where it does not say."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (ValueError, OSError, AttributeError):

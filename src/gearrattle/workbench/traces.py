@@ -141,7 +141,7 @@ class Source:
 
 
 class RunFile(Source):
-    """Histories of ``results.nc`` of a run, with the index beside it."""
+    """Histories of ``results.nc`` of a run, with its index."""
 
     def __init__(self, file: Path, index: Path | None = None) -> None:
         """Open a saved run (.nc), with the folder of its index if ``write_index`` made one."""

@@ -150,7 +150,7 @@ class Folder:
             raise ModelError(Problem("file", name, (error.strerror or "cannot be written").lower())) from None
 
     def tag(self, name: str) -> str:
-        """Return what tells this content of a file from another (an ETag); empty: there is no file."""
+        """Return what differs between two contents of a file (an ETag); empty: there is no file."""
         path = self.path(name)
         return f'"{hashlib.sha256(read_bytes(path)).hexdigest()[:32]}"' if path.is_file() else ""
 

@@ -20,8 +20,8 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.motion import Pass, State, Touch
 from gearrattle.engine.periodic.point import Point

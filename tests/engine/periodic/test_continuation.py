@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, Event
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.families import GeneralFamily
 from gearrattle.engine.periodic.point import Point
 from gearrattle.engine.periodic.shooting import shoot

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import events_between
 from gearrattle.engine.periodic.events.event_record import GRAZING
+from gearrattle.engine.periodic.events.events_of_step import events_between
 from gearrattle.engine.periodic.families import CompiledFamily
 from gearrattle.engine.periodic.newton import Corrector
 from gearrattle.engine.periodic.point import Point

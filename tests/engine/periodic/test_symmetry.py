@@ -10,7 +10,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.periodic.families import HalfPeriodFamily
-from gearrattle.engine.periodic.motion import State, multipliers_of
+from gearrattle.engine.periodic.motion import State
+from gearrattle.engine.periodic.multipliers import multipliers_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.shooting import shoot
 from gearrattle.engine.periodic.symmetry import HalfPeriodMap, is_symmetric

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import inputs_of_recording, recording_of, rows_of
+from gearrattle.quantities.evaluation import rows_of
+from gearrattle.quantities.metric_sources import inputs_of_recording, recording_of
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.report.plots.interactive import chart_json
 from gearrattle.report.plots.metric_figures import metrics_chart, rattle_metrics

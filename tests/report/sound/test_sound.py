@@ -15,11 +15,18 @@ from gearrattle.cli import main
 from gearrattle.measured.readers import read_raw
 from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.sound.impulse_train import HALF, PASS, impulse_train
-from gearrattle.report.sound.psychoacoustics import quality
+from gearrattle.report.sound.psychoacoustics import (
+    STEP,
+    adjustment_of,
+    fast_level,
+    largest_prominence,
+    prominence,
+    quality,
+)
 from gearrattle.report.sound.resample import resampled
-from gearrattle.report.sound.transfer_path import modal_path, sound_path
+from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.signals import find_impacts
+from gearrattle.signals.impact_sound import modal_path
 from tests.architecture.places import EXAMPLES
 
 RATE = 48_000.0
@@ -28,50 +35,6 @@ RATE = 48_000.0
 @pytest.fixture(scope="module")
 def run() -> gr.Run:
     return gr.simulate(gr.load(EXAMPLES / "paper" / "case3.toml"), cycles=12, discard=2)
-
-
-def test_the_spectrum_of_a_train_is_the_sum_of_its_phasors() -> None:
-    """In the pass band, to 1e-4 of the impulses' sum: no impulse is moved to a sample, nothing folds back."""
-    random = np.random.default_rng(0)
-    time, impulse = np.sort(random.uniform(0.01, 0.09, 40)), random.normal(size=40)
-    train = impulse_train(time, impulse, RATE, 4800)
-    frequency = np.fft.rfftfreq(4800, 1.0 / RATE)
-    spectrum = np.fft.rfft(train) / RATE
-    exact = (impulse * np.exp(-2j * np.pi * frequency[:, None] * time)).sum(axis=1)
-    passed = frequency <= PASS * RATE
-    assert np.abs(spectrum - exact)[passed].max() < 1e-4 * np.abs(impulse).sum()
-    nearest = np.zeros(4800)
-    np.add.at(nearest, np.round(time * RATE).astype(int), impulse * RATE)
-    assert np.abs(np.fft.rfft(nearest) / RATE - exact)[passed].max() > 0.05 * np.abs(impulse).sum()
-
-
-def test_what_folds_back_is_eighty_decibels_down_in_the_pass_band() -> None:
-    """One impulse at eight fractions of a sample: magnitudes in the pass band are alike, so images are far below it."""
-    frequency = np.fft.rfftfreq(1024, 1.0 / RATE)
-    passed = frequency <= PASS * RATE
-    for fraction in np.arange(8) / 8.0:
-        size = np.abs(np.fft.rfft(impulse_train(np.array([(500 + fraction) / RATE]), np.ones(1), RATE, 1024))) / RATE
-        assert np.abs(size[passed] - 1.0).max() < 1e-4
-
-
-def test_impulses_may_lie_anywhere_and_none_is_no_sound() -> None:
-    train = impulse_train(np.array([-0.1, 0.0, 0.01, 5.0]), np.ones(4), RATE, 960)
-    assert train.size == 960
-    assert np.isfinite(train).all()
-    assert train[480 + HALF :].sum() / RATE == pytest.approx(0.0, abs=1e-3)
-    assert not impulse_train(np.zeros(0), np.zeros(0), RATE, 100).any()
-
-
-def test_a_mode_rings_as_its_closed_form() -> None:
-    frequency = 1000.0
-    damping = 0.02
-    gain = 3.0
-    path = modal_path([(frequency, damping, gain)], RATE, "one")
-    omega = 2.0 * np.pi * frequency
-    t = (np.arange(path.response.size) - path.lead) / RATE
-    exact = gain * np.exp(-damping * omega * t) * np.sin(omega * np.sqrt(1 - damping**2) * t) * (t >= 0.0)
-    part = slice(path.lead + 20, path.lead + 2000)
-    assert np.abs(path.response - exact)[part].max() < 2e-3 * gain
 
 
 def test_impulses_through_a_mode_superpose_in_closed_form() -> None:
@@ -170,6 +133,36 @@ def test_paths_from_files_are_the_modes_they_were_made_of(tmp_path: Path) -> Non
 def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
     t = np.arange(int(RATE * seconds)) / RATE
     return 2e-5 * 10.0 ** (level / 20.0) * np.sqrt(2.0) * np.sin(2 * np.pi * frequency * t)
+
+
+def test_the_prominence_of_an_onset_is_that_of_the_formula() -> None:
+    """1000 dB/s and 20 dB: 3 x 3 + 2 x 1.30103; the adjustment begins above 5."""
+    assert prominence(1000.0, 20.0) == pytest.approx(11.60206, abs=1e-5)
+    assert adjustment_of(prominence(1000.0, 20.0)) == pytest.approx(11.8837, abs=1e-4)
+    assert adjustment_of(5.0) == adjustment_of(float("nan")) == 0.0
+
+
+def test_the_onset_of_a_level_is_the_stretch_that_rises_by_ten_decibels_a_second() -> None:
+    """A ramp of 200 dB/s over 20 dB between flat stretches; a slow rise is no onset, of two the larger counts."""
+    ramp = np.concatenate([np.full(20, 40.0), 40.0 + 200.0 * STEP * np.arange(1, 11), np.full(20, 60.0)])
+    assert largest_prominence(ramp) == pytest.approx(prominence(200.0, 20.0), rel=1e-12)
+    assert np.isnan(largest_prominence(40.0 + 9.0 * STEP * np.arange(50)))
+    small = 60.0 + 50.0 * STEP * np.arange(1, 6)
+    assert largest_prominence(np.concatenate([small[::-1], small, ramp])) == largest_prominence(ramp)
+
+
+def test_the_fast_level_of_a_tone_is_its_level_and_rises_with_its_time_constant() -> None:
+    """A-weighting is 0 dB at 1 kHz, -19.1 dB at 100 Hz (IEC 61672-1); a tone rises as 1 - exp(-t / 125 ms)."""
+    assert fast_level(tone(1000.0, 60.0), RATE)[20:] == pytest.approx(60.0, abs=0.05)
+    assert fast_level(tone(100.0, 60.0), RATE)[50:90].mean() == pytest.approx(60.0 - 19.1, abs=0.1)
+    assert np.isnan(largest_prominence(fast_level(tone(1000.0, 60.0), RATE)[10:]))
+    burst = np.concatenate([np.zeros(int(RATE)), tone(1000.0, 70.0)])
+    level = fast_level(burst, RATE)
+    t = np.arange(51) * STEP
+    before = 0.5 * np.exp(-1.0 / 0.125)  # the mean square of the whole is half that of the tone
+    exact = 70.0 + 10.0 * np.log10(1.0 + (before - 1.0) * np.exp(-t / 0.125))
+    assert level[102:150] == pytest.approx(exact[3:], abs=0.1)
+    assert largest_prominence(level) == pytest.approx(largest_prominence(exact), abs=0.05)
 
 
 @pytest.mark.slow

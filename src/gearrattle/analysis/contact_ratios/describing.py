@@ -66,12 +66,7 @@ class Describing:
 def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Describing:
     """Return the describing function of a law under delta = mean + amplitude sin phi.
 
-    Parameters
-    ----------
-    amplitude
-        positive [rad or m].
-    mean
-        [rad or m].
+    The amplitude is positive; both are in rad or m.
     """
     u = np.clip((law.corners - mean) / amplitude, -1.0, 1.0)
     beyond = np.arccos(u)
@@ -83,16 +78,9 @@ def under_sine(law: PiecewiseLaw, amplitude: float, mean: float = 0.0) -> Descri
 
 
 def under_gaussian(law: PiecewiseLaw, deviation: float, mean: float = 0.0) -> Describing:
-    """Return the describing function of a law under a Gaussian delta.
+    """Return the describing function of a law under a Gaussian delta, of positive standard deviation [rad or m].
 
     The damping is that of equal loss if the rate is independent of the deflection, as in a stationary Gaussian motion.
-
-    Parameters
-    ----------
-    deviation
-        standard deviation, positive [rad or m].
-    mean
-        [rad or m].
     """
     z = (law.corners - mean) / deviation
     tail = np.array([0.5 * erfc(x / sqrt(2.0)) for x in z])

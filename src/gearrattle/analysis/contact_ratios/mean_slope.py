@@ -18,12 +18,7 @@ from gearrattle.trajectory import Trajectory
 def mean_slope(trajectory: Trajectory) -> ContactRatio:
     """Return the mean slope of every clearance over the steady part.
 
-    Raises
-    ------
-    ModelError
-        if no cycle remains after the discarded ones.
-    GearRattleError
-        if the log of crossings has a gap.
+    ModelError if no cycle remains after the discarded ones, GearRattleError if the log of crossings has a gap.
     """
     window = steady(trajectory)
     value = np.full(trajectory.layout.clearance.size, np.nan)

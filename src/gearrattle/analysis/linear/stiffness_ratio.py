@@ -33,14 +33,9 @@ BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong
 
 @dataclass(frozen=True)
 class Eigenvalues:
-    """Eigenvalues of one state matrix [1/s], by ascending magnitude.
+    """Eigenvalues of one state matrix [1/s], by ascending magnitude, those of rigid motions apart.
 
-    Attributes
-    ----------
-    elastic
-        of all motion that is not rigid.
-    rigid
-        those of rigid motions, a pair each: zero, and a drag rate.
+    These are a pair for each rigid motion: zero, and a drag rate.
     """
 
     elastic: Complex

@@ -209,7 +209,7 @@ class Continuation:
         return self.on_the_way(before, replace(point, length=length), after)
 
     def on_the_way(self, before: Point, point: Point, after: Point) -> Point:
-        """Return a point between two others with its tangent along the way, which theirs do not tell beside a fold.
+        """Return a point between two others with its tangent along the way, which theirs do not determine near a fold.
 
         Orientations keep their sign, but between the two places where another branch leaves this one and joins it.
         """

@@ -180,7 +180,7 @@ class GeneralFamily(Family):
         return replace(motion, approach=approach, turns=turns), slope
 
     def _neighbours(self, parameter: float) -> dict[float, PeriodMap]:
-        """The maps of drivelines beside one, by how far away they are; one of them, where there is none beyond it."""
+        """The maps of drivelines near one, by how far away they are; one of them, where there is none beyond it."""
         step = _step(parameter, self.unit)
         neighbours = dict[float, PeriodMap]()
         for side in (-step, step):
@@ -192,7 +192,7 @@ class GeneralFamily(Family):
 
 
 def _setting(flow: Flow, alike: dict[float, Flow]) -> Setting:
-    """A driveline with those beside it that differ in numbers alone, by how far away they are."""
+    """A driveline with those near it that differ in numbers alone, by how far away they are."""
     sides = {0.0: flow, **alike} if len(alike) == 1 else alike
     low = min(sides)
     high = max(sides)
@@ -416,7 +416,7 @@ def half_of(family: Family) -> Family:
 
 
 def are_symmetric(family: Family, parameter: float) -> bool:
-    """Return whether drivelines are symmetric at a parameter and beside it: not where a mean torque is zero."""
+    """Return whether drivelines are symmetric at a parameter and near it: not where a mean torque is zero."""
     if not is_symmetric(family.map_at(parameter).system):
         return False
     for side in (1.0, -1.0):

@@ -140,17 +140,6 @@ class Pass:
         return self.end.y - self.start.y
 
 
-def multipliers_of(gradient: Array) -> NDArray[np.complex128]:
-    """Return the eigenvalues of a gradient (N, N), the largest modulus first."""
-    return sorted_by_modulus(np.linalg.eigvals(gradient))
-
-
-def sorted_by_modulus(eigenvalues: NDArray[np.generic]) -> NDArray[np.complex128]:
-    """Return eigenvalues, the largest modulus first; of a pair the one with the positive imaginary part first."""
-    values = eigenvalues.astype(np.complex128)
-    return np.asarray(values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))])
-
-
 def joined(parts: Sequence[Pass], period: float, cycles: int) -> Pass:
     """Return motions of one length that follow one another as one over so many periods [s]."""
     gradient = np.eye(len(parts[0].gradient))

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.periodic.motion import Pass, Touch, multipliers_of
+from gearrattle.engine.periodic.motion import Pass, Touch
+from gearrattle.engine.periodic.multipliers import multipliers_of
 from gearrattle.engine.periodic.patterns import Pattern, pairs_of, rotated, word_of
 from gearrattle.engine.system.crossings_in_order import Passages
 

@@ -19,13 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.equations import shortest_solution
-from gearrattle.engine.periodic.motion import Pass, State, joined, multipliers_of
+from gearrattle.engine.periodic.motion import Pass, State, joined
 from gearrattle.engine.periodic.multiple_shooting import (
     LARGEST_SYSTEM,
     maps_of_parts,
     newton_step_in_parts,
     residual_of_parts,
 )
+from gearrattle.engine.periodic.multipliers import multipliers_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.errors import ConvergenceError
 from gearrattle.wording import counted

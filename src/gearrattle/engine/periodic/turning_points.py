@@ -105,7 +105,7 @@ def _passes_corner(before: Point, after: Point, one: Turns, other: Turns, common
 
 
 def _near_corners(dips: Dips, length: float) -> Dips:
-    """The dips beside which a pair of turning points might reach a corner over a step.
+    """The dips near which a pair of turning points might reach a corner over a step.
 
     The level moves, and a pair that is 1/128 of a period apart lies on both sides of it by less than the rate allows.
     """

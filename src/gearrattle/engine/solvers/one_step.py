@@ -164,13 +164,7 @@ class StepMarch:
 
 
 def _check_count(task: Task, step: float) -> None:
-    """Refuse a step that is too short for the length of the run.
-
-    Raises
-    ------
-    ModelError
-        more than a thousand million steps.
-    """
+    """Refuse a step that divides the run into more than a thousand million steps (ModelError)."""
     length = task.cycles * task.system.inputs.period
     if length / step <= MOST_STEPS:
         return

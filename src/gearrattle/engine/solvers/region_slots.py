@@ -160,7 +160,7 @@ class Shelf:
 
 
 def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
-    """Do some work on a driveline; for a large one beside the main thread, which listens to Ctrl-C meanwhile.
+    """Do some work on a driveline; for a large one in a thread, so that the main one can listen to Ctrl-C.
 
     LAPACK cannot be stopped: after Ctrl-C the work goes on to its end, and is kept.
     """

@@ -1,4 +1,4 @@
-"""A force beside an element's law, on the same deflection, with a memory or a limit of its own.
+"""A force in addition to an element's law, on the same deflection, with a memory or a limit of its own.
 
     F = k_p delta + c_p delta' + s_p e + f_p,        e' = m_p delta'
 

@@ -58,13 +58,7 @@ class Equilibrium:
 
 @kept
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
-    """Find the static equilibrium.
-
-    Raises
-    ------
-    Runaway
-        an element of zero last slope cannot carry its load.
-    """
+    """Find the static equilibrium; Runaway where an element of zero last slope cannot carry its load."""
     # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)

@@ -164,7 +164,7 @@ class Flow:
         return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
 
     def carried_rows(self, pieces: Pieces) -> Array:
-        """(R + K, Z) rates a period of what is integrated beside z: reference angles, then force integrals [SI]."""
+        """(R + K, Z) rates a period of what is integrated with z: reference angles, then force integrals [SI]."""
         clearances = list(self.system.clearances)
         angles = self.velocity[list(self.coordinates.references)]
         return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))

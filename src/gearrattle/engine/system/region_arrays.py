@@ -84,10 +84,7 @@ class RegionBuilder:
     def work_out(self, pieces: Pieces) -> None:
         """Work a region out, up to its tables.
 
-        Raises
-        ------
-        FloatingPointError
-            its rates are not finite, or its eigenvalues are not found.
+        FloatingPointError where its rates are not finite, or its eigenvalues are not found.
         """
         self.workspace.region.pieces[: len(pieces)] = pieces
         outcome = self._work_out(self._stages, self._zgees, self.words)

@@ -149,10 +149,7 @@ class Store:
     def add(self, pieces: Pieces) -> int:
         """Build a region into the next slot.
 
-        Raises
-        ------
-        FloatingPointError
-            the region's rates are not finite, or have no Schur form.
+        FloatingPointError where its rates are not finite, or have no Schur form.
         """
         slot = len(self.pieces)
         builder = self.builder

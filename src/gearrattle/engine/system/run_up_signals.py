@@ -40,7 +40,7 @@ TRUNCATION = 5e-13
 _RHO = np.geomspace(1.1, 200.0, 200)
 _MOST = 2_000_000
 _STRETCH = 0.125
-"""An interval beside a corner may be longer than others by this part; one shorter than this part counts as short."""
+"""An interval next to a corner may be longer than others by this part; one shorter than this part counts as short."""
 _ROUNDING = 4e-16
 """Coefficients of short intervals below this part of the largest value are rounding."""
 

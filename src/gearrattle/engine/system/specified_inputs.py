@@ -1,4 +1,4 @@
-"""Inputs as they are specified, beside the polynomials that stand for them.
+"""Inputs as they are specified, and the polynomials that stand for them.
 
     f(t) = sum_j a_j(Omega(t)) sin(n_j phi(t) + p_j)
 

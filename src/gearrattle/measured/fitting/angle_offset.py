@@ -13,12 +13,8 @@ _NEWTON = 4
 def angle_offset(cross: NDArray[np.complex128], order: NDArray[np.float64]) -> float:
     """Return the angle phi [rad] at which Re sum_o c_o exp(-i o phi) is largest.
 
-    Parameters
-    ----------
-    cross
-        (m,) products of conjugate simulated and of measured amplitudes.
-    order
-        (m,) of each, may come more than once.
+    ``cross`` (m,) are products of conjugate simulated and of measured amplitudes; an ``order`` (m,) may come more than
+    once.
     """
     # the sum of every distinct order
     orders, columns = np.unique(order, return_inverse=True)

@@ -145,10 +145,7 @@ Recorded = tuple[Sequence[Recording], RecordingTable]
 def recording_of(data: Data | Recording | Sequence[Recording]) -> Recorded | None:
     """Return the recorded motion, with repeats, and how it is compared; None where data are modes and responses.
 
-    Raises
-    ------
-    ModelError
-        what is wrong with the file or the tables, with its place.
+    A ModelError says what is wrong with the file or the tables, and where.
     """
     if isinstance(data, Mapping) and "recording" not in data and "channel" in data:
         data = read(data)

@@ -92,7 +92,7 @@ class Measured(ABC):
         return self.with_times_scatter(widening(self.freedom))
 
     def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value, from (N,) residuals and a factor on the standard errors."""
+        """Every datum with its fitted value, from (N,) residuals and a factor on the standard errors."""
         errors = self.errors * widened
         fitted = self.own_values + rows * errors
         columns = zip(self.labels(), self.own_values, fitted, errors, rows, strict=True)

@@ -55,12 +55,7 @@ def fit_motion(
 ) -> Fit:
     """Find the parameters with which the simulated motion agrees with a recorded one best; arguments as of ``fit``.
 
-    Raises
-    ------
-    ModelError
-        as of ``fit``.
-    ConvergenceError
-        no start converged, or the start has no motion.
+    ModelError as of ``fit``; ConvergenceError where no start converged, or the start has no motion.
     """
     # check the arguments
     wanted = table.wanted(settings.seed)

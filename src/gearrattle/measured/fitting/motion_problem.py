@@ -59,10 +59,7 @@ class Simulates(Protocol):
 class MotionProblem:
     """A recorded motion and a model that is fitted to it.
 
-    Attributes
-    ----------
-    prior
-        standard deviation of every ln(parameter / start); None: no prior.
+    ``prior`` is the standard deviation of every ln(parameter / start); None: no prior.
     """
 
     recorded: Measured
@@ -74,13 +71,7 @@ class MotionProblem:
     _kept: dict[bytes, Compared] = field(default_factory=dict, repr=False)
 
     def samples(self, x: Array) -> Samples:
-        """Return the kept samples of the motion at logarithms x.
-
-        Raises
-        ------
-        ConvergenceError
-            there is no such model, or it has no motion.
-        """
+        """Return the kept samples of the motion at logarithms x; ConvergenceError without such a model or motion."""
         try:
             return self.simulator.samples(self.parameters.fitted(self.model, x))
         except ModelError as error:
@@ -195,13 +186,7 @@ class Judged(DataProblem):
 
 @dataclass(frozen=True)
 class Differences(Judged):
-    """A motion problem with central differences.
-
-    Attributes
-    ----------
-    jitter
-        of its residuals, in standard errors.
-    """
+    """A motion problem with central differences, and the jitter of its residuals in standard errors."""
 
     jitter: float
     step: float
@@ -259,14 +244,9 @@ class Differences(Judged):
 
 
 def seen(jacobian: Array, noise: Array) -> Array:
-    """Return a Jacobian without the directions that are lost in its noise.
+    """Return a Jacobian (N, P) without the directions that are lost in its noise.
 
-    Parameters
-    ----------
-    jacobian
-        (N, P).
-    noise
-        (N, 1) or (1, 1) standard error of its entries, above zero.
+    The noise is the standard error of its entries, (N, 1) or (1, 1), above zero.
     """
     _, values, right = np.linalg.svd(jacobian / noise, full_matrices=False)
     there = values > _SURE * np.sqrt(len(jacobian))

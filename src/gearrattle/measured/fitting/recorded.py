@@ -255,7 +255,7 @@ class Recorded(Measured):
         return np.concatenate([*parts, 0.5 * np.log(self.motion.power[self.chosen.by_rms] - self.noise)])
 
     def records(self, rows: Array, widened: Array | float = 1.0) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value; residuals of levels are of their logarithms."""
+        """Every datum with its fitted value; residuals of levels are of their logarithms."""
         made = super().records(rows, widened)
         of_levels = len(made) - self.noise.size
         levels = [

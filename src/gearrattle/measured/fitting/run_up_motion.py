@@ -95,10 +95,8 @@ def run_up_motion(
 ) -> tuple[MeasuredRunUp, RunUpSimulator, list[str]]:
     """Fit the orders of measured blocks, and say how a run-up is simulated and read at their speeds; with notes.
 
-    Raises
-    ------
-    ModelError
-        repeats with other channels, speeds that are not simulated, too few blocks, what ``order_cuts`` refuses.
+    A ModelError refuses repeats with other channels, speeds that are not simulated, too few blocks, and what
+    ``order_cuts`` refuses.
     """
     # orders that all records and the simulation have
     pairings, wanted = asked
@@ -185,10 +183,7 @@ def _measured_blocks(
 ) -> tuple[tuple[Array, Complex], list[str]]:
     """Return mean speeds and (B, m) amplitudes of a record's blocks at simulated speeds; with notes.
 
-    Raises
-    ------
-    ModelError
-        too few of them, or a speed that falls where the simulated one rises.
+    ModelError where there are too few of them, or a speed falls where the simulated one rises.
     """
     # mean speeds of the blocks, where the speed rises or falls steadily
     cuts = [

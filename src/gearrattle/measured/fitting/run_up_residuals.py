@@ -266,13 +266,7 @@ class MeasuredRunUp(Measured):
         return labels
 
     def tracks(self, fitted: Complex, partners: Sequence[str]) -> tuple[Track, ...]:
-        """Return every channel and order over speed, measured and fitted, a record each.
-
-        Parameters
-        ----------
-        fitted
-            (B, m) amplitudes.
-        """
+        """Return every channel and order over speed, measured and fitted (B, m), a record each."""
         error = np.sqrt(0.5 * self._variance + self._open**2)
         made = []
         for number, part in enumerate(self._records, start=1):

@@ -78,13 +78,7 @@ class Simulator:
 
 
 def cycles_of(run: Run, names: tuple[str, ...], trend: str) -> Cycles:
-    """Return the judged cycles of a run.
-
-    Raises
-    ------
-    ModelError
-        fewer than eight of them.
-    """
+    """Return the judged cycles of a run; ModelError for fewer than eight of them."""
     t = run.trajectory
     count = t.cycles - t.discard
     if count < FEWEST:

@@ -1,4 +1,4 @@
-"""A recorded motion at one speed: its cycles, the lines that are compared, and the simulation beside it."""
+"""A recorded motion at one speed: its cycles, the lines that are compared, and its simulation."""
 
 from __future__ import annotations
 

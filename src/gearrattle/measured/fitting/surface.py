@@ -122,7 +122,7 @@ class Surface(Judged):
         return np.asarray(plain / np.outer(left, left))
 
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
+        """Every datum with its fitted value."""
         return self.of.recorded.records(self.data_residuals(x)[0], 1.0 / self.weight)
 
     def covariance_of_rows(self, x: Array) -> Covariance:
@@ -163,17 +163,9 @@ class Surface(Judged):
 
 
 def surface(problem: MotionProblem, centre: Array, half: Array, runs: int, seed: int) -> Surface:
-    """Return the parabola over runs around a point.
+    """Return the parabola over runs around a point; ``centre`` and ``half`` (P,) are of the region.
 
-    Parameters
-    ----------
-    centre, half
-        (P,) of the region.
-
-    Raises
-    ------
-    ConvergenceError
-        the region has no room within the bounds.
+    ConvergenceError where the region has no room within the bounds.
     """
     low, high = problem.parameters.box
     low = np.maximum(low, centre - half)

@@ -41,13 +41,7 @@ Data = str | os.PathLike[str] | Mapping[str, Any]
 
 
 def read_data(data: Data, model: Model, default: State) -> Measurements:
-    """Read data and check them against a model.
-
-    Raises
-    ------
-    ModelError
-        every problem found, with its place.
-    """
+    """Read data and check them against a model; a ModelError has every problem and its place in the file."""
     tables, positions, folder = _tables(data)
     dimensionless = model.units == "dimensionless"
     try:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Residual:
-    """One datum beside its fitted value.
+    """One datum with its fitted value.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class DataProblem(ABC):
 
     @abstractmethod
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
+        """Every datum with its fitted value."""
 
     @abstractmethod
     def remarks(self, x: Array, open_ones: Sequence[Combination], /) -> list[str]:

@@ -32,10 +32,7 @@ Progress = Callable[[float], None]
 class Settings:
     """How values are searched and judged, whatever was measured; meanings as of ``fit``.
 
-    Raises
-    ------
-    ModelError
-        settings that no search can have, all of them.
+    A ModelError has all settings that no search can have.
     """
 
     bounds: Mapping[str, tuple[float | str, float | str]]

@@ -161,10 +161,7 @@ def free_parameters(
 def coefficients(model: Model, parameters: Parameters, state: State) -> Coefficients:
     """Return a state's coefficients, and their exponents in each parameter.
 
-    Raises
-    ------
-    ModelError
-        a parameter that is no factor of them; rigid elements that leave nothing to move.
+    A ModelError refuses a parameter that is no factor of them, and rigid elements that leave nothing to move.
     """
     # exponents: double every parameter, and compare the coefficients
     base = _values(model, state)

@@ -121,13 +121,7 @@ def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Arr
 
 
 def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:
-    """Put open directions in words, structural ones first.
-
-    Parameters
-    ----------
-    jacobian
-        (N, P) in standard errors.
-    """
+    """Put open directions of a Jacobian (N, P), in standard errors, in words, structural ones first."""
     combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
     combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
     combinations += [_curved(paths, row, False) for row in _echelon(null.first_order.T)]
@@ -213,7 +207,7 @@ def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
 
 
 def _listed(chosen: Sequence[str], paths: Sequence[str]) -> str:
-    """Join paths; a kind of which all free paths are meant is named once."""
+    """Join paths; where all free paths of a kind are meant, the kind is named once."""
     words: dict[str, None] = {}
     for path in chosen:
         kind = _kind(path)

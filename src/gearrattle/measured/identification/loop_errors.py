@@ -37,7 +37,7 @@ class Spread(NamedTuple):
     ----------
     covariance
         (C + B + R, C + B + R) of coefficients, breaks (drive, then coast), logarithms of reaches; inf on
-        the diagonal of what no sample tells.
+        the diagonal of what no sample determines.
     residual
         (N,) measured less fitted torque [N m].
     tau

@@ -75,12 +75,7 @@ class Moments:
     def between(self, sign: float, way: float, low: float, high: float) -> Loop:
         """Samples between two deflections counted outward, from low to high [rad].
 
-        Parameters
-        ----------
-        sign
-            1 on the drive side, -1 on the coast side.
-        way
-            1 outward, -1 on the way back.
+        ``sign`` is 1 on the drive side, -1 on the coast side; ``way`` is 1 outward, -1 on the way back.
         """
         delta = sign * self.loop.deflection
         rows = np.flatnonzero((way * sign * self.loop.way > 0.0) & (delta > low) & (delta <= high))

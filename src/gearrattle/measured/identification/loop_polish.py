@@ -36,15 +36,7 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class Polish:
-    """Constants of the final least squares of a law.
-
-    Attributes
-    ----------
-    without
-        sliders that the law has not.
-    held
-        sliders whose reach stays as it is.
-    """
+    """Constants of the final least squares of a law: sliders that it has not, and sliders whose reach is kept."""
 
     moments: Moments
     without: frozenset[Slider] = frozenset()

@@ -6,7 +6,7 @@
 samples of each way are averaged; S is the weighted sum of squares left. Coefficients are solved for at every trial
 (variable projection; Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973, pp. 413-432), so only breaks and
 reaches are searched, one after another, over the whole room between their neighbours first and then ever closer: the
-torque jumps where friction is released, so a slope in a break tells nothing about its jump.
+torque jumps where friction is released, so a slope in a break does not show its jump.
 """
 
 from __future__ import annotations
@@ -181,13 +181,7 @@ def _closer(
 
 
 def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tuple[int, int, float]]]:
-    """Choose the stages of a loop.
-
-    Parameters
-    ----------
-    stages
-        how many drive-side and coast-side stages; None lets BIC choose.
-    """
+    """Choose the stages of a loop: so many on drive side and coast side, or by BIC where that is None."""
     search = Search(loop)
     solution = search.refine(search.at(Shape()), 2)
     steps = [_step(search, solution)]
@@ -230,7 +224,7 @@ def default_reaches(solution: Solved, ratio: float) -> dict[Slider, float]:
 
 
 def idle(solution: Solved) -> Iterator[Slider]:
-    """Yield the sliders whose height is negligible beside the highest."""
+    """Yield the sliders whose height is negligible against the highest."""
     heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
 

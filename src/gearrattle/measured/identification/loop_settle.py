@@ -19,7 +19,7 @@ from gearrattle.measured.identification.loop_reaches import Density, Stretch, de
 from gearrattle.measured.identification.loop_search import REACH, default_reaches, idle
 
 STICK = 20.0
-"""Stick stiffness over the stage's slope where the loop does not tell it: the default of the model file."""
+"""Stick stiffness over the stage's slope where the loop does not determine it: the default of the model file."""
 _WORSE = 12.0  # chi-square by which a slider softer than its stage must fit better than the default
 _ROUNDS = 4
 _BETTER = 0.02  # chi-square by which a law met on the way must fit better to be taken

@@ -44,10 +44,7 @@ def stick_sliders(solution: Solved) -> dict[str, Slider]:
 def values_of(solution: Solved, fixed: frozenset[Slider], sticks: dict[str, Slider] | None = None) -> dict[str, float]:
     """Every number of the law by its name in a coupling.
 
-    Parameters
-    ----------
-    sticks
-        the sliders of the stick stiffnesses; None: those that have a height.
+    ``sticks`` are the sliders of the stick stiffnesses; None: those that have a height.
     """
     heights = heights_of(solution)
     shape = solution.shape

@@ -102,11 +102,8 @@ class MeasuredResponse:
 class Measurements:
     """All data of one fit.
 
-    Attributes
-    ----------
-    assumed
-        in words, the data without a standard error of their own; if there are any, the covariance is scaled by the
-        residuals.
+    ``assumed`` has, in words, the data without a standard error of their own; if there are any, the covariance is
+    scaled by the residuals.
     """
 
     modes: tuple[MeasuredMode, ...]

@@ -33,10 +33,7 @@ Array = NDArray[np.float64]
 class FitProblem(DataProblem):
     """Data, and the states in which they were measured.
 
-    Attributes
-    ----------
-    prior
-        standard deviation of every ln(parameter / start); None: no prior.
+    ``prior`` is the standard deviation of every ln(parameter / start); None: no prior.
     """
 
     data: Measurements
@@ -52,7 +49,7 @@ class FitProblem(DataProblem):
         return np.concatenate([block[0] for block in blocks]), np.vstack([block[1] for block in blocks])
 
     def residuals_of(self, x: Array) -> tuple[Residual, ...]:
-        """Every datum beside its fitted value."""
+        """Every datum with its fitted value."""
         return tuple(record for _, residuals in self._evaluated(x) for record in residuals())
 
     @cached_property
@@ -171,10 +168,7 @@ class FitProblem(DataProblem):
 def check_modes(problem: FitProblem) -> None:
     """Refuse modes that the model does not have in their state, or that are rigid motion there.
 
-    Raises
-    ------
-    ModelError
-        all of them, and shapes without a number for which no elastic mode is left.
+    The ModelError has all of them, and shapes without a number for which no elastic mode is left.
     """
     # modes with a number: the model has them, and they are elastic
     problems = []

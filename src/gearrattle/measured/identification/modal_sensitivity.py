@@ -30,13 +30,7 @@ _SAME = 1e-13  # of the frequencies' squares: below, two modes count as one
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A state at given parameters.
-
-    Attributes
-    ----------
-    x
-        (P,) logarithms of the parameters over their start.
-    """
+    """A state at given parameters: x (P,) are their logarithms over their start."""
 
     of: Coefficients
     x: Array

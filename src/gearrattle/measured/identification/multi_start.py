@@ -113,10 +113,7 @@ def search(
 def starts(residuals: Residuals, box: tuple[Array, Array], count: int, seed: int) -> list[Array]:
     """Return the model itself, then a Latin hypercube in the bounds, both without directions that change no datum.
 
-    Parameters
-    ----------
-    box
-        (P,) lowest and highest x.
+    The bounds are (P,) lowest and highest x.
     """
     origin = np.zeros(box[0].size)
     null = split(residuals, origin, null_space(residuals(origin)[1])).exact

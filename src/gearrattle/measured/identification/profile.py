@@ -35,8 +35,6 @@ def profile(
 
     Parameters
     ----------
-    residuals
-        x to residuals and Jacobian.
     x
         (P,) the minimum.
     box

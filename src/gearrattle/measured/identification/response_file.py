@@ -47,10 +47,8 @@ class Samples(NamedTuple):
 def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     """Read a frequency response.
 
-    Raises
-    ------
-    ModelError
-        a column missing or without its unit, a row of other length, a value that is no finite number.
+    A ModelError refuses a column that is missing or without its unit, a row of other length, and a value that is no
+    finite number.
     """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:

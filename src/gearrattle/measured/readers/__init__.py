@@ -35,13 +35,7 @@ __all__ = ["ANSWERS", "READERS", "Column", "Raw", "Reader", "Request", "format_o
 
 
 def format_of(path: str | os.PathLike[str]) -> str:
-    """Return the format of a file, by its content.
-
-    Raises
-    ------
-    ModelError
-        there is no such file, it is empty, or no format known.
-    """
+    """Return the format of a file by its content; ModelError for a file that is missing, empty or of none known."""
     # the first bytes of the file
     file_path = Path(path)
     name = str(path)
@@ -75,11 +69,8 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
     """Read the columns of a file as they stand.
 
-    Raises
-    ------
-    ModelError
-        no such file, another or an unknown format, damage, no signals, two columns of
-        one name, times that do not ascend.
+    A ModelError refuses a file that is missing, damaged, without signals, or of another or an unknown format, two
+    columns of one name, and times that do not ascend.
     """
     detected = format_of(path)
     reader = READERS[format or detected]

@@ -74,17 +74,10 @@ class Measurement:
 
 
 def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurement:
-    """Read a mapping and the columns it names.
+    """Read a mapping, a TOML file or its tables, and the columns it names.
 
-    Parameters
-    ----------
-    source
-        path of a TOML file, or its tables; paths in it are relative to the file or the working directory.
-
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place, then those of the record.
+    Paths in it are relative to the file or the working directory. A ModelError has every problem of the mapping with
+    its place, then those of the record.
     """
     tables, positions, folder = _tables(source)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
@@ -112,10 +105,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
 def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tuple[str, ...]]:
     """Return the record that a mapping file names, how its times are stated, its format, and the further files.
 
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place.
+    A ModelError has every problem of the mapping with its place.
     """
     tables, _, folder = _tables(source)
     further = dict.fromkeys(row.file for row in tables.channels if row.file is not None)
@@ -125,10 +115,7 @@ def mapped_file(source: str | os.PathLike[str]) -> tuple[Path, Request, str, tup
 def _tables(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[MeasurementTables, Positions, Path]:
     """Return the tables of a mapping, the positions of its keys, and the folder of its files.
 
-    Raises
-    ------
-    ModelError
-        every problem of the mapping with its place; a file that it may not name.
+    A ModelError has every problem of the mapping with its place, or a file that it may not name.
     """
     if isinstance(source, Mapping):
         plain = source

@@ -267,7 +267,7 @@ class MeasurementTables(Table):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: no channels, one name twice, alignments that lead nowhere, times told twice."""
+        """Yield breaches: no channels, one name twice, alignments that lead nowhere, times stated twice."""
         rows = table.get("channel")
         rows = [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list | tuple) else []
         if not rows and isinstance(table.get("channel", []), list | tuple):

@@ -97,10 +97,7 @@ def _columns(
 ) -> tuple[list[Column], list[str], list[ModelError]]:
     """Return columns, names of channels that are no signals, and errors of groups without times.
 
-    Raises
-    ------
-    ModelError
-        a channel that is asked for by its name has no times.
+    A ModelError refuses a channel that is asked for by its name and has no times.
     """
     # the times of every group, read once
     columns: list[Column] = []
@@ -162,7 +159,7 @@ def _kind(channel: Any) -> int:
 
 
 def _times(file: Any, group: int, request: Request, path: Path) -> Array | ModelError:
-    """Return the times of a group [s]: the channel that is asked for, its master of time, or so many at the rate told.
+    """Return the times of a group [s]: the channel that is asked for, its master of time, or so many at a rate.
 
     Where there are none, the error that says so is returned.
     """
@@ -201,15 +198,10 @@ def _seconds(file: Any, group: int, index: int, unit: str, location: str) -> Arr
 
 
 def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request) -> None:
-    """Ask for the memory of the channels that are wanted and of their times, before they are read.
+    """Ask for the memory of the channels that are wanted and of their times, before they are read (Refused).
 
     The library maps the file, reads the data of a group a piece at a time, but whole blocks of it, and makes some
     arrays of the length of a channel while it does so.
-
-    Raises
-    ------
-    Refused
-        they take too much.
     """
     file.configure(read_fragment_size=_PIECE)
     wanted = [group for name, group, _ in entries if request.wants(name)]
@@ -231,12 +223,9 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
 
 
 def _check_long_records(file: Any) -> None:
-    """Refuse records that are longer than the data of their group, for the library makes room for a whole record first.
+    """Refuse records longer than the data of their group, or of which the copies take more than the limit (Refused).
 
-    Raises
-    ------
-    Refused
-        there is one, or one of which the copies take more than the limit.
+    The library makes room for a whole record first.
     """
     for group in file.groups:
         record = group.channel_group.samples_byte_nr + getattr(group.channel_group, "invalidation_bytes_nr", 0)
@@ -251,13 +240,7 @@ def _check_long_records(file: Any) -> None:
 
 
 def _check_records(file: Any) -> None:
-    """Refuse channels that lie beyond the records of their group: the library would read past them.
-
-    Raises
-    ------
-    Refused
-        there is one.
-    """
+    """Refuse channels that lie beyond the records of their group (Refused): the library would read past them."""
     for group in file.groups:
         sizes = (getattr(group.channel_group, f"{part}_nr", 0) for part in ("samples_byte", "invalidation_bytes"))
         bits, invalid = (8 * size for size in sizes)
@@ -327,7 +310,7 @@ def _comment_entries(comment: str) -> dict[str, str]:
 
 
 def _library(path: Path) -> Any:
-    """Return asammdf's class, quiet: what is wrong is told by exceptions."""
+    """Return asammdf's class, quiet: what is wrong raises exceptions."""
     try:
         from asammdf import MDF
     except ImportError:

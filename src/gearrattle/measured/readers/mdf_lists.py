@@ -61,13 +61,7 @@ _VERSION_4 = _Format(
 
 
 def check_lists(stream: BinaryIO) -> None:
-    """Follow all lists of blocks.
-
-    Raises
-    ------
-    Refused
-        a block is met twice.
-    """
+    """Follow all lists of blocks, and refuse a block that is met twice (Refused)."""
     layout = _VERSION_4 if _number(stream, _VERSION, 2) >= 400 else _VERSION_3
     waiting = [(_number(stream, offset, layout.width), kind) for offset, kind in layout.first.items()]
     met: set[tuple[int, str]] = set()

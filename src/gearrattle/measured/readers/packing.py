@@ -17,7 +17,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.recording import Array
 
 PIECE = 250_000
-"""Numbers that are changed at once: what stands beside them is small against a long record."""
+"""Numbers that are changed at once: what is needed with them is small against a long record."""
 ATTRIBUTES = (
     *("scale_factor", "add_offset", "_FillValue", "missing_value"),
     *("valid_range", "valid_min", "valid_max", "_Unsigned"),
@@ -41,12 +41,8 @@ _FILLS = {
 class Packing(NamedTuple):
     """Conversion of stored numbers to values.
 
-    Attributes
-    ----------
-    stored_range, value_range
-        least and greatest that count, of the stored numbers and of the values.
-    wraps
-        added to stored numbers below zero; 0.0: nothing.
+    The ranges are the least and the greatest that count, of the stored numbers and of the values. ``wraps`` is added to
+    stored numbers below zero; 0.0: nothing.
     """
 
     scale: float = 1.0
@@ -65,10 +61,7 @@ class Packing(NamedTuple):
 def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, location: str) -> Packing:
     """Return the packing of a variable by its attributes.
 
-    Raises
-    ------
-    ModelError
-        a scale or an offset that is no finite number, or a scale of zero.
+    A ModelError refuses a scale or an offset that is no finite number, and a scale of zero.
     """
     # scale and offset; numbers that are stored as signed and meant unsigned
     scale = _factor(attributes, "scale_factor", 1.0, location)
@@ -102,13 +95,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
 
 def unpack(numbers: Array, packing: Packing) -> None:
-    """Convert stored numbers to values in place; gaps become NaN.
-
-    Parameters
-    ----------
-    numbers
-        (N,) stored numbers.
-    """
+    """Convert stored numbers (N,) to values in place; gaps become NaN."""
     if packing == Packing():
         return
     for begin in range(0, numbers.size, PIECE):

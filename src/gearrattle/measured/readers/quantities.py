@@ -58,13 +58,7 @@ _NONE = ("", "-", "1", "[-]", "none", "no_units")
 
 
 def factor(unit: str, quantity: str) -> tuple[float, str]:
-    """Return the factor of a unit to SI, and the SI unit.
-
-    Raises
-    ------
-    UnitError
-        unknown, or of the wrong dimension.
-    """
+    """Return the factor of a unit to SI, and the SI unit; UnitError for one unknown or of the wrong dimension."""
     options = DIMENSIONS[quantity]
     if not options:
         return 1.0, unit or "1"

@@ -115,18 +115,10 @@ class Reader(Protocol):
 def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple[Column, ...]:
     """Give every column its times, and leave the columns of times out.
 
-    The times of a column are those the request names, those its file names for it, or a column that stands beside it,
-    is as long, and has a name of time, or else a unit of time.
-
-    Parameters
-    ----------
-    columns
-        in the order of the file; a column of times may be changed to s where it stands.
-
-    Raises
-    ------
-    ModelError
-        there are no times, they are not those of the column, or two columns wanted have one name.
+    The times of a column are those the request names, those its file names for it, or a neighbouring column that is as
+    long and has a name of time, or else a unit of time. The columns come in the order of the file; one of times may be
+    changed to s in place. ModelError where there are no times, they are not those of the column, or two columns wanted
+    have one name.
     """
     refuse_doubles(columns, str(path), request)
     # an interval was stated: count the samples
@@ -192,10 +184,7 @@ def _axes(columns: Sequence[Column], path: Path, request: Request) -> dict[str, 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
     """Refuse two columns of one name, where that name is wanted or may be that of the times.
 
-    Raises
-    ------
-    ModelError
-        the first such name, and which columns have it.
+    The ModelError has the first such name, and which columns have it.
     """
     first: dict[str, int] = {}
     for number, column in enumerate(columns, 1):
@@ -266,17 +255,9 @@ def _shared(one: str, other: str) -> int:
 
 
 def seconds(unit: str) -> float:
-    """Return the factor of a unit of time to s.
+    """Return the factor of a unit of time to s, of an empty one 1; brackets about it are allowed.
 
-    Parameters
-    ----------
-    unit
-        as a file or a user writes it, without brackets or with them; empty: s.
-
-    Raises
-    ------
-    UnitError
-        it is unknown, or no unit of time.
+    UnitError where it is unknown, or no unit of time.
     """
     text = unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u")
     text = text.lower() if len(text) > 2 else text  # SEC; but Ms is no ms
@@ -301,15 +282,8 @@ def _in_seconds(path: Path, column: Column, unit: str) -> Array:
 def column_names(name: str, shape: Sequence[int]) -> list[str]:
     """Name the signals of an array: a vector as it is, a table by its columns, ``name[0]``, ``name[1]``, ...
 
-    Parameters
-    ----------
-    shape
-        of the array; the longer side of a table is that of the samples.
-
-    Returns
-    -------
-    list[str]
-        empty for what is no signal: a single number, nothing, three dimensions, more than 100 000 columns.
+    The longer side of a table is that of the samples. There are no names for what is no signal: a single number,
+    nothing, three dimensions, more than 100 000 columns.
     """
     if not 1 <= len(shape) <= 2 or min(shape) < 1 or max(shape) < 2:
         return []

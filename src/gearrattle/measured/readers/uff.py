@@ -116,12 +116,7 @@ def _columns(
 ) -> list[Column]:
     """Read what is wanted, and name the others; notes of what is read are added.
 
-    Raises
-    ------
-    ModelError
-        a header tells other numbers than there are.
-    Refused
-        the numbers and their times take too much memory.
+    ModelError where a header states other numbers than there are; Refused where numbers and times take too much memory.
     """
     widths = {id(history): _width(history) for history in wanted}
     axes = {history.axis for history in wanted if history.even}
@@ -180,12 +175,7 @@ def _shortest(column: Column, count: Counter[str]) -> Column:
 def _history(block: Block, location: str) -> _History:
     """Return the entries of a dataset's header.
 
-    Raises
-    ------
-    _LeftOut
-        it is no time history.
-    ModelError
-        its header cannot be read.
+    _LeftOut where it is no time history, ModelError where its header cannot be read.
     """
     # the header: kind and number of values, first time and step
     if len(block.lines) < HEADER:
@@ -229,10 +219,7 @@ def _history(block: Block, location: str) -> _History:
 def _seconds(block: Block) -> tuple[float, list[str]]:
     """Return the factor of the abscissa to s, and a note if the file does not state that it is a time.
 
-    Raises
-    ------
-    _LeftOut
-        the abscissa is something else.
+    _LeftOut where the abscissa is something else.
     """
     axis = _axis(block.lines[7])
     function = _first_number(block.lines[5][:5]) or _first_number(block.lines[5])

@@ -53,7 +53,7 @@ class Samples:
     values
         (N,).
     time
-        (N,) the abscissa, which stands before every value; None: even spacing, of which the header tells.
+        (N,) the abscissa, which stands before every value; None: even spacing, which the header states.
     """
 
     values: Array
@@ -79,10 +79,7 @@ class Samples:
 def blocks(stream: BinaryIO, path: Path) -> Iterator[Block]:
     """Cut an open file into datasets; binary ones by the stated number of bytes.
 
-    Raises
-    ------
-    ModelError
-        it ends inside a dataset, has lines without an end, or numbers that are not of IEEE 754.
+    A ModelError refuses a file that ends inside a dataset, lines without an end, and numbers that are not of IEEE 754.
     """
     cutter = _Cutter(stream, path)
     while cutter.at < cutter.end:
@@ -154,13 +151,7 @@ class _Cutter:
 
 
 def check_count(block: Block, count: int, samples: int, location: str) -> int:
-    """Return the bytes of a sample, 0 of a text; refuse a header that states more than the dataset can hold.
-
-    Raises
-    ------
-    ModelError
-        as many numbers are not there.
-    """
+    """Return the bytes of a sample, 0 of a text; ModelError for a header that states more than the dataset holds."""
     if block.order:
         width = block.size // samples if block.size % samples == 0 else 0
         widths = (4, 8) if count == samples else (8, 12, 16)
@@ -193,12 +184,7 @@ def read_bytes_of(stream: BinaryIO, block: Block, width: int, samples: Samples) 
 def read_text_of(stream: BinaryIO, block: Block, width: int, samples: Samples, location: str) -> int:
     """Read numbers of a text; return the count of surplus numbers that fill up its last line.
 
-    Raises
-    ------
-    ModelError
-        there are not as many.
-    ValueError
-        what is no number.
+    ModelError where there are not as many, ValueError for what is no number.
     """
     try:
         read, last = _fill(stream, block, 0, samples)

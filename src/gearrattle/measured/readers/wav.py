@@ -1,4 +1,4 @@
-"""WAV: samples at a whole rate, without names and without units; the mapping must tell them.
+"""WAV: samples at a whole rate, without names and without units; the mapping must state them.
 
 Integers are read as fractions of full scale, -1 to 1, floating-point numbers as they are. A recording is written as
 64-bit floating-point numbers in SI, not scaled: a player clips numbers above 1. A header without the length of the
@@ -87,10 +87,7 @@ def read(path: Path, request: Request) -> Raw:
 def _read(stream: BinaryIO, samples: _Samples, wanted: list[int]) -> tuple[Array, float]:
     """Return the wanted tracks (tracks, N) and their rate [Hz], unpacked a piece at a time.
 
-    Raises
-    ------
-    ValueError
-        a form of samples that is not known.
+    ValueError for a form of samples that is not known.
     """
     from scipy.io import wavfile
 
@@ -116,10 +113,7 @@ def _read(stream: BinaryIO, samples: _Samples, wanted: list[int]) -> tuple[Array
 def _samples(stream: BinaryIO, path: Path) -> _Samples:
     """Return the form of a file's samples, with the file positioned at them.
 
-    Raises
-    ------
-    ModelError
-        the file is shorter than its header says, or has no samples.
+    A ModelError refuses a file that is shorter than its header says, or has no samples.
     """
     # kind of file and order of bytes
     size = os.fstat(stream.fileno()).st_size
@@ -154,10 +148,7 @@ def _samples(stream: BinaryIO, path: Path) -> _Samples:
 def _taken(length: int, rest: int, block: int, path: Path) -> tuple[int, tuple[str, ...]]:
     """Return how many bytes of samples are read: the count of the header, or without one all to the end.
 
-    Raises
-    ------
-    ModelError
-        the header tells more than there are.
+    A ModelError refuses a header that states more than there are.
     """
     if length > 0 and length <= rest:
         return length, ()
@@ -191,13 +182,7 @@ def _are_chunks(stream: BinaryIO, rest: int, order: str) -> bool:
 
 
 def _block(form: bytes, order: str, path: Path) -> int:
-    """Return the bytes of one sample of all tracks.
-
-    Raises
-    ------
-    ModelError
-        the file does not say it before the samples.
-    """
+    """Return the bytes of one sample of all tracks; ModelError where the file does not state its form."""
     block = int(struct.unpack(f"{order}H", form[12:14])[0]) if len(form) >= 16 else 0
     if block == 0 or _bytes_a_sample(form, order) == 0:
         rule = "does not tell the form of its samples: damaged"

@@ -70,24 +70,12 @@ def _segments(record: Cycles, cycles: int) -> Segments:
 
 
 def averages(powers: Array) -> float:
-    """Return the equivalent number of averages behind the power of a band.
-
-    Parameters
-    ----------
-    powers
-        (b, K) of its bins in every segment.
-    """
+    """Return the equivalent number of averages behind a band, by the powers (b, K) of its bins in every segment."""
     return min(gaussian_averages(powers.mean(axis=1), powers.shape[1]), observed_averages(powers.sum(axis=0)))
 
 
 def gaussian_averages(density: Array, segments: int) -> float:
-    """Return the equivalent number of averages for a Gaussian signal.
-
-    Parameters
-    ----------
-    density
-        (b,) of the band's bins.
-    """
+    """Return the equivalent number of averages for a Gaussian signal, by the densities (b,) of the band's bins."""
     single = segments / (1.0 + (segments - 1) / (18.0 * segments))
     total = 0.0
     for lag, related in enumerate(_HANN):

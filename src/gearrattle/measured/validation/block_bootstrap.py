@@ -112,10 +112,7 @@ def draws(
 def factor(errors: tuple[Array, Array], freedoms: tuple[float, float]) -> Array:
     """Return the factor of a 95 % interval on the root of the sum of two squared standard errors.
 
-    Parameters
-    ----------
-    errors
-        (...) standard errors of two independent records.
+    The errors (...) are those of two independent records.
     """
     from scipy.stats import t
 

@@ -37,13 +37,7 @@ _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say 
 
 @dataclass(frozen=True)
 class _Matter:
-    """Inputs of all parts of the comparison: measured first, simulated second.
-
-    Attributes
-    ----------
-    band
-        lowest and highest frequency [Hz].
-    """
+    """Inputs of all parts of the comparison: measured first, simulated second; the band's ends are in Hz."""
 
     run: Run
     pairing: Pairing
@@ -56,13 +50,7 @@ class _Matter:
 
 
 def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[[float], None] | None) -> Validation:
-    """Return the validation of a run by a recording.
-
-    Raises
-    ------
-    ModelError
-        see ``validate``.
-    """
+    """Return the validation of a run by a recording; ModelError as of ``validate``."""
     # pairs, cycles and their scatter
     check_period(run.model)
     errors = standard_errors(run.model, wanted.parameters)
@@ -120,10 +108,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
 def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
     """Refuse, before a model is simulated, all arguments that its run cannot have.
 
-    Raises
-    ------
-    ModelError
-        as of ``compared``, where the samples of the run play no part.
+    The ModelError is that of ``compared``, where the samples of the run play no part.
     """
     check_period(model)
     simulation = to_be_recorded(model)

@@ -119,10 +119,7 @@ class Source:
 def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Source, tuple[str, ...]]:
     """Return channels of a recording as evenly spaced samples, and a note where they were not.
 
-    Raises
-    ------
-    ModelError
-        fewer than four samples.
+    ModelError for fewer than four samples.
     """
     if recording.time.size < 4:
         value = counted(recording.time.size, "sample")
@@ -203,12 +200,7 @@ def samples_for(sources: tuple[Source, Source], period: float, highest: float | 
     """Return how many samples a cycle gets: as many as both records have, or what a highest frequency needs.
 
     The band then ends at 0.4 of these over the period, which is at the highest frequency or, as their number is whole,
-    somewhat above it.
-
-    Raises
-    ------
-    ModelError
-        a record too coarse for eight samples in a cycle, or for the frequency wanted.
+    somewhat above it. ModelError for a record too coarse for eight samples in a cycle, or for the frequency wanted.
     """
     most = int(np.floor(min(period / source.interval for source in sources) + 1e-6))
     coarser = max(sources, key=lambda source: source.interval)

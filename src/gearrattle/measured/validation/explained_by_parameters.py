@@ -1,4 +1,4 @@
-"""The part of a disagreement that uncertain parameters explain, and those that its levels cannot tell apart.
+"""The part of a disagreement that uncertain parameters explain, and those that its levels cannot separate.
 
 Each of the runs with drawn parameters gives the logarithms of the levels; least squares over the runs give the effect
 g of one standard error of every parameter, with its own error from what the line leaves. A motion that rattles has no
@@ -119,7 +119,7 @@ def correlation(covariance: Array) -> Array:
 
 
 def sentences(explanation: Explained) -> list[str]:
-    """Return sentences: the parameter that explains most, and parameters that the levels cannot tell apart."""
+    """Return sentences: the parameter that explains most, and parameters that the levels cannot separate."""
     # the parameter that alone explains a channel soonest
     texts = []
     seen = [

@@ -25,15 +25,7 @@ FALLEN_BACK = 0.1
 
 
 def passings(values: Array, threshold: float) -> Array:
-    """(N,) number of rises of |x| to a threshold in every cycle.
-
-    Parameters
-    ----------
-    values
-        (N, S) consecutive cycles.
-    threshold
-        above zero.
-    """
+    """(N,) number of rises of |x| to a threshold above zero, in each of consecutive cycles (N, S)."""
     size = np.abs(values).ravel()
     known = np.where(size >= threshold, 1, np.where(size < (1.0 - FALLEN_BACK) * threshold, 0, -1))
     at = np.maximum.accumulate(np.where(known >= 0, np.arange(known.size), 0))
@@ -52,10 +44,7 @@ def counted_of(
 ) -> dict[str, tuple[int, float]]:
     """Return index of the measured channel and threshold, by clearance.
 
-    Raises
-    ------
-    ModelError
-        a threshold for what is no clearance, for what was not measured, or not above zero.
+    A ModelError refuses a threshold for what is no clearance, for what was not measured, or not above zero.
     """
     countable = _countable(channels)
     counted: dict[str, tuple[int, float]] = {}
@@ -78,17 +67,9 @@ def compare_impacts(
     channels: Sequence[Channel],
     thresholds: Mapping[str, float],
 ) -> tuple[Impacts, ...]:
-    """Return the impacts of every clearance.
+    """Return the impacts of every clearance; thresholds, by clearance or measured channel, are SI.
 
-    Parameters
-    ----------
-    thresholds
-        by clearance or by measured channel, in SI.
-
-    Raises
-    ------
-    ModelError
-        a threshold for what is no clearance, for what was not measured, or not above zero.
+    ModelError as of ``counted_of``.
     """
     # exact impacts of the run, and the ends of the cycles
     names = trajectory.layout.clearance_names

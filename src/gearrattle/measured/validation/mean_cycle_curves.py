@@ -11,13 +11,7 @@ from gearrattle.trajectory import Array
 
 
 def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments], delay: float) -> list[Curves]:
-    """Return the curves of every channel.
-
-    Parameters
-    ----------
-    delay
-        added to the measured times [s].
-    """
+    """Return the curves of every channel; the delay is added to the measured times [s]."""
     measured, simulated = cycles
     turns = (measured.start + delay) / measured.period, simulated.start / simulated.period
     means = [_turned(cycle.values.mean(axis=0), turn) for cycle, turn in zip(cycles, turns, strict=True)]

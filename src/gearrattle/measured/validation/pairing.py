@@ -18,13 +18,9 @@ from gearrattle.recording import Channel, Recording
 
 @dataclass(frozen=True)
 class Pairing:
-    """Channels with partners, and without.
+    """Channels with partners, and names of those without.
 
-    Attributes
-    ----------
-    measured_alone, simulated_alone
-        names; a simulated one is told only where nothing else of its subject or
-        quantity was measured either.
+    A simulated one is named only where nothing else of its subject or quantity was measured either.
     """
 
     measured: tuple[Channel, ...]
@@ -35,13 +31,7 @@ class Pairing:
 
 
 def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) -> Pairing:
-    """Return the pairs.
-
-    Raises
-    ------
-    ModelError
-        a name that is not there, no pair at all, units that differ.
-    """
+    """Return the pairs; ModelError for a name that is not there, no pair at all, or units that differ."""
     # pairs stated by name
     problems = [
         Problem("match", name, f"is no channel of {recording.source}; there are {listed(recording.names)}")

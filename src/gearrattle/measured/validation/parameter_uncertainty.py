@@ -30,10 +30,8 @@ Errors = Mapping[str, float]
 def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float, float]]:
     """Return values and standard errors of parameters by path, SI; of a pattern all that match have the same error.
 
-    Raises
-    ------
-    ModelError
-        a path that does not exist, a value that is not a positive number, an error that is not between 0 and the value.
+    A ModelError refuses a path that does not exist, a value that is not a positive number, and an error that is not
+    between 0 and the value.
     """
     # standard errors by path
     stated = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
@@ -83,13 +81,7 @@ class Drawn:
     logs: Array
 
     def uncertainty(self, scatter: Array) -> Array:
-        """(2, C) standard deviations of ln(level) that the parameters cause.
-
-        Parameters
-        ----------
-        scatter
-            (2, C) standard errors of ln(level) of one run.
-        """
+        """(2, C) standard deviations of ln(level) by the parameters, the errors (2, C) of one run taken off."""
         return np.asarray(np.sqrt(np.maximum(np.var(self.logs, axis=0, ddof=1) - scatter**2, 0.0)))
 
 

@@ -55,7 +55,7 @@ def validate(
         part of the measured record that counts, by its clock [s]; default: all of it.
     band
         lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate. The
-        highest is rounded up to whole samples per cycle; ``Validation.band`` tells it.
+        highest is rounded up to whole samples per cycle; ``Validation.band`` has it.
     trend
         "mean" or "linear" is taken away from both, "none" from neither.
     clock

@@ -128,13 +128,7 @@ def validate_run_up(
 
 
 def check_repeats(recordings: Sequence[Recording], pairings: Sequence[Pairing]) -> None:
-    """Refuse repeats with other channels than the first.
-
-    Raises
-    ------
-    ModelError
-        with the record and its channels.
-    """
+    """Refuse repeats with other channels than the first (ModelError, with the record and its channels)."""
     first = [channel.name for channel in pairings[0].measured]
     for recording, pairing in zip(recordings, pairings, strict=True):
         names = [channel.name for channel in pairing.measured]
@@ -226,10 +220,7 @@ def _scatter(measured: Array) -> tuple[Array, float]:
 def longest_stretch(speed: Array, source: str) -> tuple[Any, str]:
     """Return the blocks of the longest stretch in which the speed rises or falls, by rising speed; and a note.
 
-    Raises
-    ------
-    ModelError
-        it has too few blocks, or less than half of the speeds.
+    A ModelError refuses one of too few blocks, or of less than half of the speeds.
     """
     steps = np.diff(speed)
     turning = np.where(np.abs(steps) > _STILL * float(speed.max()), np.sign(steps), 0.0)

@@ -1,4 +1,4 @@
-"""The shelf of components: what connects the bodies of a driveline, one file each.
+"""The components: what connects the bodies of a driveline, one file each.
 
 ``COMPONENTS`` says which array of tables of the model file holds which; elements come in its order.
 """

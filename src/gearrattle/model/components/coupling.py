@@ -54,7 +54,7 @@ class Stage(Table):
     """Full height of the torque-angle loop that dry friction makes in this stage [N m], in all; may be a table over
     speed. What it has beyond the stage before is a slider of its own, engaged unloaded where the stage begins."""
     stick_stiffness: StickStiffness | None = None
-    """Slope of a slider's torque until it slips [N m/rad], beside the stage's; default: 20 times the stage's slope."""
+    """Slope of a slider's torque until it slips [N m/rad], added to the stage's; default: 20 times that slope."""
 
 
 class Coupling(Component):
@@ -122,7 +122,7 @@ class Coupling(Component):
     kinematic_error: tuple[AngularHarmonic, ...] = ()
     """e(t) = sum of amplitude sin(order Omega t + phase) [rad]."""
     hooke: HookeJoint | None = None
-    """A Hooke joint beside the law; its error is added to ``kinematic_error``."""
+    """A Hooke joint in addition to the law; its error is added to ``kinematic_error``."""
     contact_damping: ContactDamping = "kelvin-voigt"
     """"clipped": the torque of contact neither pulls nor passes twice the spring's; needs a free gap."""
 

@@ -212,7 +212,7 @@ def _one_way(follower: Follower, event: Event, ends: tuple[float, float], progre
 
 
 def _row(event: Event, curve: Continuation, second: float) -> Located:
-    """The row of an event: what tells it from others that lie near."""
+    """The row of an event: by what it differs from others that lie near."""
     slope = np.nan
     if event.kind == EDGE:
         slope = slope_of_length(event.point, curve)

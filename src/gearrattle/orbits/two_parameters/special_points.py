@@ -30,8 +30,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gearrattle.engine.periodic.continuation import Continuation
-from gearrattle.engine.periodic.events import LOSSES, events_between
 from gearrattle.engine.periodic.events.event_record import FOLD, GRAZING, NEIMARK_SACKER, Event
+from gearrattle.engine.periodic.events.events_of_step import events_between
+from gearrattle.engine.periodic.events.losses import LOSSES
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.two_parameters.event_gradient import test_of
 from gearrattle.engine.periodic.two_parameters.relocation import polynomial_at, relocated

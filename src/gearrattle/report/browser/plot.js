@@ -302,9 +302,9 @@ class Panel {
     c.font = SMALL;
     for (const label of panel.labels) {
       c.fillStyle = theme.colour(label.colour);
-      const isAbove = label.side === "above";
-      const at = [this.x(label.x) + (isAbove ? 0 : 5), this.y(label.y) - (isAbove ? 3 : 0)];
-      c.textAlign = isAbove ? "right" : "left"; c.textBaseline = isAbove ? "bottom" : "middle";
+      const isAbove = label.side === "above", isAt = label.side === "at";
+      const at = [this.x(label.x) + (isAbove || isAt ? 0 : 5), this.y(label.y) - (isAbove ? 3 : 0)];
+      c.textAlign = isAbove ? "right" : isAt ? "center" : "left"; c.textBaseline = isAbove ? "bottom" : "middle";
       if (panel.heat) { c.strokeStyle = theme.paper; c.lineWidth = 4; c.lineJoin = "round"; c.strokeText(label.words, ...at); }
       c.fillText(label.words, ...at);
     }

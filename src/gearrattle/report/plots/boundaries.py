@@ -39,15 +39,7 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
 
 @dataclass(frozen=True)
 class _Changes:
-    """Changes of severity or regime.
-
-    Attributes
-    ----------
-    of
-        indices of the changes of every part.
-    higher
-        (N,) rank of the higher of the two words.
-    """
+    """Changes of severity or regime: indices of those of every part, and (N,) the rank of the higher of two words."""
 
     of: Mapping[str, IntArray]
     higher: IntArray

@@ -31,9 +31,9 @@ class Line:
     width
         line width, or point diameter [px].
     shape
-        of its points where it means something; empty: a circle, in print what tells colours apart.
+        of its points where it means something; empty: a circle, in print one for each colour.
     dash
-        of its line where it means something; empty: solid, in print what tells colours apart.
+        of its line where it means something; empty: solid, in print one for each colour.
     """
 
     x: Array
@@ -74,10 +74,7 @@ class Bars:
 class Cells:
     """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
 
-    Attributes
-    ----------
-    left, right, low, high
-        (N,) their edges, in the units of the axes.
+    The edges (N,) are in the units of the axes.
     """
 
     left: Array
@@ -136,21 +133,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Label:
-    """A few words beside a point of a panel.
-
-    Attributes
-    ----------
-    x, y
-        the point, in the units of the axes.
-    side
-        whether the words begin right of the point, or stand above it and end there.
-    """
+    """A few words near a point of a panel, in units of its axes: right of it, above it and ending there, or at it."""
 
     x: float
     y: float
     words: str
     colour: str = MUTED
-    side: Literal["above", "right"] = "right"
+    side: Literal["above", "right", "at"] = "right"
 
 
 @dataclass(frozen=True)

@@ -38,12 +38,7 @@ def packed_charts(charts: Sequence[Chart]) -> bytes:
 def read_charts(path: Path) -> list[Chart]:
     """Read what ``packed_charts`` wrote.
 
-    Raises
-    ------
-    ModelError
-        it is no such file, it is damaged, or a later version wrote it.
-    OSError
-        it cannot be read.
+    ModelError where it is no such file, is damaged, or a later version wrote it; OSError where it cannot be read.
     """
     try:
         check_archive(path)
@@ -66,7 +61,7 @@ def read_charts(path: Path) -> list[Chart]:
 
 
 def _packed(value: Any, arrays: list[Array]) -> Any:
-    """Return something as JSON; arrays are put beside it."""
+    """Return something as JSON; arrays are kept apart."""
     if is_dataclass(value):
         return {
             "noun": type(value).__name__,

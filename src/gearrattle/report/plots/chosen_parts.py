@@ -13,7 +13,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from gearrattle.model import Model
-    from gearrattle.quantities import Verdict
+    from gearrattle.quantities.verdict import Verdict
     from gearrattle.results import Run
 
 MOST = 12

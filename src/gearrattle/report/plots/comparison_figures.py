@@ -72,7 +72,7 @@ def shown_until(comparison: Comparison) -> float:
     """Return up to which cycle errors are drawn: from rounding to saturation, with a quarter of that beyond; or all.
 
     An error is saturated where it first passes a tenth of its largest value. Where that of exact begun nearby stays
-    below ``_LOST``, errors are told to the end.
+    below ``_LOST``, errors are shown to the end.
     """
     histories = [row.history for row in comparison.rows[1:] if row.history is not None]
     largest = [float(np.max(worst[np.isfinite(worst)], initial=0.0)) for _, worst in histories]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import Row
+from gearrattle.quantities.quantity import Row
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import CENTRE, COAST, COLOURS, DRIVE
 

@@ -25,7 +25,7 @@ COLOURS_OF_CODES = {
     MISSING: "#8fd0c4",
     NOT_COUNTED: "#f4f6f8",
 }
-"""Colour of what a cell says, always beside its words."""
+"""Colour of what a cell says, always shown with its words."""
 _DASHES: dict[str, Dash] = {FOLD: "solid", EDGE: "dotted"}
 SPECIAL = {
     "cusp": Key("cusp: two folds meet", INK, "star"),

@@ -202,7 +202,7 @@ def _turning(data: xr.DataArray) -> Turning | None:
 
 
 def _edges(places: Array, most: int) -> Array:
-    """Return equal cells that cover rows and half a step beside them."""
+    """Return equal cells that cover rows and half a step on either side."""
     if places.size < 2:
         return np.asarray([places[0] - 0.5, places[0] + 0.5])
     low = places[0] - 0.5 * (places[1] - places[0])

@@ -22,15 +22,7 @@ _POINTS = 200
 
 @dataclass(frozen=True)
 class Turning:
-    """The speed of the shaft along the x axis of a map.
-
-    Attributes
-    ----------
-    places
-        (n,) ascending, in the units of the x axis.
-    speed
-        (n,) there [rad/s].
-    """
+    """The speed of the shaft (n,) [rad/s] along the x axis of a map, at ascending places (n,) in the axis's unit."""
 
     places: Array
     speed: Array

@@ -28,7 +28,7 @@ NO_VALUE = "#6f7a86"
 """Cells of a map without a value: hatching of this colour on the background, never an area of it."""
 
 REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
-"""Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
+"""Colour of each regime: slate, amber, crimson; ever darker, always shown with its word."""
 STATES = {
     "quiet": MUTED,
     "touches": "#a35f00",
@@ -52,7 +52,7 @@ COLOURS = (
     "#c51b7d",
     "#1b7837",
 )
-"""Curves that are told apart: six of M. Okabe and K. Ito (2008), then others for long legends."""
+"""Colours of curves: six of M. Okabe and K. Ito (2008), then others for long legends."""
 
 SHADES = (
     "#00224e",

@@ -124,7 +124,7 @@ def _join(body: int, element: int, other: int, placement: Placement, *, meshes: 
 
 
 def carriers(layout: Connections, planet: int) -> list[int]:
-    """Return the bodies on which a planet's axle turns: those its meshes touch beside the two gears."""
+    """Return the bodies on which a planet's axle turns: those its meshes touch besides the two gears."""
     meshes = np.flatnonzero(layout.between[:, 1] == planet)
     touched = {int(body) for element in meshes for body in np.flatnonzero(layout.rows[element])}
     return sorted(touched.difference(layout.between[meshes].ravel().tolist()))

@@ -41,14 +41,9 @@ Measure = Literal["lift_ratio", "separation_ratio"]
 
 
 def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
-    """Draw a screening.
+    """Draw the data of ``gearrattle.screen`` by one ratio.
 
-    Parameters
-    ----------
-    data
-        from ``gearrattle.screen``.
-    measure
-        by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
+    "separation_ratio" is the classical one, of the engine's orders alone.
     """
     # margins [dB], and cells that are undecided
     margin, low, undecided = _margins(data, measure)

@@ -1,4 +1,4 @@
-"""Shapes of points and dashes of lines that carry a meaning, so that it is told apart without colour.
+"""Shapes of points and dashes of lines that carry a meaning, so that they can be distinguished without colour.
 
 Every renderer draws the same shape: static SVG a path, a browser (``browser/plot.js``) a path of its own, matplotlib a
 marker by its name, the legend of a page a letter.
@@ -13,16 +13,9 @@ from gearrattle.report.plots.palette import NO_VALUE, PAPER
 
 
 class Drawn(NamedTuple):
-    """One shape.
+    """One shape: its SVG path about the origin, half as wide as 1, and its letter in a line of text.
 
-    Attributes
-    ----------
-    path
-        SVG about the origin, half as wide as 1.
-    is_open
-        whether it is strokes, not an area.
-    letter
-        in a line of text.
+    An open one is strokes, not an area.
     """
 
     path: str

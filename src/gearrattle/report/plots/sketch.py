@@ -21,7 +21,7 @@ from gearrattle.wording import counted
 if TYPE_CHECKING:
     from gearrattle.model import Torque
     from gearrattle.pipeline import Findings
-    from gearrattle.quantities import Part
+    from gearrattle.quantities.verdict_parts import Part
 
 _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, bottom=96)
 

@@ -70,7 +70,7 @@ def two_axes(data: xr.Dataset) -> tuple[str, str]:
 
 
 def code_maps(data: xr.Dataset) -> list[Chart]:
-    """Draw the codes that a study shows; beside a severity the regime, where it was kept as well."""
+    """Draw the codes that a study shows; with a severity the regime, where it was kept as well."""
     chosen = chosen_codes(data)
     outputs = [chosen, *([REGIME] if chosen == SEVERITY and REGIME in data else [])]
     return [
@@ -315,5 +315,5 @@ def _over(data: xr.Dataset, x: str, y: str) -> str:
 
 
 def _has_numbers(data: xr.Dataset) -> bool:
-    """Whether maps of numbers are drawn beside the map of codes."""
+    """Whether maps of numbers are drawn next to the map of codes."""
     return any(not words_of(data[name]) for name in outputs_in(data))

@@ -19,15 +19,7 @@ _FEWEST = 3
 
 @dataclass(frozen=True)
 class Axis:
-    """Maps values to pixels.
-
-    Attributes
-    ----------
-    low, high
-        limits in the unit of the data; both positive if logarithmic.
-    start, end
-        the pixels they stand at.
-    """
+    """Maps values to pixels: limits in the unit of the data, both positive if logarithmic, to ``start`` and ``end``."""
 
     low: float
     high: float

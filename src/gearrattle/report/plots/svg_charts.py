@@ -32,19 +32,9 @@ _COLUMN_GAP = 74
 
 
 def draw(chart: Chart, *, legend: bool = False) -> bytes:
-    """Draw a chart.
+    """Draw a chart as an SVG file; the same chart gives the same bytes.
 
-    Parameters
-    ----------
-    chart
-        what to draw.
-    legend
-        whether its legend is drawn above it; a page has its own.
-
-    Returns
-    -------
-    bytes
-        An SVG file. The same chart gives the same bytes.
+    The legend is drawn above it if asked for; a page has its own.
     """
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
     keys, above = _legend(chart.legend) if legend else ("", 0)
@@ -163,14 +153,14 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
 def _label(label: Label, x: Axis, y: Axis) -> str:
     left = float(x.at(np.array(label.x)))
     base = float(y.at(np.array(label.y)))
-    above = label.side == "above"
-    geometry = (
-        f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"'
-        if above
-        else (f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"')
-    )
+    places = {
+        "above": f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"',
+        "right": f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"',
+        "at": f'x="{left:.1f}" y="{base + 3.5:.1f}" text-anchor="middle"',
+    }
     halo = f'stroke="{PAPER}" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
-    return f'<text {geometry} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
+    rim = f" {halo}" if label.side != "at" else ""
+    return f'<text {places[label.side]} font-size="10.5" fill="{label.colour}"{rim}>{escape(label.words)}</text>'
 
 
 def _line(line: Line, x: Axis, y: Axis) -> str:
@@ -189,7 +179,7 @@ def _line(line: Line, x: Axis, y: Axis) -> str:
 
 
 def _shape(shape: str, x: float, y: float, radius: float, colour: str) -> str:
-    """A mark at a point, with a rim of paper about areas, so that neighbours are told apart."""
+    """A mark at a point, with a rim of paper about areas, so that neighbours can be distinguished."""
     drawn = SHAPES[shape]
     ink = f'fill="none" stroke="{colour}"' if drawn.is_open else f'fill="{colour}" stroke="{PAPER}"'
     width = (1.6 if drawn.is_open else 0.8) / radius

@@ -53,7 +53,7 @@ def _along(symbol: Symbol, left: float, right: float, y: float) -> str:
 
 
 def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:
-    """Draw an element that runs beside another one, or between bodies far apart, and return its outermost point.
+    """Draw an element that runs parallel to another one, or between bodies far apart, and return its outermost point.
 
     The point is ``depth`` [px] below the middle, or beside it where one end is above the other.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.quantities import Verdict
+from gearrattle.quantities.verdict import Verdict
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.palette import ACCENT, COAST, DRIVE
 from gearrattle.report.plots.row_charts import Series, row_chart

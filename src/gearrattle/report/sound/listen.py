@@ -26,19 +26,17 @@ from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
-from gearrattle.report.sound.impulse_train import impulse_train
 from gearrattle.report.sound.psychoacoustics import Quality, quality
-from gearrattle.report.sound.resample import LONGEST, resampled
-from gearrattle.report.sound.transfer_path import SoundPath, sound_path
+from gearrattle.report.sound.resample import resampled
+from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.result import Result
 from gearrattle.results import Run
-from gearrattle.signals import find_impacts
+from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
 from gearrattle.signals.windows import steady
 
 Array = NDArray[np.float64]
 
 _HEADROOM = 0.5  # of full scale: the highest peak, unless a gain is given
-_REFERENCE = 2e-5  # Pa
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +78,10 @@ class Sound(Result):
     @property
     def levels(self) -> dict[str, float]:
         """Sound pressure level of each design over its whole length [dB re 20 uPa]; -inf for silence."""
-        with np.errstate(divide="ignore"):
-            means = [np.mean(signal**2) for signal in self.pressure]
-            return {name: float(10.0 * np.log10(m / _REFERENCE**2)) for name, m in zip(self.names, means, strict=True)}
+        return {name: pressure_level(signal) for name, signal in zip(self.names, self.pressure, strict=True)}
 
     def quality(self) -> dict[str, Quality]:
-        """Loudness, sharpness and roughness of each design; needs the extra ``sound``."""
+        """Loudness, sharpness, roughness and impulsiveness of each design; needs the extra ``sound``."""
         return {name: quality(signal, self.rate) for name, signal in zip(self.names, self.pressure, strict=True)}
 
     def wav(self, name: str, bits: int = 32) -> bytes:
@@ -124,7 +120,7 @@ def listen(
     *,
     elements: Sequence[str] | None = None,
     gain: float | None = None,
-    rate: int = 48_000,
+    rate: int = RATE,
     scale: float = 1.0,
 ) -> Sound:
     """Turn impacts or measured signals into sound.
@@ -199,10 +195,7 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
     """Return the clearances of a driveline whose impacts are heard.
 
-    Raises
-    ------
-    ModelError
-        a dimensionless model, no such clearance, none at all.
+    A ModelError refuses a dimensionless model, a name that is no clearance of it, and a model without clearances.
     """
     if model.units == "dimensionless":
         raise ModelError(
@@ -225,21 +218,16 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
 def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
     """Sound pressure of a run's impacts."""
     motion = run.trajectory
-    known = motion.layout.clearance_names
     chosen = audible(name, run.model, elements)
-    window = steady(motion)
-    impacts = find_impacts(motion).within(window)
-    selected = np.isin(impacts.clearance, [known.index(name) for name in chosen])
-    if not np.isfinite(impacts.exchanged[selected]).all():
-        rule = "no body at one of these is free to move, so its impacts exchange no momentum"
-        raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
-    seconds = window.end - window.start
+    seconds = steady(motion).duration
     if seconds > LONGEST:
         raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {LONGEST:g} s", "cut it"))
-    samples = int(np.ceil(seconds * way.rate)) + 1
-    return _through(
-        impulse_train(impacts.time[selected] - window.start, impacts.exchanged[selected], way.rate, samples), way
-    )
+    known = motion.layout.clearance_names
+    pressure = impact_pressure(motion, [known.index(clearance) for clearance in chosen], way)
+    if not np.isfinite(pressure).all():
+        rule = "no body at one of these is free to move, so its impacts exchange no momentum"
+        raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
+    return pressure
 
 
 def _heard(recording: Recording, way: SoundPath) -> Array:
@@ -252,12 +240,4 @@ def _heard(recording: Recording, way: SoundPath) -> Array:
     if step is None:
         raise ModelError(Problem(recording.source, "uneven times", "must be sampled uniformly to be heard"))
     values = resampled(channel.values, 1.0 / step, way.rate, channel.name)
-    return values if channel.quantity == "sound pressure" else _through(values, way)
-
-
-def _through(force: Array, way: SoundPath) -> Array:
-    """(N,) pressure [Pa] of a force [N] by the path's response; it rings on after the last sample, which is kept."""
-    from scipy.signal import fftconvolve
-
-    whole = fftconvolve(force, way.response) / way.rate
-    return np.asarray(whole[way.lead :], dtype=np.float64)
+    return values if channel.quantity == "sound pressure" else through(values, way)

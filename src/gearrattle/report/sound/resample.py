@@ -12,28 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.signals.impact_sound import LONGEST
 
 Array = NDArray[np.float64]
 
-LONGEST = 600.0
-"""Length of a sound, or of a response [s]."""
 _LARGEST = 2000  # ratio of the rates, and its denominator
 
 
 def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:
-    """Return a signal at another rate.
+    """Return a signal (N,) at another rate; rates are samples per second [Hz].
 
-    Parameters
-    ----------
-    values
-        (N,).
-    rate, wanted
-        samples per second [Hz].
-
-    Raises
-    ------
-    ModelError
-        rates too far apart, or a signal that is too long.
+    ModelError for rates too far apart, or a signal that is too long.
     """
     if not wanted / _LARGEST <= rate <= wanted * _LARGEST:
         rule = f"must have {wanted / _LARGEST:g} to {wanted * _LARGEST:g} samples a second to be heard at {wanted:g} Hz"

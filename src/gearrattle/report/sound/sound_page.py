@@ -1,4 +1,4 @@
-"""Designs to listen to, as a result: a WAV file each beside the page, and their levels."""
+"""Designs to listen to, as a result: a WAV file each next to the page, and their levels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,15 @@ from gearrattle.report.sound.listen import Sound
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
-_UNITS = {"level": "dB", "loudness": "sone", "loudness_5": "sone", "sharpness": "acum", "roughness": "asper"}
+_UNITS = {
+    "level": "dB",
+    "loudness": "sone",
+    "loudness_5": "sone",
+    "sharpness": "acum",
+    "roughness": "asper",
+    "prominence": "1",
+    "adjustment": "dB",
+}
 
 
 class SoundPage(Presentation[Sound]):
@@ -23,7 +31,7 @@ class SoundPage(Presentation[Sound]):
     kind = "sound"
 
     def __init__(self, result: Sound, *, with_quality: bool = False) -> None:
-        """Present sounds; with quality loudness, sharpness and roughness are computed too (extra ``sound``)."""
+        """Present sounds; with quality, ``Sound.quality`` of each is computed too (extra ``sound``)."""
         super().__init__(result)
         qualities = result.quality() if with_quality else {}
         self.designs = {

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gearrattle.report.study_pages.basins_page import PAGE as BASINS
 from gearrattle.report.study_pages.bifurcation_page import PAGE as BIFURCATION
+from gearrattle.report.study_pages.conditions_page import PAGE as CONDITIONS
 from gearrattle.report.study_pages.grid_page import PAGE as GRID
 from gearrattle.report.study_pages.optimization_page import PAGE as OPTIMIZATION
 from gearrattle.report.study_pages.study_page import StudyPage
@@ -13,12 +14,18 @@ from gearrattle.report.study_pages.study_page import StudyPage
 if TYPE_CHECKING:
     import xarray as xr
 
-PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS, "optimization": OPTIMIZATION}
+PAGES: dict[str, StudyPage] = {
+    "grid": GRID,
+    "bifurcation": BIFURCATION,
+    "basins": BASINS,
+    "conditions": CONDITIONS,
+    "optimization": OPTIMIZATION,
+}
 """Name of the kind -> page."""
 
 __all__ = ["PAGES", "StudyPage", "page_of"]
 
 
 def page_of(data: xr.Dataset) -> StudyPage:
-    """Return the page of a Dataset's kind, told by its attribute ``kind``; a grid's if it does not say."""
+    """Return the page of a Dataset's kind, its attribute ``kind``; a grid's where it has none."""
     return PAGES[str(data.attrs.get("kind", "grid"))]

@@ -30,7 +30,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 
 def summary_of(data: xr.Dataset) -> str:
-    """The best design in words, beside the model itself."""
+    """The best design in words, compared with the model itself."""
     best = int(data.attrs["best"])
     if best < 0:
         return f"{certificate_of(data)[:1].upper()}{certificate_of(data)[1:]}. {_least(data)}"
@@ -150,7 +150,7 @@ def _front_table(data: xr.Dataset) -> Table:
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:
-    """The best design: its objectives and its values, beside the model's own and the ranges."""
+    """The best design: its objectives and its values, with the model's own and the ranges."""
     best, chosen, own = _chosen(data)
     rows = []
     for i, name in enumerate(_objectives(data)):

@@ -212,15 +212,8 @@ def coherence(
 def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
     """Return the segments of a signal.
 
-    Parameters
-    ----------
-    resolution
-        width of a bin [Hz]; None: a part of the record.
-
-    Raises
-    ------
-    ModelError
-        an unknown window, an overlap out of range, a segment longer than the record or of no samples.
+    ``resolution`` is the width of a bin [Hz]; None: a part of the record. ModelError for an unknown window, an overlap
+    out of range, and a segment longer than the record or of no samples.
     """
     if window not in WINDOWS:
         rule = f"must be one of {listed(WINDOWS)}"

@@ -53,7 +53,7 @@ def order_map(
         the recording's channel of the shaft's speed or angle, or a constant speed, "1500 rpm" or a plain number
         [rad/s]; None: a run's reference shaft, a recording's shaft angle or speed.
     highest
-        order up to which they are shown; None: 100, or as far as the samples tell at the highest speed.
+        order up to which they are shown; None: 100, or as far as the samples show them at the highest speed.
     turns
         in a block; orders are resolved if 1 / turns apart, and multiples of it fall on bins.
     overlap
@@ -162,7 +162,7 @@ def order_cuts(
     Raises
     ------
     ModelError
-        as ``order_map``; orders that a block cannot tell apart.
+        as ``order_map``; orders that a block cannot separate.
 
     Examples
     --------

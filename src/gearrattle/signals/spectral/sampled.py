@@ -1,4 +1,4 @@
-"""A sampled signal of a run or a recording, and the shaft that turns beside it, for spectra and orders.
+"""A sampled signal of a run or a recording, and the shaft that turns with it, for spectra and orders.
 
 A run is sampled on its output grid, from the end of its discarded cycles on; nothing filters it, so frequencies above
 half the rate fold back, and a note says where that can be. A recording is taken as it is, if its samples are uniform.
@@ -73,7 +73,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Shaft:
-    """Angle and speed of a shaft beside a signal.
+    """Angle and speed of a shaft at the samples of a signal.
 
     Attributes
     ----------
@@ -89,17 +89,9 @@ class Shaft:
 
 
 def sampled(source: Source, channel: str) -> Sampled:
-    """Return one signal.
+    """Return one signal: of a run "quantity.subject", such as "acceleration.hub"; of a recording also a channel's name.
 
-    Parameters
-    ----------
-    channel
-        of a run "quantity.subject", such as "acceleration.hub"; of a recording the same, or a channel's name.
-
-    Raises
-    ------
-    ModelError
-        no such channel, samples that are not uniform, no numbers, or too few.
+    A ModelError refuses a signal that is not there, samples that are not uniform, no numbers, or too few.
     """
     check_run(source, (Recording,))
     samples = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
@@ -111,7 +103,7 @@ def sampled(source: Source, channel: str) -> Sampled:
 
 
 def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaft | None:
-    """Return the shaft beside a signal; None if its speed is not given.
+    """Return the shaft of a signal; None if its speed is not given.
 
     Parameters
     ----------
@@ -146,13 +138,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
-    """Return the shaft beside a signal, turned forward; refuse one that stands or turns back.
-
-    Raises
-    ------
-    ModelError
-        its speed is not given, or it stands or turns back.
-    """
+    """Return the shaft of a signal, turned forward; ModelError without its speed, or if it stands or turns back."""
     shaft = shaft_of(source, signal, speed)
     if shaft is None:
         pulses = isinstance(source, Recording) and source.find("pulses") is not None
@@ -176,13 +162,7 @@ def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
 
 
 def quantity(location: str, value: str | float, dimension: Dimension, dimensionless: bool = False) -> float:
-    """Return a positive quantity in SI.
-
-    Raises
-    ------
-    ModelError
-        not positive, or no quantity of this dimension.
-    """
+    """Return a positive quantity in SI; ModelError where it is not positive, or no quantity of this dimension."""
     try:
         return float(Quantity(dimension, "positive").read(value, dimensionless))
     except PydanticCustomError as error:
@@ -204,10 +184,7 @@ def column_of(layout: Layout, channel: str) -> tuple[str, int]:
     """Return which quantity of a run a channel names, and of which inertia, clearance, element, direction or bearing
     force, by number.
 
-    Raises
-    ------
-    ModelError
-        the run of this driveline has no such signal.
+    ModelError where the run of this driveline has no such signal.
     """
     kind, _, subject = channel.partition(".")
     inertias = layout.inertia_names

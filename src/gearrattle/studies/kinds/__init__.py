@@ -6,6 +6,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.studies.kinds.basins_kind import BasinsSpec
 from gearrattle.studies.kinds.bifurcation_kind import BifurcationSpec
+from gearrattle.studies.kinds.conditions_kind import ConditionsSpec
 from gearrattle.studies.kinds.grid_kind import GridSpec
 from gearrattle.studies.kinds.optimization_kind import OptimizationSpec
 from gearrattle.studies.kinds.study_kind import StudySpec
@@ -14,6 +15,7 @@ KINDS: dict[str, type[StudySpec]] = {
     "grid": GridSpec,
     "bifurcation": BifurcationSpec,
     "basins": BasinsSpec,
+    "conditions": ConditionsSpec,
     "optimization": OptimizationSpec,
 }
 """Kind in the file -> what it may hold."""

@@ -27,34 +27,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
-from gearrattle.model.value_kinds import Choice, Count, Plain, Texts
+from gearrattle.model.value_kinds import Choice
 from gearrattle.studies.basins_study import prepare
-from gearrattle.studies.kinds.study_kind import AnyValues, Names, Sample, StudySpec
+from gearrattle.studies.kinds.study_kind import AnyValues, Sample, SectionSpec
 from gearrattle.studies.poincare_sections import NEARNESS
 from gearrattle.studies.study import CASES, MOST
 from gearrattle.studies.study_call import Study
 
 
-class BasinsSpec(StudySpec):
+class BasinsSpec(SectionSpec):
     """Which settled motion every initial state leads to."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
     kind: Annotated[str, Choice(("basins",))]
     """Kind of study."""
-    cycles: Annotated[int, Count(1)] | None = None
-    """Of every motion; the model's without."""
-    discard: Annotated[int, Count()] | None = None
-    """Cycles left out at the start."""
-    phase: Annotated[float, Plain()] = 0.0
-    """Of the period, at which the motion is seen."""
-    section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
-    """What is kept; deflection and rate of every clearance without."""
-    tolerance: Annotated[float, NEARNESS] | None = None
-    """A motion that repeats this well is settled."""
     same: Annotated[float, NEARNESS] | None = None
     """Settled motions nearer than this are one."""
-    outputs: Names = ()
-    """What is kept of every settled motion."""
     most: Annotated[int, CASES] = MOST
     """Initial states allowed."""
     over: AnyValues
@@ -64,5 +52,5 @@ class BasinsSpec(StudySpec):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``basins``."""
-        plain = ("cycles", "discard", "phase", "section", "tolerance", "same", "outputs", "most", "over", "fixed")
-        return {**self.stated(*plain), "samples": self.sample.count, **self.sample.stated("method", "seed")}
+        drawn = {"samples": self.sample.count, **self.sample.stated("method", "seed")}
+        return super().arguments() | self.stated("same", "most", "over") | drawn

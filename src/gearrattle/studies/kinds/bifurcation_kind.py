@@ -26,14 +26,13 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from gearrattle.model.table import Breach, listed
-from gearrattle.model.value_kinds import Choice, Count, Plain, Texts
+from gearrattle.model.value_kinds import Choice
 from gearrattle.studies.bifurcation_study import DIRECTIONS, prepare
-from gearrattle.studies.kinds.study_kind import AnyValues, Names, StudySpec
-from gearrattle.studies.poincare_sections import NEARNESS
+from gearrattle.studies.kinds.study_kind import AnyValues, SectionSpec
 from gearrattle.studies.study_call import Study
 
 
-class BifurcationSpec(StudySpec):
+class BifurcationSpec(SectionSpec):
     """The settled motion against one value, swept up and down."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
@@ -41,18 +40,6 @@ class BifurcationSpec(StudySpec):
     """Kind of study."""
     direction: Annotated[str, DIRECTIONS] = "both"
     """"both", "up" or "down"."""
-    cycles: Annotated[int, Count(1)] | None = None
-    """At every value; the model's without."""
-    discard: Annotated[int, Count()] | None = None
-    """Cycles left out at every value."""
-    phase: Annotated[float, Plain()] = 0.0
-    """Of the period, at which the motion is seen."""
-    section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
-    """What is kept; deflection and rate of every clearance without."""
-    tolerance: Annotated[float, NEARNESS] | None = None
-    """A motion that repeats this well is settled."""
-    outputs: Names = ()
-    """What is kept at every value."""
     axis: AnyValues = Field(default_factory=dict)
     """Further axes: a sweep for every combination."""
     sweep: AnyValues
@@ -70,5 +57,5 @@ class BifurcationSpec(StudySpec):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``bifurcation``."""
         ((path, values),) = self.sweep.items()
-        plain = ("direction", "cycles", "discard", "phase", "section", "tolerance", "outputs", "fixed")
-        return {"path": path, "values": values, "axes": self.axis, **self.stated(*plain)}
+        swept = {"path": path, "values": values, "axes": self.axis}
+        return super().arguments() | swept | self.stated("direction")

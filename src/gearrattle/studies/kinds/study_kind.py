@@ -16,8 +16,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from gearrattle.model.table import Table
-from gearrattle.model.value_kinds import SEED, AnyTable, SchemaVersion, Text, Texts
+from gearrattle.model.value_kinds import SEED, AnyTable, Count, Plain, SchemaVersion, Text, Texts
 from gearrattle.studies.designs import SAMPLES
+from gearrattle.studies.poincare_sections import NEARNESS
 from gearrattle.studies.study_call import Study
 
 AnyValues = Annotated[Mapping[str, Any], AnyTable()]
@@ -40,7 +41,7 @@ class StudySpec(Table):
     kind: str
     """Kind of study."""
     model: Annotated[str, Text()]
-    """The model file, beside this one."""
+    """The model file, in the folder of this one."""
     fixed: AnyValues = Field(default_factory=dict)
     """Other values of the model, by path."""
 
@@ -50,6 +51,27 @@ class StudySpec(Table):
         ModelError: values that are sound by themselves and have no meaning together.
         """
         raise NotImplementedError
+
+
+class SectionSpec(StudySpec):
+    """What a study of settled motions says, seen once a period."""
+
+    cycles: Annotated[int, Count(1)] | None = None
+    """Of every motion; the model's without."""
+    discard: Annotated[int, Count()] | None = None
+    """Cycles left out at the start of every motion."""
+    phase: Annotated[float, Plain()] = 0.0
+    """Of the period, at which the motion is seen."""
+    section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
+    """What is kept; deflection and rate of every clearance without."""
+    tolerance: Annotated[float, NEARNESS] | None = None
+    """A motion that repeats this well is settled."""
+    outputs: Names = ()
+    """What is kept of every settled motion."""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments that these studies have in common."""
+        return self.stated("cycles", "discard", "phase", "section", "tolerance", "outputs", "fixed")
 
 
 class Sample(Table):

@@ -41,12 +41,7 @@ _REMEDY = "vary inertias, drags, stiffness, damping, clearances, means, amplitud
 class Family:
     """All drivelines of a box, and the one in the middle.
 
-    Attributes
-    ----------
-    numbers
-        all their coefficients, one after the other.
-    blocks
-        where every kind of them stands.
+    ``numbers`` are all their coefficients, one after the other; ``blocks`` say where every kind of them stands.
     """
 
     driveline: Driveline

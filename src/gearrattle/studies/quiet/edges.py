@@ -78,17 +78,10 @@ class Edge:
 
 
 def edges_of(requested: Mapping[str, Any], model: Model) -> tuple[Edge, ...]:
-    """Read the edges of a box.
+    """Read the edges of a box: pairs (low, high) by path, or by another name a mapping of paths that vary together.
 
-    Parameters
-    ----------
-    requested
-        by path a pair (low, high); by another name a mapping from paths to such pairs, which vary together.
-
-    Raises
-    ------
-    ModelError
-        no range, a path that leads nowhere or that no proof can vary, ends without sense; all of them.
+    A ModelError has every edge without a range, every path that leads nowhere or that no proof can vary, and all ends
+    without sense.
     """
     problems: list[Problem] = []
     edges = []

@@ -20,6 +20,7 @@ from gearrattle.assembly import refuse_unsteady
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model, units
+from gearrattle.model.drag_points import has_drag_parts
 from gearrattle.model.value_kinds import CALLBACK, Count, Plain, Quantity, Reader, argument_problems, checked
 from gearrattle.studies.quiet.branch_and_bound import ENDURES, SLIPS, Search, steady_rate
 from gearrattle.studies.quiet.coefficients import Family, family_of
@@ -134,10 +135,10 @@ def _unprovable(model: Model) -> Iterator[Problem]:
 
 
 def _over_speed(model: Model, edges: tuple[Edge, ...]) -> Iterator[Problem]:
-    """Yield a problem where the speed varies and tables over it as well."""
+    """Yield a problem where the speed varies, and tables over it or drag parts as well."""
     varied = {path for edge in edges for path in edge.low} & set(SPEEDS)
-    if varied and model.to_tables() != model.to_tables(at_speed=True):
-        rule = "the model has tables over the speed, which a proof cannot follow"
+    if varied and (has_drag_parts(model) or model.to_tables() != model.to_tables(at_speed=True)):
+        rule = "the model has drag parts or tables over the speed, which a proof cannot follow"
         yield Problem(f"range {min(varied)}", "", rule, "give plain numbers, or prove at single speeds")
 
 

@@ -49,18 +49,7 @@ class QuietFile:
 
 
 def read_ranges(path: str | os.PathLike[str]) -> QuietFile:
-    """Read the ranges of a proof of quiet.
-
-    Parameters
-    ----------
-    path
-        a TOML file, UTF-8, at most 1 MB.
-
-    Raises
-    ------
-    ModelError
-        what is no such file.
-    """
+    """Read the ranges of a proof of quiet: TOML, UTF-8, at most 1 MB; ModelError for what is no such file."""
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "file of ranges"), name, "file of ranges")
     problems = []

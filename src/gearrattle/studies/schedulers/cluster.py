@@ -30,7 +30,7 @@ from gearrattle.studies.study_store import Store
 _PATIENCE_CONNECTING = 10.0  # seconds
 _COUNTING = 2.0  # seconds between two looks at how many workers there are
 _LOGGING = ("client", "core", "utils", "comm", "comm.tcp")  # parts of a client that log what goes wrong with it
-_PATIENCE_ALONE = 20.0  # seconds without any worker until that is told
+_PATIENCE_ALONE = 20.0  # seconds without any worker until that is reported
 
 
 @contextmanager

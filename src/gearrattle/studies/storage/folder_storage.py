@@ -60,7 +60,7 @@ class Folder:
         (self.path / name).write_bytes(content)
 
     def put(self, name: str, content: bytes, *, new: bool = False) -> None:
-        """Write beside it, flush to the disk, rename."""
+        """Write a file of another name, flush it to the disk, rename it."""
         put(self.path / name, content, new=new)
 
     def remove(self, name: str) -> None:

@@ -152,7 +152,7 @@ class Jobs:
             self._say({"deleted": job})
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Have a function told of every change; returns what ends that. It is called in threads of the queue."""
+        """Have a function called after every change, in threads of the queue; returns what ends that."""
         with self._changed:
             self._listeners.append(listener)
 

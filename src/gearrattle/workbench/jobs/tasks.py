@@ -33,7 +33,7 @@ class Task:
     fills
         whether what is computed can be opened, by ``open_study``, before all of it is there.
     grows
-        whether the function tells what it has so far, a result of the same kind.
+        whether the function reports what it has so far, a result of the same kind.
     keeps_known
         whether the function returns what is known where its progress raises ``Cancelled``.
     """
@@ -98,11 +98,8 @@ def carry_out(
 ) -> Any:
     """Return the result of a task.
 
-    Parameters
-    ----------
-    folders
-        of the inputs, in which options name their files, and that in which what is computed is kept until all of it is
-        there.
+    The folders are that of the inputs, in which options name their files, and that in which what is computed is kept
+    until all of it is there.
     """
     entry = TASKS[task]
     function = entry.callable()

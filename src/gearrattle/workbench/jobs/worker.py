@@ -196,7 +196,7 @@ class WarmProcess:
 
 
 def resident_bytes(process: int | None) -> int:
-    """Return the memory that a process holds; 0 where the machine does not tell."""
+    """Return the memory that a process holds; 0 where the machine does not say."""
     try:
         pages = int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1])
     except (OSError, ValueError, IndexError):

@@ -20,7 +20,7 @@ def _check(request: Request, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def _edit(request: Request, body: dict[str, Any]) -> dict[str, Any]:
-    """Edit a text, and check it; ``gone`` says what an edit took away beside what it names."""
+    """Edit a text, and check it; ``gone`` says what an edit took away besides what it names."""
     made = edited(text_of(body, "text"), body.get("edits", ()))
     answer = _checked(request, made.text, body)
     return {"text": made.text, **answer, "gone": list(made.notes)}

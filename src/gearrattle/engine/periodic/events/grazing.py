@@ -339,7 +339,7 @@ class Search:
         return _extrapolated(velocities, shares, self._outer)
 
     def _follow(self, expected: float) -> bool:
-        """Follow the next motion, and say whether it tells more of where the touch is expected."""
+        """Follow the next motion, and say whether it helps to locate the expected touch."""
         if len(self._depths) == 1:
             share = self._outer + _FIRST_ASIDE * (self._inner - self._outer)
         else:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from gearrattle.engine.periodic.multipliers import REAL, is_conservative, not_free, outside
+from gearrattle.engine.periodic.multiplier_counts import REAL, is_conservative, not_free, outside
 from gearrattle.engine.periodic.point import Point
 
 _NEAR = 0.02  # a multiplier whose distances from the circle add up to less may have been there in between
@@ -51,7 +51,7 @@ def pair_product(point: Point, like: Point) -> float:
 
 
 def has_pair_on_circle(point: Point) -> bool:
-    """Return whether it is a complex pair that crosses the circle; beside a grazing it leaps, and is not just on it."""
+    """Return whether it is a complex pair that crosses the circle; near a grazing it jumps, and is not just on it."""
     real = point.multipliers[np.abs(point.multipliers.imag) <= REAL].real
     return min(nearest_pair(point)[1], _NEAR) < float(np.abs(1.0 + real).min(initial=np.inf))
 
@@ -92,7 +92,7 @@ def is_ambiguous(before: Point, after: Point) -> bool:
 def may_hide_pair(before: Point, after: Point) -> bool:
     """Return whether pairs may cross the circle unseen between two points: they go far, or one leaves it as one enters.
 
-    Which multiplier has become which is told by the least sum of their ways.
+    Multipliers of both points are paired so that the sum of their distances is least.
     """
     m = before.multipliers
     n = after.multipliers

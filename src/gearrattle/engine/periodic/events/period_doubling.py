@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.engine.periodic.multipliers import nearest_to
+from gearrattle.engine.periodic.multiplier_counts import nearest_to
 from gearrattle.engine.periodic.point import Point
 
 

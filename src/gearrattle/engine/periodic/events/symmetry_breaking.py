@@ -18,7 +18,7 @@ from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.events.location import zero_between
 from gearrattle.engine.periodic.events.period_doubling import det_plus, nearest_to_minus_one
 from gearrattle.engine.periodic.families import are_symmetric, half_of
-from gearrattle.engine.periodic.multipliers import nearest_to, not_free
+from gearrattle.engine.periodic.multiplier_counts import nearest_to, not_free
 from gearrattle.engine.periodic.point import Point
 from gearrattle.errors import ConvergenceError
 
@@ -59,7 +59,7 @@ def as_doubling(curve: Continuation, point: Point) -> tuple[Continuation, Point]
 def as_fixed_point(curve: Continuation, point: Point, *, upward: bool) -> Point:
     """Return the symmetric motion that one of an odd number of periods is except for rounding; any other as it is.
 
-    Beside a breaking P tells the motion to the cube root of its residual, and its tangent may have any direction.
+    Near a breaking P determines the motion to the cube root of its residual, and its tangent may have any direction.
     """
     is_odd = curve.cycles % 2 == 1
     halves = half_curve(curve, point.parameter) if is_odd and not point.free else None
@@ -105,7 +105,7 @@ def breaking_near(curve: Continuation, point: Point, farthest: float) -> Point |
         middle = 0.5 * (point.state + image.y) * point.scale / point.size
         at_parameter = np.append(np.zeros(len(middle)), 1.0)
         centre = halves.near(np.append(middle, point.w[-1]), at_parameter, replace(point, later=None))
-        for share in _NEARER:  # of two breakings as near as this the multiplier tells nothing
+        for share in _NEARER:  # two breakings as near as this do not show in the multiplier
             before, after = (halves.moved_along(centre, side * share * farthest) for side in (-1.0, 1.0))
             breaking = breaking_between(curve, before, replace(after, length=2.0 * share * farthest))
             if breaking is not None:

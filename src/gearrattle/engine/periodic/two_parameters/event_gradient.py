@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.periodic.continuation import Continuation
 from gearrattle.engine.periodic.equations import Bordered
-from gearrattle.engine.periodic.events import LOSSES
 from gearrattle.engine.periodic.events.event_record import DOUBLING, FOLD, GRAZING, NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.grazing import apart
+from gearrattle.engine.periodic.events.losses import LOSSES
 from gearrattle.engine.periodic.events.neimark_sacker import pair_product
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth

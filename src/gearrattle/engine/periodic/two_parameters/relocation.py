@@ -20,7 +20,7 @@ from gearrattle.engine.periodic.events.event_record import NEIMARK_SACKER, Event
 from gearrattle.engine.periodic.events.neimark_sacker import nearest_pair
 from gearrattle.engine.periodic.families import Family
 from gearrattle.engine.periodic.grazing_depth import depth
-from gearrattle.engine.periodic.multipliers import is_conservative
+from gearrattle.engine.periodic.multiplier_counts import is_conservative
 from gearrattle.engine.periodic.patterns import rotated, word_of
 from gearrattle.engine.periodic.period_map import PeriodMap
 from gearrattle.engine.periodic.point import Point, turned_around
@@ -118,9 +118,9 @@ def _by_secants(event: Event, curve: Continuation, begin: Point, farthest: float
 
 
 def _enclosed(event: Event, curve: Continuation, tried: list[tuple[float, float, Point]]) -> Point:
-    """The point between two of those tried: beside a grazing a test function may have a root like that of a distance.
+    """The point between two of those tried: near a grazing a test function may have a root like that of a distance.
 
-    They are told by arclength from the first one, test function and point.
+    Each has arclength from the first one, test function and point.
     """
     pairs = [(one, other) for one in tried for other in tried if one[1] < 0.0 < other[1]]
     if not pairs:

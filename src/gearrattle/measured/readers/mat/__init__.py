@@ -84,12 +84,9 @@ def _variables(stream: BinaryIO, *, within: bool) -> Iterator[Variable]:
 
 
 def _check_packed(stream: BinaryIO, request: Request) -> None:
-    """Refuse a file by the heads of its variables, before compressed ones are unpacked for more heads.
+    """Refuse, by the heads of its variables, a file that takes more memory than the limit (Refused).
 
-    Raises
-    ------
-    Refused
-        the vectors that are wanted, and the structures, take more than the limit.
+    Counted are the vectors that are wanted and the structures, before compressed ones are unpacked for more heads.
     """
     lengths: list[int] = []
     packed = 0

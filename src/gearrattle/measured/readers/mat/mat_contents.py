@@ -23,7 +23,7 @@ from gearrattle.recording import Array
 from gearrattle.wording import counted
 
 DESCRIPTION = "gearrattle"
-"""Name of the text that ``write`` stores beside the signals: their names, units, quantities and subjects."""
+"""Name of the text that ``write`` stores with the signals: their names, units, quantities and subjects."""
 FORMAT = "gearrattle_format"
 """Name of the text that says the format of a file made by ``write``."""
 _MOST_NAMED = 8  # variables that a note names
@@ -82,7 +82,7 @@ class Contents:
     left_out: list[str]
 
     def clock(self, path: str) -> Clock | None:
-        """Return the clock beside a signal, if its length is that of the signal or not stated."""
+        """Return the clock stored with a signal, if its length is that of the signal or not stated."""
         clock = self.clocks.get(_parent(path))
         return clock if clock and clock.length in (0, self.signals[path].samples) else None
 
@@ -124,10 +124,7 @@ class Contents:
 def contents_of(variables: Iterable[Variable], source: str) -> Contents:
     """Return the contents of a file.
 
-    Raises
-    ------
-    ModelError
-        a start or interval of samples that is not valid, or two variables of one name.
+    A ModelError refuses a start or interval of samples that is not valid, and two variables of one name.
     """
     shapes: dict[str, tuple[int, ...]] = {}
     texts: dict[str, str] = {}
@@ -246,7 +243,7 @@ def _text_of(texts: dict[str, str], path: str, keys: tuple[str, ...]) -> str:
 
 
 def _rows(text: str) -> dict[str, dict[str, Any]]:
-    """Return the entries that ``write`` stored beside the signals, by variable."""
+    """Return the entries that ``write`` stored with the signals, by variable."""
     try:
         rows = json.loads(text)
     except ValueError:

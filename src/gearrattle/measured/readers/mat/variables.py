@@ -34,13 +34,7 @@ class Part:
         self.left = left
 
     def read(self, count: int) -> bytes:
-        """Return the next bytes.
-
-        Raises
-        ------
-        Damaged
-            there are fewer.
-        """
+        """Return the next bytes; Damaged where there are fewer."""
         if count > self.left:
             raise Damaged(f"{count} bytes are needed where {self.left} are left")
         self.left -= count
@@ -87,13 +81,7 @@ class Part:
 
 
 def part_of(stream: BinaryIO, size: int) -> Part:
-    """Return the bytes of an open file from its position to its end.
-
-    Parameters
-    ----------
-    size
-        of the whole file [bytes].
-    """
+    """Return the bytes of an open file from its position to its end, the size of the whole file."""
 
     def read(count: int) -> bytes:
         data = stream.read(count)
@@ -108,10 +96,7 @@ def part_of(stream: BinaryIO, size: int) -> Part:
 class Variable:
     """A variable, or a field of a structure.
 
-    Attributes
-    ----------
-    sort
-        "numbers", "text", "object", "structure" (compressed, and not looked into), "other".
+    Its sort is "numbers", "text", "object", "structure" (compressed, and not looked into) or "other".
     """
 
     name: str

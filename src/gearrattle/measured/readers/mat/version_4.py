@@ -42,10 +42,7 @@ def is_version_4(head: bytes) -> bool:
 def variables(part: Part) -> Iterator[Variable]:
     """Yield the variables; their numbers are read before the next one is asked for, or not at all.
 
-    Raises
-    ------
-    Damaged
-        no head where one must be, or numbers beyond the end of the file.
+    Damaged where there is no head where one must be, or numbers go beyond the end of the file.
     """
     while part.left:
         about = _head_of(part.read(_HEAD))

@@ -1,7 +1,7 @@
 """Variables of a MAT file of version 5: elements within elements, each with its kind and length in front.
 
 Every length is checked against what is there: SciPy 1.17 ends the process on some damaged files. Objects, such as
-a timetable or a datetime, are told by name and class; what they hold only MATLAB can read. Format: The MathWorks,
+a timetable or a datetime, are recognised by name and class; what they hold only MATLAB can read. Format: The MathWorks,
 MAT-File Format (R2023a); the head of an object (class 17), which it leaves out, is flags, name, "MCOS", class.
 """
 

@@ -142,10 +142,22 @@ def _rule(axes: Axes, rule: Rule) -> Annotation | None:
     return _words(axes, rule.label, xy, rule.colour, shift=shift, alignment=(ha, "top"), along=words)
 
 
+_SIDES: dict[str, tuple[tuple[float, float], tuple[str, str]]] = {
+    "above": ((-2.0, 2.0), ("right", "bottom")),
+    "right": ((3.0, 0.0), ("left", "center")),
+    "at": ((0.0, 0.0), ("center", "center")),
+}
+"""By side of a label: its shift from the point [points], and its alignment."""
+
+
 def _label(axes: Axes, label: Label) -> Annotation:
-    above = label.side == "above"
-    shift, alignment = ((-2.0, 2.0), ("right", "bottom")) if above else ((3.0, 0.0), ("left", "center"))
-    return _words(axes, label.words, (label.x, label.y), label.colour, shift=shift, alignment=alignment, along="data")
+    shift, alignment = _SIDES[label.side]
+    written = _words(
+        axes, label.words, (label.x, label.y), label.colour, shift=shift, alignment=alignment, along="data"
+    )
+    if label.side == "at":
+        written.set_path_effects([])
+    return written
 
 
 def _words(
@@ -158,7 +170,7 @@ def _words(
     alignment: tuple[str, str],
     along: str,
 ) -> Annotation:
-    """Write beside a point, with a rim of paper about the letters."""
+    """Write near a point, with a rim of paper about the letters."""
     from matplotlib import rcParams
     from matplotlib.patheffects import withStroke
 

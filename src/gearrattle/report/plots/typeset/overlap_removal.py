@@ -30,14 +30,9 @@ _HIGHER = 1.2
 
 
 def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> None:
-    """Take ticks away and break titles until all words stand apart and on the paper, and give the panels their height.
+    """Take ticks away and break titles until all words stand apart and on the paper, and give the panels a height [in].
 
-    Parameters
-    ----------
-    figure
-        with its layout engine.
-    height
-        that panels shall have [in].
+    The figure has its layout engine.
     """
     for _ in range(_ROUNDS):
         figure.draw_without_rendering()
@@ -66,7 +61,7 @@ def _grown(figure: Figure, axes: Axes, height: float) -> bool:
 
 
 def _column(figure: Figure, axes: Axes, panels: Collection[Axes]) -> tuple[float, float]:
-    """Return from where to where the words of a panel may reach: to the panels beside it, or the paper's edge [px]."""
+    """Return from where to where the words of a panel may reach: to the next panels, or the paper's edge [px]."""
     own = axes.get_window_extent()
     others = [other.get_window_extent() for other in panels if other is not axes]
     level = [box for box in others if box.y0 < own.y1 and box.y1 > own.y0]

@@ -84,7 +84,7 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
 
 
 def label_of(words: str) -> str:
-    """Return the words of an axis: single blanks, and no arrow, as they stand beside the axis here."""
+    """Return the words of an axis: single blanks, and no arrow, as they stand next to the axis here."""
     return re.sub(r"\s+", " ", words).replace("^2", "²").removeprefix("↑ ").strip()
 
 

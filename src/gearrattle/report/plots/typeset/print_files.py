@@ -55,17 +55,9 @@ _SETTINGS: dict[str, Any] = {
 
 
 def known_formats(requested: str | Sequence[str]) -> list[str]:
-    """Return formats, each once.
+    """Return formats, each once, of names or of one text with commas; a dot before a name is allowed.
 
-    Parameters
-    ----------
-    requested
-        names, or one text with commas between them; a dot before is allowed.
-
-    Raises
-    ------
-    ModelError
-        none, or one that figures are not saved as.
+    ModelError for none, or one that figures are not saved as.
     """
     names = requested.split(",") if isinstance(requested, str) else list(requested)
     formats = list(dict.fromkeys(name.strip().lower().removeprefix(".") for name in names if name.strip()))
@@ -78,13 +70,7 @@ def known_formats(requested: str | Sequence[str]) -> list[str]:
 
 
 def checked_dpi(dpi: float) -> float:
-    """Return a resolution.
-
-    Raises
-    ------
-    ModelError
-        it is below 72 or above 2400 points an inch, or no number.
-    """
+    """Return a resolution; ModelError below 72 or above 2400 points an inch, or for what is no number."""
     if not isinstance(dpi, int | float) or not _LOWEST <= dpi <= _HIGHEST:
         rule = f"must be {_LOWEST:g} to {_HIGHEST:g} dots an inch"
         raise ModelError(Problem("dpi", f"{dpi}", rule, "journals ask for 300 to 1200"))

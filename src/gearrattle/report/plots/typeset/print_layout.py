@@ -113,7 +113,7 @@ def _panels(
 
 
 def _scales(figure: Figure, chart: Chart) -> None:
-    """Put a scale beside maps: one for all if their shades mean the same."""
+    """Put a scale next to maps: one for all if their shades mean the same."""
     from matplotlib import rcParams
 
     # maps with the same shades and meaning share a scale

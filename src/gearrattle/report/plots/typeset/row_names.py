@@ -1,4 +1,4 @@
-"""Names of rows, put beside their panel.
+"""Names of rows, at the side of their panel.
 
 On the page, charts of bars that lie name their rows inside the panel, whose x axis reaches far to the left for them
 (``Label`` at the left limit, no y ticks). In print, letters are larger against a panel, so names would lie on
@@ -19,14 +19,9 @@ _ROOM = 0.02
 
 @dataclass(frozen=True)
 class Rows:
-    """A panel, and what stands at the right of its rows.
+    """A panel, and words beyond its x axis, by their heights.
 
-    Attributes
-    ----------
-    right
-        words beyond the x axis, by their heights.
-    wordy
-        whether the y axis has words instead of numbers, so that a unit is not of that axis.
+    A ``wordy`` y axis has words instead of numbers, so that a unit is not of that axis.
     """
 
     panel: Panel

@@ -56,13 +56,7 @@ class Style:
     rc: str | os.PathLike[str] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be drawn, everything that is wrong at once.
-
-        Raises
-        ------
-        ModelError
-            a width, font, size or style that is not valid.
-        """
+        """Refuse every width, font, size or style that is not valid, all at once (ModelError)."""
         problems = [
             problem
             for problem in (

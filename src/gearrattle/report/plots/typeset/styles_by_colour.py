@@ -1,4 +1,4 @@
-"""Dashes, markers and hatching by colour, so that curves are told apart without colour.
+"""Dashes, markers and hatching by colour, so that curves can be distinguished without colour.
 
 On a black-and-white printer two colours may be one grey. So every colour of a chart that curves are drawn in has dashes
 of its own, every colour of its points a marker, and areas whose greys lie close together are hatched. A colour keeps
@@ -28,7 +28,7 @@ _NO_VALUE = "/////"
 """Finer than any other, and dark on paper where others are white on a colour."""
 _CONTEXT = frozenset({MUTED, CENTRE, FAINT})
 _APART = 0.12
-"""Least distance of two greys, of 1, that is told apart on paper."""
+"""Least distance of two greys, of 1, that can be seen on paper."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Looks:
     hatches: dict[str, str]
 
     def handle(self, key: Key) -> Any:
-        """Return what stands beside a word of the legend."""
+        """Return what stands next to a word of the legend."""
         from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 

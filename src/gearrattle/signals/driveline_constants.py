@@ -1,4 +1,4 @@
-"""Loose gears, reduced inertias of pairs at impacts and mean speeds, from the constants of a driveline.
+"""Constants of a driveline: loose gears, reduced inertias of pairs at impacts, mean speeds.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness that turns it; of a mesh
 with a line of action for either flank that of the drive flank is named. Along the
@@ -9,8 +9,7 @@ deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the red
 and of a body that moves sideways also its mass counts, with the share of its displacement.
 
 Ground and bodies of prescribed motion contribute 0. Bodies connected by other elements are left out: in the short time
-of an impact those elements transmit next to nothing. Mean speeds follow from the radii of the meshes, element by
-element from the reference shaft.
+of an impact those elements transmit next to nothing.
 """
 
 from __future__ import annotations
@@ -20,15 +19,12 @@ from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearrattle.mean_speeds import Kinematics, mean_speed_ratios
 from gearrattle.signals.regions import clearance_arrays
 from gearrattle.trajectory import Array, Layout
 
 T = TypeVar("T", float, Array)
-BoolArray = NDArray[np.bool_]
-
-_SETTLED = 1e-9
 
 
 class LooseGear(NamedTuple):
@@ -141,48 +137,8 @@ def gap_names(layout: Layout) -> tuple[str, ...]:
 
 
 def speed_ratios(layout: Layout) -> Array:
-    """Return (n,) the magnitude of every body's mean speed over that of the reference inertia.
-
-    NaN for bodies whose speed it does not settle. Where elements close a loop the shortest way counts. Meshes of three
-    bodies, and gears on the ground, settle what is left, all of them together; a body of theirs that a coupling ties to
-    ground is at rest.
+    """Return (n,) the magnitude of every body's mean speed over that of the reference inertia; NaN for bodies whose
+    speed it does not settle (``gearrattle.mean_speeds``).
     """
-    ratios = np.full(len(layout.inertia_names), np.nan)
-    ratios[layout.reference] = 1.0
-    pairs = np.all(layout.between >= 0, axis=1) & (np.count_nonzero(layout.rows, axis=1) == 2)
-    sets = layout.rows[layout.is_mesh & ~pairs]
-    settled = 0
-    held = np.any(layout.rows[np.count_nonzero(layout.rows, axis=1) == 1] != 0.0, axis=0)
-    ratios[held & np.any(sets != 0.0, axis=0) & np.isnan(ratios)] = 0.0
-    while settled < np.count_nonzero(~np.isnan(ratios)):
-        settled = int(np.count_nonzero(~np.isnan(ratios)))
-        _along_pairs(layout, pairs, ratios)
-        _within_sets(sets, ratios)
-    return np.asarray(np.abs(ratios))
-
-
-def _along_pairs(layout: Layout, pairs: BoolArray, ratios: Array) -> None:
-    """Go from known bodies through elements of two bodies."""
-    reached = np.flatnonzero(~np.isnan(ratios)).tolist()
-    for body in reached:
-        for element in np.flatnonzero(pairs & (layout.between == body).any(axis=1)).tolist():
-            ends = layout.between[element].tolist()
-            here = ends.index(body)
-            other = ends[1 - here]
-            if np.isnan(ratios[other]):
-                ratios[other] = ratios[body] * layout.radii[element, here] / layout.radii[element, 1 - here]
-                reached.append(other)
-
-
-def _within_sets(rows: Array, ratios: Array) -> None:
-    """Solve rows @ ratios = 0 for the bodies that it settles."""
-    unknown = np.flatnonzero(np.isnan(ratios) & np.any(rows != 0.0, axis=0))
-    if not unknown.size:
-        return
-    known = np.flatnonzero(~np.isnan(ratios))
-    matrix = rows[:, unknown]
-    right = -rows[:, known] @ ratios[known]
-    _, values, directions = np.linalg.svd(matrix)
-    free = directions[np.count_nonzero(values > _SETTLED * values.max()) :]
-    settled = np.all(np.abs(free) < _SETTLED, axis=0)
-    ratios[unknown[settled]] = np.linalg.lstsq(matrix, right, rcond=None)[0][settled]
+    kinematics = Kinematics(layout.rows, layout.between, layout.radii, layout.is_mesh, layout.stiffness > 0.0)
+    return np.asarray(np.abs(mean_speed_ratios(kinematics, layout.reference)))

@@ -1,0 +1,222 @@
+"""The drag parts of a model at their operating points: relative mean speed, torque and slope of each.
+
+Mean speeds follow from the reference speed and the radii (``gearrattle.mean_speeds``). A part at rest, such as the
+needle bearing of a gear that is coupled to its shaft, has no torque and no slope.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from gearrattle.derived_values import kept
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.components.component import Component, Element, Piece
+from gearrattle.model.value_kinds import GROUND
+
+if TYPE_CHECKING:
+    from gearrattle.model.drag_parts import Drag, DragPart
+    from gearrattle.model.excitation import Excitation, Motion, Torque
+    from gearrattle.model.inertia import Inertia
+    from gearrattle.model.oil import Oil
+
+_AT_REST = 1e-9  # of the reference speed
+
+
+class Dragged(Protocol):
+    """What is read of a model."""
+
+    inertias: tuple[Inertia, ...]
+    torques: tuple[Torque, ...]
+    motions: tuple[Motion, ...]
+    excitation: Excitation
+    oil: Oil | None
+
+    @property
+    def components(self) -> Mapping[str, Component]:
+        """All components by their path."""
+        ...
+
+
+class DragPoint(NamedTuple):
+    """A part of the drag at its operating point.
+
+    Attributes
+    ----------
+    body, on
+        the bodies it acts between, by name; ``on`` may be "ground".
+    path
+        of the part in the file.
+    speed
+        mean speed of the body less that of ``on`` [rad/s].
+    torque
+        drag torque against the relative rotation [N m].
+    slope
+        its change with the relative speed [N m s/rad].
+    """
+
+    body: str
+    on: str
+    path: str
+    part: DragPart
+    speed: float
+    torque: float
+    slope: float
+
+    @property
+    def against(self) -> float:
+        """Torque against the rotation of the body [N m]; negative where it is driven."""
+        return math.copysign(self.torque, self.speed)
+
+
+@kept
+def drag_points(model: Dragged) -> tuple[DragPoint, ...]:
+    """Return every part of the drag of a model at its operating point.
+
+    Parameters
+    ----------
+    model
+        of any kind; without ``drag_parts`` there are none.
+
+    Returns
+    -------
+    tuple[DragPoint, ...]
+        In the order of the file, each with ``body``, ``on``, ``path``, relative mean ``speed`` [rad/s], ``torque``
+        [N m] and ``slope`` [N m s/rad], at the reference speed of the model; along a sweep, at the middle of it.
+
+    Raises
+    ------
+    ModelError
+        nothing settles the mean speed of a body, or a measured table does not cover the speed or the temperature.
+
+    Examples
+    --------
+    >>> import gearrattle as gr
+    >>> model = gr.example("idle_rattle_oil")
+    >>> needle = gr.drag_points(model)[3]
+    >>> needle.path, round(needle.torque, 4)
+    ('inertia.second_gear.drag_parts.0', 0.0498)
+    """
+    sweep = model.excitation.sweep
+    return points_at(model, model.excitation.omega if sweep is None else 0.5 * (sweep.begin + sweep.end))
+
+
+def has_drag_parts(model: Dragged) -> bool:
+    """Whether any body has drag parts."""
+    return any(inertia.drag_parts for inertia in model.inertias)
+
+
+def points_at(model: Dragged, omega: float) -> tuple[DragPoint, ...]:
+    """Return every part of the drag at a reference speed [rad/s]; ModelError for a part whose speed nothing settles."""
+    if not has_drag_parts(model):
+        return ()
+    ratios = dict(zip((inertia.name for inertia in model.inertias), _ratios(model), strict=True)) | {GROUND: 0.0}
+    points = []
+    problems = []
+    for inertia in model.inertias:
+        for index, part in enumerate(inertia.drag_parts):
+            path = f"inertia.{inertia.name}.drag_parts.{index}"
+            speed = part.relative_speed
+            if speed is None:
+                speed = omega * (ratios[inertia.name] - ratios[part.on])
+            if math.isnan(speed):
+                problems.append(_unsettled(path, inertia.name if math.isnan(ratios[inertia.name]) else part.on))
+                continue
+            try:
+                drag = _drag(model, part.at_reference(omega), speed, omega)
+            except ModelError as error:
+                problems += [replace(problem, place=f"{path}.{problem.place}") for problem in error.problems]
+                continue
+            points.append(DragPoint(inertia.name, part.on, path, part, speed, *drag))
+    if problems:
+        raise ModelError(problems)
+    return tuple(points)
+
+
+def _drag(model: Dragged, part: DragPart, speed: float, omega: float) -> Drag:
+    """Return torque and slope of a part at a relative speed; none at rest."""
+    from gearrattle.model.drag_parts import Drag
+
+    if abs(speed) <= _AT_REST * omega:
+        return Drag(0.0, 0.0)
+    return part.at(abs(speed), model.oil)
+
+
+def _unsettled(path: str, body: str) -> Problem:
+    """Say that nothing settles the mean speed of a body."""
+    rule = f"couplings and meshes do not settle the mean speed of {body}"
+    return Problem(f"{path}.on", "", rule, 'give relative_speed, such as relative_speed = "800 rpm"')
+
+
+def _ratios(model: Dragged) -> list[float]:
+    """Mean speeds of all inertias over the reference speed; NaN where nothing settles it."""
+    import numpy as np  # a model without drag parts is read without it
+
+    from gearrattle.mean_speeds import Kinematics, mean_speed_ratios
+
+    names = [inertia.name for inertia in model.inertias]
+    index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
+    elements = component_elements(model)
+    rows = np.zeros((len(elements), len(names)))
+    for row, element in zip(rows, elements, strict=True):
+        for body, factor in element.arms:
+            row[index[body]] += factor
+    kinematics = Kinematics(
+        rows,
+        np.array([[index[end] for end in e.between] for e in elements], dtype=np.int64).reshape(-1, 2),
+        np.array([e.radii for e in elements], dtype=float).reshape(-1, 2),
+        np.array([e.along_line for e in elements], dtype=np.bool_),
+        np.array([any(piece.stiffness for piece in (*e.drive, *e.coast)) for e in elements], dtype=np.bool_),
+    )
+    ratios: list[float] = mean_speed_ratios(kinematics, reference_of(model)).tolist()
+    return ratios
+
+
+def reference_of(model: Dragged) -> int:
+    """Return the index of the reference inertia: that of the first motion, else of the first torque, else the first."""
+    driving = [*(motion.on for motion in model.motions), *(torque.on for torque in model.torques)]
+    return [inertia.name for inertia in model.inertias].index(driving[0]) if driving else 0
+
+
+def component_elements(model: Dragged) -> Sequence[Element]:
+    """Return the elements of all components."""
+    return [element for component in model.components.values() for element in component.elements()]
+
+
+def drag_elements(model: Dragged) -> tuple[Element, ...]:
+    """Return what drags between two bodies as elements: pure dampers, one for two bodies, named "gear-on-shaft"."""
+    points = drag_points(model)
+    ends = {damper_name(point): point for point in points}
+    return tuple(_damper(ends[name], slope) for name, slope in damper_slopes(points).items())
+
+
+def damper_name(point: DragPoint) -> str:
+    """Name of the element that stands for the drag between the two bodies of a point."""
+    return f"{point.body}-on-{point.on}"
+
+
+def damper_slopes(points: Sequence[DragPoint]) -> dict[str, float]:
+    """Return the damping between two bodies by the name of its element [N m s/rad]; without those that have none."""
+    slopes: dict[str, float] = {}
+    for point in points:
+        if point.on != GROUND:
+            name = damper_name(point)
+            slopes[name] = slopes.get(name, 0.0) + point.slope
+    return {name: slope for name, slope in slopes.items() if slope}
+
+
+def _damper(point: DragPoint, slope: float) -> Element:
+    """Return the damper between the two bodies of a point."""
+    side = (Piece(0.0, slope, None),)
+    return Element(
+        name=damper_name(point),
+        path=f"inertia.{point.body}.drag_parts",
+        along_line=False,
+        arms=((point.body, 1.0), (point.on, -1.0)),
+        between=(point.body, point.on),
+        radii=(1.0, 1.0),
+        drive=side,
+        coast=side,
+    )

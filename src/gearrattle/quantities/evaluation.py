@@ -1,0 +1,170 @@
+"""Sums over the chunks of a motion, its verdict, and the rows of its metrics.
+
+``add`` extends the sums over a motion by its next chunk, each sum once for all quantities that read it; a whole run is
+one chunk. ``verdict_of`` gives the verdict on sums, ``rows_of`` the rows of metrics of their inputs, which are made of
+a motion, of sums over its chunks, or of a recording.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError
+from gearrattle.quantities.loose_gear import add_peaks
+from gearrattle.quantities.metric_inputs import Inputs
+from gearrattle.quantities.metric_sources import add_signals
+from gearrattle.quantities.quantity import WITHOUT_DIMENSION, Quantity, Row, State, Sums, scope_of
+from gearrattle.quantities.quantity_table import CRITERIA, METRICS
+from gearrattle.quantities.spectrum import add_spectra, density_of
+from gearrattle.quantities.verdict import Verdict
+from gearrattle.quantities.verdict_parts import (
+    ASSUMED,
+    Part,
+    measure_parts,
+    regime_of_all,
+    rule_of,
+    severity_of_all,
+    worst_first,
+)
+from gearrattle.signals import Spectrum, add_crossings, limits_words, steady
+from gearrattle.signals.last_levels import add_levels
+from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
+from gearrattle.wording import listed
+
+_STEADY_SUMS: Mapping[str, Callable[[Trajectory, State | None], State]] = {
+    "last cycles": add_levels,
+    "peaks": add_peaks,
+    "spectra": add_spectra,
+}
+"""What adds the steady part of a chunk to a sum; "crossings" and "signals" read discarded cycles as well."""
+
+
+def add(
+    chunk: Trajectory,
+    before: Sums | None = None,
+    quantities: Sequence[Quantity[Any]] = CRITERIA,
+    *,
+    engine_orders: Array | None = None,
+) -> Sums:
+    """Return the sums over a chunk of a motion and all chunks before it, each sum once for all that read it.
+
+    Parameters
+    ----------
+    chunk
+        the next one, of whole cycles; a whole motion is one chunk.
+    before
+        sums over the chunks before it, of the same quantities; None at the first.
+    engine_orders
+        orders of the torques, ascending, which metrics ask for.
+
+    Raises
+    ------
+    GearRattleError
+        if the log of corner crossings has a gap.
+    """
+    states = {} if before is None else dict(before.states)
+    scope = None if before is None else before.scope
+    is_steady = chunk.discard < chunk.cycles
+    for name in dict.fromkeys(name for quantity in quantities for name in quantity.sums):
+        if name == "crossings":
+            states[name] = add_crossings(states.get(name), chunk, steady(chunk) if is_steady else None)
+        elif name == "signals":
+            states[name] = add_signals(chunk, states.get(name), np.zeros(0) if engine_orders is None else engine_orders)
+        elif is_steady:
+            states[name] = _STEADY_SUMS[name](chunk, states.get(name))
+    return Sums(scope_of(chunk, scope) if is_steady else scope, states)
+
+
+def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts | None = None) -> Verdict:
+    """Return the verdict on a motion.
+
+    Parameters
+    ----------
+    sums
+        of all criteria over its chunks, of which some cycle is not discarded.
+    units
+        "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    negligible
+        which impacts are touches; None: as the layout says.
+    """
+    if negligible is not None:
+        layout = dataclasses.replace(sums.steady.layout, negligible=negligible)
+        sums = Sums(dataclasses.replace(sums.steady, layout=layout), sums.states)
+    limits = sums.steady.layout.negligible
+    rows = [row for criterion in CRITERIA for row in criterion.rows(sums)]
+    parts = worst_first(measure_parts(rows, sums.steady, sums.states["crossings"]))
+    if units != "SI":
+        parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
+    return Verdict(
+        verdict=regime_of_all(parts),
+        severity=severity_of_all(parts),
+        rule=rule_of(limits, is_si=units == "SI"),
+        parts=parts,
+        entries=tuple(_in_units(rows, units)),
+        notes=tuple(dict.fromkeys([*(row.note for row in rows if row.note), *_assumption(parts, limits)])),
+        window=sums.steady.window,
+        negligible=limits,
+        spectra=_density(sums),
+    )
+
+
+def _assumption(parts: Sequence[Part], limits: NegligibleImpacts) -> list[str]:
+    """Say that a threshold is assumed where the severity of some part depends on it."""
+    touching = [part.name for part in parts if part.severity == "touches"]
+    if not (touching and limits.is_assumed):
+        return []
+    return [f"{listed(touching)} {'touches' if len(touching) == 1 else 'touch'}: {limits_words(limits)}; {ASSUMED}"]
+
+
+def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleImpacts | None = None) -> Verdict:
+    """Evaluate every criterion and return the verdict; ``units`` and ``negligible`` as of ``verdict_of``.
+
+    ModelError if no cycle remains after the discarded ones, GearRattleError if the log of corner crossings has a gap.
+    """
+    steady(trajectory)  # refuses a motion of which nothing remains
+    return verdict_of(add(trajectory), units=units, negligible=negligible)
+
+
+def rows_of(
+    inputs: Inputs,
+    metrics: Sequence[Quantity[Inputs]] = METRICS,
+    quantities: Collection[str] | None = None,
+    *,
+    units: str = "SI",
+) -> list[Row]:
+    """Return every value of the metrics; those that lack something give one row that says what.
+
+    ``quantities`` are those wanted, None for all; ``units`` as of ``verdict_of``.
+    """
+    rows = []
+    if quantities is not None:
+        inputs = dataclasses.replace(inputs, wanted=frozenset(quantities))
+    for metric in metrics:
+        lacking = [words for need in metric.needs if (words := inputs.lacks(need))]
+        values = [] if lacking else metric.rows(inputs)
+        if not values:
+            why = f"{metric.title}: {lacking[0] if lacking else 'nothing of the kind is known'}"
+            values = [metric.row("", metric.title, math.nan, note=why, error=math.nan)]
+        window = f"{metric.window}: {inputs.window}" if "window" in metric.window else metric.window
+        rows += [
+            dataclasses.replace(row, window=window) for row in values if not row.subject or inputs.wants(row.quantity)
+        ]
+    return _in_units(rows, units)
+
+
+def _in_units(rows: Iterable[Row], units: str) -> list[Row]:
+    """Return rows as a model has them: without units, a dimension reads "1"."""
+    is_si = units == "SI"
+    return [row if is_si or row.unit in WITHOUT_DIMENSION else dataclasses.replace(row, unit="1") for row in rows]
+
+
+def _density(sums: Sums) -> Spectrum | None:
+    try:
+        return density_of(sums.states["spectra"], sums.steady)
+    except ModelError:
+        return None
