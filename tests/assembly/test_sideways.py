@@ -135,6 +135,16 @@ def test_a_study_gives_what_single_runs_give(path: str, tmp_path: Path) -> None:
         assert share == pytest.approx(alone["gear-drive"].impacts_per_cycle)
 
 
+def test_a_study_has_statistics_of_bearing_forces(tmp_path: Path) -> None:
+    model = driven().with_({"simulation.cycles": 4, "simulation.discard": 2, "simulation.samples_per_cycle": 64})
+    name = "force standard deviation"
+    study = gr.study(model, {"mesh.gear.stiffness": [1e8, 2e8]}, outputs=[name], workers=1, output=tmp_path / "study")
+    alone = gr.metrics(gr.simulate(model.with_({"mesh.gear.stiffness": 1e8})))
+    row = alone[(alone["quantity"] == name) & (alone["subject"] == "at_wheel.y")]
+    value = float(study[name].sel(part="at_wheel.y").values[0])
+    assert value == pytest.approx(float(row["value"].iloc[0]), rel=1e-9)
+
+
 def test_lumping_says_why_not() -> None:
     with pytest.raises(gr.ModelError, match="lumping knows rotation alone, and this body moves sideways"):
         gr.reduce(driven(), "100 Hz")

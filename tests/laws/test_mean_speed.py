@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import assemble, free_of
+from gearrattle.assembly import assemble, coordinates_of
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.free_trains import trains
 from gearrattle.model import Model
@@ -41,10 +41,10 @@ def trains_of(run: gr.Run) -> np.ndarray:
         if train.freedoms == 1:
             bodies, motion = train.bodies, relative_coordinates(system).angle_from_reference
             shape = motion[:, np.flatnonzero(motion[bodies].any(axis=0))[0]]
-            momentum = trajectory.angle[:, free_of(run.model)] @ (system.inertia * shape)
+            momentum = coordinates_of(run.model, trajectory) @ (system.inertia * shape)
             mean = (momentum[-1] - momentum[first]) / (trajectory.time[-1] - trajectory.time[first])
             means[bodies] = mean * shape[bodies] / (system.inertia @ shape**2)
-            amplitudes[bodies] = np.ptp(trajectory.velocity[first:, free_of(run.model)[bodies]], axis=0) / 2
+            amplitudes[bodies] = np.ptp(coordinates_of(run.model, trajectory, 1)[first:, bodies], axis=0) / 2
     return np.abs(means) / np.maximum(amplitudes, 1e-12)
 
 

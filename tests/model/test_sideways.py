@@ -38,7 +38,7 @@ def names(model: gr.Model) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("changes", "place", "rule", "remedy"),
+    ("changes", "location", "rule", "remedy"),
     [
         ({"bearing": None}, "inertia.a.mass", "no bearing holds this one", "add a [[bearing]]"),
         (
@@ -73,11 +73,11 @@ def names(model: gr.Model) -> list[str]:
         ),
     ],
 )
-def test_faults_are_told_with_their_remedy(changes: dict[str, Any], place: str, rule: str, remedy: str) -> None:
+def test_faults_are_told_with_their_remedy(changes: dict[str, Any], location: str, rule: str, remedy: str) -> None:
     with pytest.raises(gr.ModelError) as caught:
         gr.Model.from_tables(tables(**changes))
     said = [(p.place, p.rule, p.remedy) for p in caught.value.problems]
-    assert any(place == where and rule in what and remedy in how for where, what, how in said), said
+    assert any(location == where and rule in what and remedy in how for where, what, how in said), said
 
 
 def test_a_planetary_set_of_bodies_with_a_mass_is_refused() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.drag_notes import drag_notes
-from gearrattle.assembly.drag_torques import viscous_drags
 from gearrattle.assembly.friction_sliders import is_parted
 from gearrattle.assembly.sideways import mass_of, push_rows
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
@@ -64,8 +63,3 @@ def rows_of(model: Model) -> NDArray[np.float64]:
 def system_inertia(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
     """J of the free inertias, then the mass of every direction."""
     return np.concatenate([inertia_of(model)[free], mass_of(model)])
-
-
-def system_drag(model: Model, free: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Drag of the free inertias, then none of every direction."""
-    return np.concatenate([np.array(viscous_drags(model))[free], np.zeros(mass_of(model).size)])

@@ -14,8 +14,8 @@ from math import cos, sin
 import numpy as np
 
 from gearrattle.assembly.alternation_clock import alternating, clock_of, pairs_name
-from gearrattle.assembly.drag_torques import drag_torques
-from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_drag, system_inertia
+from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
+from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_inertia
 from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
 from gearrattle.assembly.input_signals import signals_of
 from gearrattle.assembly.means import mean_torques
@@ -99,7 +99,7 @@ def _system(model: Model) -> PiecewiseSystem:
     mean = beside_directions(model, mean_torques(model))
     return PiecewiseSystem(
         inertia=system_inertia(model, free),
-        drag=system_drag(model, free),
+        drag=beside_directions(model, np.array(viscous_drags(model)))[columns],
         rows=rows_of(model)[:, columns],
         laws=tuple(law_of(element) for element in elements),
         inputs=Harmonics(common.period, common.cycles[: len(column)], mean[columns], *torque[:, columns], *error),

@@ -320,7 +320,7 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 
 
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Return (V, n) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
+    """Return (V, N) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
     The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
     prescribed angle begins elsewhere than at zero.

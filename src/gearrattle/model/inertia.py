@@ -31,7 +31,7 @@ class Inertia(Shown):
     """Viscous drag to ground on the fluctuation of speed [N m s/rad]."""
     drag_torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
     """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
-    drag_parts: Annotated[tuple[DragPart, ...], LateClass("gearrattle.model.drag_parts", "DragParts")] = ()
-    """What else drags on it: bearings, churning, synchronisers, seals, each by its law over speed and oil."""
     mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
     """Mass [kg] of a body that bearings hold; None: its axis stays where it is."""
+    drag_parts: Annotated[tuple[DragPart, ...], LateClass("gearrattle.model.drag_parts", "DragParts")] = ()
+    """What else drags on it: bearings, churning, synchronisers, seals, each by its law over speed and oil."""

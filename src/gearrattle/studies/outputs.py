@@ -208,10 +208,11 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
 
 
 def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
-    """Names of parts and of inertias in all of some runs, each once."""
+    """Names of parts, forces of bearings among them, and of inertias in all of some runs, each once."""
     layouts = [run.trajectory.layout for run in runs]
+    parts = [*(n for layout in layouts for n in layout.element_names), *(n for at in layouts for n in at.bearing_names)]
     return {
-        "part": list(dict.fromkeys(name for layout in layouts for name in layout.element_names)),
+        "part": list(dict.fromkeys(parts)),
         "inertia": list(dict.fromkeys(name for layout in layouts for name in layout.inertia_names)),
     }
 
@@ -366,7 +367,7 @@ def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) 
     """
     layout = run.trajectory.layout
     outputs = []
-    names = {"part": layout.element_names, "inertia": layout.inertia_names}
+    names = {"part": (*layout.element_names, *layout.bearing_names), "inertia": layout.inertia_names}
     for output in chosen:
         occurring = {name for other in chosen if other.dimension == output.dimension for name in other.subjects}
         listed = tuple(name for name in names.get(output.dimension, ()) if name in occurring | set(subjects))
