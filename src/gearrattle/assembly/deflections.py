@@ -1,4 +1,4 @@
-"""Deflection of any element along a motion, of a linear one too, and its rate.
+"""Deflection of an element along a motion, and its derivatives; linear elements, too, have them.
 
 delta_k = w_k . theta - e_k(t)
 """
@@ -32,7 +32,7 @@ def deflection_acceleration(model: Model, trajectory: Trajectory, element: int) 
 
 
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
-    """Subtract the error of an element from the deflection of its bodies: harmonics, and prescribed motions."""
+    """Subtract the error e_k(t) of an element (harmonics and prescribed motions) from w_k . theta."""
     system = assemble(model).system
     inputs = system.inputs
     signals = system.signals
