@@ -30,31 +30,36 @@ class EquilibriumPage(Presentation[Equilibrium]):
 
     @property
     def sentence(self) -> str:
-        rest = self.result
-        centre = [name for name, label in rest.region.items() if label == 0]
-        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
-        if not rest.region:
+        equilibrium = self.result
+        region = equilibrium.region
+        centre = [name for name, label in region.items() if label == 0]
+        accelerates = np.any(equilibrium.acceleration != 0.0)
+        moves = "; the mean torques do not balance, so it accelerates" if accelerates else ""
+        if not region:
             return f"Under the mean loads, transmission errors at zero, every element is linear{moves}."
-        of = counted(len(rest.region), "element with corners", "elements with corners")
+        of = counted(len(region), "element with corners", "elements with corners")
         where = f"{len(centre)} of {of} {'rests' if len(centre) == 1 else 'rest'} in the centre"
         return f"Under the mean loads, transmission errors at zero, {where}{moves}."
 
     def answer(self) -> tuple[Table, ...]:
-        rest = self.result
+        equilibrium = self.result
         si = self.result.model.units == "SI"
         bodies = tuple(
             (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
             for name, angle, acceleration in zip(
-                free_names(rest.model), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
+                free_names(equilibrium.model),
+                equilibrium.angle.tolist(),
+                equilibrium.acceleration.tolist(),
+                strict=True,
             )
         )
         tables = (
-            elements_table(rest.model, rest, "Elements"),
+            elements_table(equilibrium.model, equilibrium, "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
         )
-        if not rest.balance:
+        if not equilibrium.balance:
             return tables
-        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in rest.balance.items())
+        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in equilibrium.balance.items())
         return (*tables, Table(("torque on", "mean that balances its train"), balance, title="Balance"))
 
     def figures(self) -> list[Chart]:
@@ -62,37 +67,37 @@ class EquilibriumPage(Presentation[Equilibrium]):
         return [] if chart is None else [chart]
 
     def content(self) -> dict[str, Any]:
-        rest = self.result
+        equilibrium = self.result
         names = free_names(self.result.model)
         return {
-            "model": {"name": rest.model.name, "units": rest.model.units},
-            "angle": dict(zip(names, rest.angle.tolist(), strict=True)),
-            "deflection": rest.deflection,
-            "region": rest.region,
-            "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
-            "balance": rest.balance,
+            "model": {"name": equilibrium.model.name, "units": equilibrium.model.units},
+            "angle": dict(zip(names, equilibrium.angle.tolist(), strict=True)),
+            "deflection": equilibrium.deflection,
+            "region": equilibrium.region,
+            "acceleration": dict(zip(names, equilibrium.acceleration.tolist(), strict=True)),
+            "balance": equilibrium.balance,
         }
 
     def numbers(self) -> Arrays:
-        rest = self.result
+        equilibrium = self.result
         si = self.result.model.units == "SI"
-        meshes = {element.name for element in rest.model.elements if element.along_line}
-        units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
-        balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}
+        meshes = {element.name for element in equilibrium.model.elements if element.along_line}
+        units = [("m" if name in meshes else "rad") if si else "1" for name in equilibrium.deflection]
+        balance = {"balance": ("balanced", list(equilibrium.balance.values()), {"units": "N m" if si else "1"})}
         return Arrays(
             {
-                "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
-                "acceleration": ("inertia", rest.acceleration, {"units": "rad/s^2" if si else "1"}),
-                "deflection": ("element", list(rest.deflection.values())),
+                "angle": ("inertia", equilibrium.angle, {"units": "rad" if si else "1"}),
+                "acceleration": ("inertia", equilibrium.acceleration, {"units": "rad/s^2" if si else "1"}),
+                "deflection": ("element", list(equilibrium.deflection.values())),
                 "deflection_unit": ("element", texts(units)),
-                "region": ("clearance", list(rest.region.values())),
-                **(balance if rest.balance else {}),
+                "region": ("clearance", list(equilibrium.region.values())),
+                **(balance if equilibrium.balance else {}),
             },
             {
-                "inertia": texts(free_names(rest.model)),
-                "element": texts(rest.deflection),
-                "clearance": texts(rest.region),
-                **({"balanced": texts(rest.balance)} if rest.balance else {}),
+                "inertia": texts(free_names(equilibrium.model)),
+                "element": texts(equilibrium.deflection),
+                "clearance": texts(equilibrium.region),
+                **({"balanced": texts(equilibrium.balance)} if equilibrium.balance else {}),
             },
-            {"model": rest.model.name},
+            {"model": equilibrium.model.name},
         )

@@ -1,9 +1,10 @@
 """Loudness, sharpness and roughness of a sound pressure, by MoSQITo.
 
-Loudness after ISO 532-1:2017 (Zwicker), stationary and, for what changes in time, the value passed 5 % of the time;
-sharpness after DIN 45692:2009; roughness after P. Daniel and R. Weber, Psychoacoustical Roughness: Implementation of an
-Optimized Model, Acustica 83, 1997, pp. 113-123. By MoSQITo (extra ``sound``), which is imported here and nowhere else.
-They are levels of an ear: without a measured path they compare designs and tell no product's sound.
+Loudness after ISO 532-1:2017 (Zwicker), for stationary sound and, for sound that changes in time, the value exceeded
+for 5 % of the time; sharpness after DIN 45692:2009; roughness after P. Daniel and R. Weber, Psychoacoustical Roughness:
+Implementation of an Optimized Model, Acustica 83, 1997, pp. 113-123. They are computed by MoSQITo (extra ``sound``),
+which only this module imports. Without a measured transfer path the values compare designs; they are not the values of
+a product.
 """
 
 from __future__ import annotations
@@ -18,20 +19,20 @@ from gearrattle.report.sound.resample import resampled
 
 Array = NDArray[np.float64]
 
-RATE = 48_000.0
+RATE = 48_000.0  # Hz
 SHORTEST = 0.5
-"""Seconds that a sound must last."""
+"""Least duration of a sound [s]."""
 
 
 class Quality(NamedTuple):
-    """How a sound is heard.
+    """Psychoacoustic values of a sound.
 
     Attributes
     ----------
     loudness
-        stationary [sone].
+        loudness as of a stationary sound [sone].
     loudness_5
-        passed 5 % of the time [sone].
+        loudness exceeded for 5 % of the time [sone].
     sharpness
         [acum]; NaN for silence.
     roughness
@@ -45,7 +46,7 @@ class Quality(NamedTuple):
 
 
 def quality(pressure: Array, rate: float) -> Quality:
-    """Judge a sound.
+    """Return loudness, sharpness and roughness of a sound.
 
     Parameters
     ----------
@@ -57,9 +58,9 @@ def quality(pressure: Array, rate: float) -> Quality:
     Raises
     ------
     NotInstalled
-        MoSQITo is not here.
+        MoSQITo is not installed.
     ModelError
-        a sound of less than half a second.
+        the sound is shorter than half a second.
     """
     mosqito = _mosqito()
     if pressure.size < SHORTEST * rate:

@@ -1,7 +1,7 @@
 """A signal at another sampling rate, band-limited.
 
-A polyphase filter under the Kaiser window of ``train`` (R. E. Crochiere, L. R. Rabiner, Multirate Digital Signal
-Processing, 1983, ch. 2): what lies above half the lower rate is taken out before it can fold back.
+A polyphase filter with the Kaiser window of ``impulse_train`` (R. E. Crochiere, L. R. Rabiner, Multirate Digital Signal
+Processing, 1983, ch. 2) removes frequencies above half the lower rate, which would be aliased.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from gearrattle.errors import ModelError, Problem
 Array = NDArray[np.float64]
 
 LONGEST = 600.0
-"""Length of a sound, or of a response [s]."""
-_LARGEST = 2000  # ratio of the rates, and its denominator
+"""Largest length of a sound, or of a response [s]."""
+_LARGEST = 2000  # limit of the ratio of the rates, and of its denominator
 
 
 def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:

@@ -1,4 +1,4 @@
-"""Designs to listen to, as a result: a WAV file each next to the page, and their levels."""
+"""Sounds of several designs as a result: a WAV file of every design next to the page, and the levels."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _UNITS = {"level": "dB", "loudness": "sone", "loudness_5": "sone", "sharpness": 
 
 
 class SoundPage(Presentation[Sound]):
-    """Sounds of several designs, all through one path and at one gain."""
+    """Presentation of the sounds of several designs, all with one transfer path and one gain."""
 
     kind = "sound"
 
     def __init__(self, result: Sound, *, with_quality: bool = False) -> None:
-        """Present sounds; with quality loudness, sharpness and roughness are computed too (extra ``sound``)."""
+        """Present sounds; ``with_quality`` also with loudness, sharpness and roughness (extra ``sound``)."""
         super().__init__(result)
         qualities = result.quality() if with_quality else {}
         self.designs = {

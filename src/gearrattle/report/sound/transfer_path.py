@@ -4,10 +4,9 @@ Without a measured response, damped modes represent the casing and its radiation
 
     h(t) = sum of g exp(-zeta omega t) sin(omega_d t),      omega_d = omega sqrt(1 - zeta^2),
 
-built from its spectrum g omega_d / (omega^2 - w^2 + 2 i zeta omega w), so that there is no
-aliasing. ``CASING`` is ASSUMED, not measured: six modes at frequencies where the casing of a car gearbox may have its
-modes, with gains that give 66 dB for the rattle of ``examples/manual_transmission.toml``. Use it to compare designs,
-not to predict a level.
+computed from its spectrum g omega_d / (omega^2 - w^2 + 2 i zeta omega w), so that there is no aliasing. ``CASING`` is
+ASSUMED, not measured: six modes at frequencies where the casing of a car gearbox may have its modes, with gains that
+give 66 dB for the rattle of ``examples/manual_transmission.toml``. Use it to compare designs, not to predict a level.
 """
 
 from __future__ import annotations
