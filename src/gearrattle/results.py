@@ -1,8 +1,8 @@
-"""A run as users hold it: labelled arrays, tables, files.
+"""A run for users: labelled arrays, tables, files.
 
-``Run`` wraps a ``Trajectory`` and the model it came from. xarray and pandas are imported when asked for; files are
-written through h5netcdf into a temporary neighbour and renamed, so that nothing is ever half-written. A netCDF file
-carries the whole model, so ``open_run`` gives back everything, criteria included.
+``Run`` holds a ``Trajectory`` and its model. xarray and pandas are imported when they are first needed. Files are
+written with h5netcdf to a temporary file in the same folder and then renamed, so no file is ever incomplete. A netCDF
+file holds the whole model, so ``open_run`` returns a complete run, for which criteria can be evaluated.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _TABLES = {
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
-"""By name: axes, values, SI unit."""
+"""Axes, values and SI unit of every variable, by its name."""
 
 
 class Run(Result):
@@ -103,11 +103,11 @@ class Run(Result):
 
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
-        contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
-        slider_force (time, auxiliary) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
-        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance; of a
-        dimensionless model every unit reads "1". The arrays are read-only, for criteria and figures are made of them;
-        ``run.data.copy(deep=True)`` may be changed.
+        contact damping also (time, auxiliary): slider, the state (in words in flag_meanings) [-]; slider_stretch, the
+        stretch of the slider's spring [rad]; slider_force [N m or N]. Along a sweep also speed (time) [rad/s]. With
+        prescribed motions also drive_torque (time, motion), the torque that enforces the motion [N m]. Attributes:
+        period, units, provenance; every unit of a dimensionless model is "1". The arrays are read-only, because
+        criteria and figures use them; ``run.data.copy(deep=True)`` may be changed.
         """
         import xarray as xr
 
@@ -115,7 +115,7 @@ class Run(Result):
         return xr.Dataset(variables, coordinates, self._attributes())
 
     def _labelled(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Samples and labels by name, without importing xarray: what ``data`` holds and netCDF files keep."""
+        """Samples and labels by name, as in ``data`` and netCDF files, without importing xarray."""
         # samples by name, and labels of their axes
         t = self.trajectory
         samples: _Samples = {name: (("time", axis), getattr(t, name), unit) for name, (axis, unit) in _SAMPLED.items()}
@@ -149,7 +149,7 @@ class Run(Result):
         return variables, {"time": ("time", t.time, {"units": self._unit("s")}), **coordinates}
 
     def _unit(self, unit: str) -> str:
-        """Return a unit of SI as this run has it."""
+        """Return an SI unit, or "1" for a run of a dimensionless model."""
         return unit if self.model.units == "SI" else "1"
 
     @cached_property
@@ -181,13 +181,13 @@ class Run(Result):
 
     @property
     def speed(self) -> Array | None:
-        """(Nt,) reference speed at the samples along a sweep [rad/s]; None where it does not change."""
+        """(Nt,) reference speed at the samples along a sweep [rad/s]; None if the speed is constant."""
         ramp = ramp_of(self.model)
         return None if ramp is None else ramp.speed(self.trajectory.time)
 
     @cached_property
     def variation(self) -> Gradient:
-        """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
+        """Growth of small perturbations along this motion (see ``Variation``), from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model).system)
         first = t.layout.region_of_first_piece
@@ -209,9 +209,9 @@ class Run(Result):
     def flow_gradient(self) -> xr.DataArray:
         """d y(end) / d y(0) over relative coordinates, (state, start) [SI].
 
-        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]),
-        then the stretch of sliders (``slider.NAME`` [rad]);
-        the rigid-body angles play no part. Entries overflow to infinity over many cycles of a chaotic motion.
+        y holds independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]),
+        then the stretch of sliders (``slider.NAME`` [rad]), but no rigid-body angles. Entries overflow to infinity over
+        many cycles of a chaotic motion.
         """
         import xarray as xr
 
@@ -231,17 +231,17 @@ class Run(Result):
     def largest_lyapunov_exponent(self) -> float:
         """Largest finite-time Lyapunov exponent over the steady part [1/s].
 
-        The first of ``lyapunov_exponents``. Of a driveline that meets very many regions it is found from four
-        perturbations, at about the cost of the motion; all of them cost as many times that as there are states.
+        It is the first of ``lyapunov_exponents``. For a driveline that passes through very many regions it is computed
+        from four perturbations, at about the cost of the motion. All exponents would cost N times as much.
         """
         return self.variation.largest_exponent(self.trajectory.discard * self.trajectory.layout.period)
 
     @cached_property
     def predictability_horizon(self) -> float:
-        """Time [s] from which the motion is no longer predicted pointwise; infinite if it is to the end.
+        """Time [s] up to which the motion is predicted point by point; infinite if it is predicted to the end.
 
-        The first time at which some perturbation has grown by 1e7. Rounding has then put deflections off by about 1e-8
-        half-gaps, in 95 of 100 motions by less than 3e-7.
+        It is the first time at which a perturbation has grown by a factor 1e7. The error of deflections by rounding is
+        then about 1e-8 half-gaps, and in 95 of 100 motions less than 3e-7.
         """
         return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon(growth.GROWTH)
 
@@ -251,9 +251,9 @@ class Run(Result):
         Parameters
         ----------
         kind
-            "bodies": angle, velocity and acceleration of every body, ``angle.NAME`` and so on, along a sweep also
-            ``speed``; "elements": deflection, force and region of every clearance, and torque of every element. Both
-            have one row per sample, and the time [s] as index. "events": the crossings, as ``events`` has them.
+            "bodies": angle, velocity and acceleration of every body, in columns ``angle.NAME`` and so on, along a sweep
+            also ``speed``. "elements": deflection, force and region of every clearance, and torque of every element.
+            Both have one row per sample and the time [s] as index. "events": the crossings, as in ``events``.
 
         Returns
         -------
@@ -280,7 +280,7 @@ class Run(Result):
         return self._wide(*_TABLES[kind])
 
     def _wide(self, *names: str) -> pd.DataFrame:
-        """One row per sample, one column per name and quantity; of bodies also the speed along a sweep."""
+        """Return one row per sample and one column per name and quantity; with angles also the speed of a sweep."""
         import pandas as pd
 
         t = self.trajectory
@@ -293,7 +293,7 @@ class Run(Result):
 
     @property
     def cost(self) -> Cost:
-        """What the run cost."""
+        """Steps and function calls of the run."""
         return self.trajectory.cost
 
     @property
@@ -374,7 +374,7 @@ class Run(Result):
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
-    """Refuse a value that is neither a run nor of the other types; the ModelError says how to get a run."""
+    """Refuse a value that is neither a run nor of the types ``also``; the ModelError says how to get a run."""
     if isinstance(value, (Run, *also)):
         return
     if isinstance(value, str | os.PathLike):
@@ -416,12 +416,12 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     Returns
     -------
     Run
-        The run, criteria and all.
+        The complete run.
 
     Raises
     ------
     ModelError
-        the file is missing, or no netCDF file of a run.
+        the file does not exist, or is not a netCDF file of a run.
 
     Examples
     --------
@@ -443,7 +443,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except MemoryError:
         raise
-    except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
+    except Exception as error:  # for a damaged file, h5py and the readers of its parts raise many types
         words = " ".join(str(error).split())[:120] or type(error).__name__
         remedy = "it is damaged, or no such file: save the run again"
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
@@ -489,7 +489,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
 
 
 def _count(value: Any) -> int:
-    """Return a whole number of a file."""
+    """Return a whole number from a file."""
     number = int(value)
     if number != value:
         raise ValueError(f"{value} where a whole number is needed")
