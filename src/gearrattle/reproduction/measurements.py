@@ -20,7 +20,7 @@ Progress = Callable[[float], None]
 BUDGET = 30.0  # s, time limit of a run
 TOLERANCE = 1e-6
 MISSING = "not available here"
-_AWAY = 1e-12 * 0.16  # 1e-12 times the half-width of the clutch
+_AWAY = 1e-12 * 0.16  # rad, 1e-12 times the half-width of the clutch
 _QUICK = 0.1
 TURN = 6.283185307179586
 """Length of a period in units of 1/omega: 2 pi."""
