@@ -3,17 +3,17 @@
 The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Rook, Singh, ASME J. Mech. Des. 117, 185):
 
     model   = gr.example("case3")            a driveline in words: inertias, clutches, meshes, torques, units
-    rest    = gr.equilibrium(model)          where it rests under its mean loads
+    rest    = gr.equilibrium(model)          its static equilibrium under the mean loads
     modes   = gr.modes(model)                how it would vibrate without clearances
-    small   = gr.reduce(model, "75 Hz")      a smaller model that is as good up to 75 Hz, and how good
-    advice  = gr.advise(model)               what to expect of a run, and on what evidence
-    run     = gr.simulate(model)             its motion, every impact found
+    small   = gr.reduce(model, "75 Hz")      a smaller model that is valid up to 75 Hz, with its error
+    advice  = gr.advise(model)               forecasts of a run, with their evidence
+    run     = gr.simulate(model)             its motion with every impact
     verdict = gr.criteria(run)               does it rattle, where, how badly
     all     = gr.run(model)                  all of it; all.save("folder") writes the report
 
-The public names and the files they come from stand in ``__init__.pyi``, for type checkers and for lazy_loader alike
+The public names and the files they come from are in ``__init__.pyi``, which type checkers and lazy_loader read
 (Scientific Python Ecosystem Coordination, SPEC 1). A name is imported at its first use, so that ``import gearrattle``
-and ``gearrattle --help`` stay quick. With the environment variable ``EAGER_IMPORT=1`` all are imported at once.
+and ``gearrattle --help`` are fast. With the environment variable ``EAGER_IMPORT=1`` all names are imported at once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gearrattle.result import show_results_by
 
 
 def _view() -> ModuleType:
-    """What shows results, imported when one is shown."""
+    """Return the module that shows results, imported when a result is shown."""
     from gearrattle.report import result_view
 
     return result_view

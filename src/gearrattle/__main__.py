@@ -1,4 +1,4 @@
-"""``python -m gearrattle``: the command line where no script is on the path."""
+"""``python -m gearrattle``: the command line where the script ``gearrattle`` is not on the path."""
 
 from gearrattle.cli import main
 

@@ -1,14 +1,16 @@
-"""Cause of rattle: the orders of the excitation that move a driver, and the mode through which they do.
+"""Cause of rattle: the orders of the excitation that accelerate a driver, and the mode through which they act.
 
-A driveline that rattles is not linear. But at the orders of its excitation it moves much as one linear driveline does:
-that with slope and damping of every element fitted to the element's own force along the motion
-(``analysis.linear.equivalent``). Its response to every order of every source alone, a_jk, is an estimate of what the
-source does, and their sum is compared with the motion's own amplitude at the order. Shares are of the mean square,
+A driveline that rattles is not linear. But at the orders of its excitation it moves much as an equivalent linear
+driveline does, in which the slope and damping of every element are fitted to the force of the element along the motion
+(``analysis.linear.equivalent``). The response of the equivalent driveline to order j of source k alone, a_jk, estimates
+the effect of this source. The sum over the sources is compared with the amplitude of the motion at order j. Every
+source and order has a share of the mean square of the acceleration,
 
     share_jk = Re(a_jk conj(sum_k a_jk)) / sum_j |sum_k a_jk|^2
 
-The contact state of most of the time is no such driveline: in it a rattling gear is free, and its shaft may be cut off
-from the engine. But the impacts carry the gear along, and at these orders it moves almost as if it were tied.
+The linear driveline of the most frequent contact state is not a good equivalent: in it a rattling gear is free, and its
+shaft may have no connection to the engine. In the motion the impacts carry the gear along, and at these orders it moves
+almost as if it were tied to its driver.
 """
 
 from __future__ import annotations
@@ -51,30 +53,31 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 ENOUGH = 0.8
-"""Share of the mean square that the named orders make together, at least, if two suffice."""
+"""Share of the mean square that the named orders must reach together, unless that takes more than ``MOST_NAMED``."""
 MOST_NAMED = 2
+"""Largest number of orders that the sentence names."""
 POOR = 1.0
-"""Relative error of the estimate beyond which it tells no mode: what it lacks is more than the motion has."""
-_ALONE = 0.3  # of a mode's strain energy: an element with less gives it no name
-_NEAR = 0.05  # of a mode's frequency: an order nearer than that is in resonance
-_FAR = 0.3  # relative error of the estimate beyond which the driveline is called far from linear
-_CANCELLED = 1.1  # of the share of its order: a source with more is said to be cancelled by others
+"""Relative error of the estimate above which no mode is named: the error is then larger than the motion itself."""
+_ALONE = 0.3  # share of a mode's strain energy: an element with less does not name the mode
+_NEAR = 0.05  # share of a mode's frequency: an order within this distance is called in resonance
+_FAR = 0.3  # relative error of the estimate above which the driveline is called far from linear
+_CANCELLED = 1.1  # multiple of the share of an order: a source above it is called partly cancelled by others
 
 
 @dataclass(frozen=True)
 class Through:
-    """The mode that has the largest part in a response.
+    """The mode with the largest share in a response.
 
     Attributes
     ----------
     elements
-        in which most of its strain energy is, largest first; empty for rigid motion.
+        names of the elements with most of its strain energy, largest first; empty for rigid motion.
     frequency
-        natural frequency, of overdamped motion the rate of its decay [rad/s]; 0 for rigid motion.
+        natural frequency [rad/s]; for overdamped motion its decay rate; 0 for rigid motion.
     damping_ratio
         1 for overdamped motion; NaN for rigid motion.
     share
-        of its part, along the response, in the response; above 1 where other modes act against it.
+        component of its response in phase with the whole response, over the latter; above 1 where other modes oppose.
     """
 
     elements: tuple[str, ...]
@@ -85,22 +88,22 @@ class Through:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one order of one source does to the body.
+    """The acceleration of the body by one order of one source.
 
     Attributes
     ----------
     source
         "torque on NAME", "motion of NAME", "transmission error of NAME".
     order
-        of the reference speed.
+        multiple of the reference speed.
     frequency
         angular frequency [rad/s].
     acceleration
         complex amplitude a: the acceleration is the real part of a exp(i frequency t) [rad/s^2].
     share
-        of the mean square of the acceleration by all of them; they add up to 1.
+        of the mean square of the acceleration by all orders of all sources; all shares add up to 1.
     through
-        the mode it acts through; None for a body that moves as prescribed.
+        the mode through which this order acts; None for a body whose motion is prescribed.
     """
 
     source: str
@@ -120,16 +123,16 @@ class Cause(Result):
     model
         the driveline.
     body
-        whose acceleration is explained.
+        the inertia whose acceleration is explained.
     parts
-        the meshes and clearances that rattle and that it drives, worst first; none where the body was chosen.
+        the rattling meshes and clearances that the body drives, worst first; none where the user chose the body.
     contributions
         of every order of every source, largest share first.
     error
-        of the estimate: by how much its amplitudes at the orders named miss the motion's own, over the latter, root
-        mean square; NaN where the samples cannot show them.
+        relative error of the estimate: root mean square difference between its amplitudes and the motion's at the
+        orders named, over the motion's amplitudes; NaN where the samples are too coarse for these orders.
     slopes, dampings
-        by element, of the linear driveline [N m/rad or N/m, N m s/rad or N s/m].
+        of every element of the equivalent linear driveline [N m/rad or N/m, N m s/rad or N s/m].
 
     Examples
     --------
@@ -155,12 +158,12 @@ class Cause(Result):
 
     @property
     def named(self) -> tuple[float, ...]:
-        """The orders that the sentence names: the largest, and a second where one does not do."""
+        """The orders that the sentence names: the one with the largest share, and a second if that is too little."""
         return _named(self.contributions)
 
     @property
     def is_poor(self) -> bool:
-        """Whether the estimate misses the motion so far that no mode can be named."""
+        """Whether the error of the estimate is so large that no mode can be named."""
         return self.error > POOR
 
     @property
@@ -172,7 +175,7 @@ class Cause(Result):
         return f"Cause (estimate): {'; '.join(words)}{self._trust()}.{left}"
 
     def _order(self, order: float, *, first: bool) -> str:
-        """What one order does, whose it is, and through which mode."""
+        """The effect of one order in words, with its sources and the mode through which it acts."""
         si = self.model.units == "SI"
         acting = [item for item in self.contributions if item.order == order]
         share = self.orders[order]
@@ -187,7 +190,7 @@ class Cause(Result):
         return words if self.is_poor else words + _through(largest, si=si)
 
     def _trust(self) -> str:
-        """How well the estimate meets the motion."""
+        """The error of the estimate in words."""
         if np.isnan(self.error):
             return ""
         which = f"order{'s' if len(self.named) > 1 else ''} {listed([f'{order:g}' for order in self.named])}"
@@ -208,14 +211,14 @@ def _orders(contributions: Sequence[Contribution]) -> dict[float, float]:
 
 
 def _named(contributions: Sequence[Contribution]) -> tuple[float, ...]:
-    """The order of the largest share, and a second where one does not do."""
+    """The order with the largest share, and a second one if the first has less than ``ENOUGH``."""
     shares = _orders(contributions)
     orders = tuple(shares)
     return orders[: 1 if shares[orders[0]] >= ENOUGH else MOST_NAMED]
 
 
 def _through(item: Contribution, *, si: bool) -> str:
-    """Mode through which an order acts, and how far the order is from its resonance."""
+    """The mode through which an order acts in words, and the ratio of the order's frequency to that of the mode."""
     mode = item.through
     if mode is None:
         return ", as prescribed"
@@ -242,7 +245,7 @@ def _rounded(error: float) -> str:
 
 
 def _percent(share: float) -> str:
-    """Return a share in per cent that reads 100 % only where it is."""
+    """Return a share in per cent; only an exact 1 is shown as 100 %."""
     percent = 100.0 * share
     return "more than 99.9 %" if 99.9 < percent < 99.9999 else f"{numeral(percent, 3)} %"
 
@@ -253,16 +256,16 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
     Parameters
     ----------
     run
-        a motion, of which the steady part counts.
+        a motion; only its steady part is used.
     body
-        the inertia whose acceleration is explained; None takes the one that drives most of the parts that rattle, of
-        several the one of the worst part.
+        the inertia whose acceleration is explained; None takes the inertia that drives most of the rattling parts; if
+        several drive the same number, the driver of the worst part.
 
     Returns
     -------
     Cause | None
-        The estimate. None where nothing rattles and no body is chosen, and where nothing repeats: under a record, along
-        a sweep, without a harmonic that moves the body.
+        The estimate. None if nothing rattles and no body is chosen, if the motion does not repeat (under a record or
+        along a sweep), and if no harmonic moves the body.
 
     Raises
     ------
@@ -289,7 +292,7 @@ def cause(run: Run, body: str | None = None) -> Cause | None:
 
 
 def cause_of(run: Run, rattling: list[str]) -> Cause | None:
-    """Return the cause of what drives most of the rattling parts, worst first; None as ``cause`` does."""
+    """Cause for the body that drives most of the rattling parts, which are worst first; None as ``cause``."""
     if not rattling or unsteady_inputs(run.model):
         return None
     slopes = equivalent_slopes(run)
@@ -342,7 +345,7 @@ class _Source(NamedTuple):
 
 
 def _sources(model: Model) -> list[_Source]:
-    """Every order of every source, those of one name and order together; what is zero is left out."""
+    """Every order of every source without zeros; harmonics of the same source and order are added up."""
     # sources of the free inertias and of the elements
     names = coordinate_names(model)
     sources: dict[tuple[str, float], _Source] = {}
@@ -373,7 +376,7 @@ def _sources(model: Model) -> list[_Source]:
 
 
 def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array, Array]) -> Cause | None:
-    """Return the cause of one body's acceleration; None of what nothing moves."""
+    """Return the cause of one body's acceleration; None for a body that no harmonic moves."""
     # response of the body to every order of every source alone
     model = run.model
     layout = run.trajectory.layout
@@ -382,7 +385,7 @@ def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array,
         alone = _prescribed(model, body)
     else:
         alone = _responses(model, free_of(model).tolist().index(body), stiffness, damping)
-    # what all sources do together at an order, and the share of each in it
+    # sum of the responses at every order, and the share of every source in it
     together: dict[float, complex] = {}
     for item in alone:
         together[item.order] = together.get(item.order, 0.0) + item.acceleration
@@ -407,7 +410,8 @@ def _explained(run: Run, body: int, parts: tuple[str, ...], slopes: tuple[Array,
 def equivalent_slopes(run: Run) -> tuple[Array, Array]:
     """Return (m,) slope and (m,) damping of every element along the steady part of a motion.
 
-    They are those of its piece where it stays in one and has no friction; else they are fitted to its force.
+    An element that stays in one piece and has no friction has those of its piece; for all others they are fitted to the
+    force.
     """
     model = run.model
     trajectory = run.trajectory
@@ -446,7 +450,7 @@ def _line(run: Run, element: int, clearance: int | None) -> tuple[float, float] 
 
 
 def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> list[Contribution]:
-    """What every order of every source alone does to a free body, by its index among these."""
+    """Response of a free body (by its index among the free ones) to every order of every source alone."""
     driveline = assemble(model)
     system = driveline.system
     names = driveline.layout.element_names
@@ -470,7 +474,7 @@ def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> lis
 
 
 def _prescribed(model: Model, body: int) -> list[Contribution]:
-    """What every order of its own motion is to a body whose motion is prescribed."""
+    """Acceleration by every order of the prescribed motion of a body."""
     amplitudes = motion_amplitudes(model)[prescribed_indices(model).tolist().index(body)]
     name = model.inertias[body].name
     speed = model.excitation.omega
@@ -482,13 +486,13 @@ def _prescribed(model: Model, body: int) -> list[Contribution]:
 
 
 def _working(names: tuple[str, ...], strain: Array) -> tuple[str, ...]:
-    """Elements that give a mode its name: that with most strain energy, and another with much of it."""
+    """Elements that name a mode: the one with most strain energy, and a second with at least ``_ALONE`` of it."""
     order = np.argsort(-strain, kind="stable")[:2].tolist()
     return tuple(names[k] for j, k in enumerate(order) if strain[k] > (0.0 if j == 0 else _ALONE))
 
 
 def _error(run: Run, body: int, estimate: Mapping[float, complex]) -> float:
-    """How far amplitudes by order miss those of the motion, over the latter, root mean square."""
+    """Root mean square difference between estimated amplitudes and those of the motion, over the latter."""
     inputs = inputs_of(run)
     velocities = inputs.velocities_at(run.trajectory.layout.inertia_names[body])
     if velocities is None:

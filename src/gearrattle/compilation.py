@@ -1,6 +1,6 @@
-"""Time in which kernels are being compiled in this process: no forecast counts it as work.
+"""Time that this process spends compiling kernels; forecasts of computing time leave it out.
 
-A kernel is compiled once, when it is first called after an installation, and kept on disk.
+A kernel is compiled when it is first called after an installation, and then kept on disk.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import time
 
 
 class Stopwatch:
-    """Adds up the time within ``with`` blocks, of all threads; where blocks overlap it counts once.
+    """Adds up the time spent within ``with`` blocks of all threads; time in which blocks overlap counts once.
 
     Examples
     --------
@@ -43,16 +43,16 @@ class Stopwatch:
 
     @property
     def current(self) -> float:
-        """Time since a thread entered the blocks under way [s]; 0 where none is."""
+        """Time since the first of the current blocks was entered [s]; 0 outside all blocks."""
         with self._lock:
             return time.monotonic() - self._begin if self._blocks else 0.0
 
     @property
     def seconds(self) -> float:
-        """Time within blocks so far [s]."""
+        """Total time within blocks up to now [s]."""
         with self._lock:
             return self._spent + (time.monotonic() - self._begin if self._blocks else 0.0)
 
 
 COMPILATION = Stopwatch()
-"""Of the compilation of kernels."""
+"""Measures the compilation of kernels."""

@@ -1,4 +1,4 @@
-"""Consistency of the arrays of a stored motion: one that was changed is refused, and the fault is named."""
+"""Checks whether the arrays of a stored motion are consistent; otherwise the file is refused and the fault named."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
-_SAME_TIME = 1e-6  # of a step or a period: as much beside is rounding
-_ROUNDING = 1e-12  # of a time
-_LARGEST = 1e100  # beyond it products overflow
-_MAY_MISS = ("energy_residual", "smallest_step")  # of the cost
+_SAME_TIME = 1e-6  # share of a step or a period: times that differ by less are the same
+_ROUNDING = 1e-12  # share of a time
+_LARGEST = 1e100  # SI; products of larger numbers overflow
+_MAY_MISS = ("energy_residual", "smallest_step")  # fields of ``Cost`` that may be absent
 
 
 def check_stored(trajectory: Trajectory, source: object) -> None:
-    """Refuse a motion from a file whose arrays do not belong together, as in one that was changed.
+    """Refuse a motion from a file whose arrays do not fit together, for example after the file was changed.
 
-    The ModelError has the first number, length, label or time that no motion of this layout has.
+    The ModelError names the first number, length, label or time that is impossible for a motion of this layout.
     """
     for checked in (_of_grid, _of_samples, _of_events, _of_auxiliaries, _of_records):
         for name, value, rule in checked(trajectory):
@@ -27,11 +27,11 @@ def check_stored(trajectory: Trajectory, source: object) -> None:
 
 
 _Fault = tuple[str, str, str]
-"""Name of an array, what is wrong of it, and what it must be."""
+"""Name of an array, its wrong value, and the rule for it."""
 
 
 def _of_grid(t: Trajectory) -> Iterator[_Fault]:
-    """Yield what is wrong of the grid of samples."""
+    """Yield faults of the grid of samples."""
     for name, value, least in (
         ("samples_per_cycle", t.samples_per_cycle, 1),
         ("cycles", t.cycles, 1),
@@ -53,7 +53,7 @@ def _of_grid(t: Trajectory) -> Iterator[_Fault]:
 
 
 def _of_samples(t: Trajectory) -> Iterator[_Fault]:
-    """Yield what is wrong of the samples."""
+    """Yield faults of the samples."""
     count = t.time.size
     bodies = len(t.layout.inertia_names)
     elements = len(t.layout.element_names)
@@ -76,7 +76,7 @@ def _of_samples(t: Trajectory) -> Iterator[_Fault]:
 
 
 def _of_events(t: Trajectory) -> Iterator[_Fault]:
-    """Yield what is wrong of the log of crossings."""
+    """Yield faults of the log of crossings."""
     log = t.events
     count = log.time.size
     for name in ("time", "velocity", "clearance", "from_region", "to_region", "force_integral"):
@@ -98,7 +98,7 @@ def _of_events(t: Trajectory) -> Iterator[_Fault]:
 
 
 def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
-    """Yield what is wrong of the states of sliders and limiters, and of all crossings in their order."""
+    """Yield faults of the states of sliders and limiters, and of the order of all crossings."""
     count = len(t.layout.auxiliary_names)
     if t.auxiliaries is None:
         if count:
@@ -126,13 +126,13 @@ def _of_auxiliaries(t: Trajectory) -> Iterator[_Fault]:
         upward = (t.events.to_region > t.events.from_region)[crossed]
         if not np.array_equal(log.upward[log.watch == k], upward):
             yield "auxiliaries/watch", f"other crossings of {name}", "must be those of events, in their order"
-    # what sliders remember at every crossing
+    # stretch of the sliders' springs at every crossing
     if log.memory.ndim != 2 or len(log.memory) != log.time.size or not np.isfinite(log.memory).all():
         yield "auxiliaries/stretched", f"{log.memory.shape}", "must be finite numbers, one row a crossing"
 
 
 def _of_records(t: Trajectory) -> Iterator[_Fault]:
-    """Yield what is wrong of the cost, the notes and the energy."""
+    """Yield faults of the cost, the notes and the energy."""
     for name, value in vars(t.cost).items():
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         fits = isinstance(value, str) if name == "algorithm" else is_number or (value is None and name in _MAY_MISS)
@@ -154,7 +154,7 @@ def _of_records(t: Trajectory) -> Iterator[_Fault]:
 def _of_shape(
     name: str, array: Array | IntArray, shape: tuple[int, ...], *, may_be_unknown: bool = False
 ) -> Iterator[_Fault]:
-    """Yield another shape, what is no number, and what is not finite."""
+    """Yield a wrong shape, a value that is not a number, and a value that is not finite."""
     if array.dtype.kind not in "fiu":
         yield name, f"of type {array.dtype}", "must be numbers"
     if array.shape != shape:
@@ -178,14 +178,14 @@ def _of_labels(layout: Layout, clearance: int, name: str, labels: IntArray) -> I
 
 
 def _of_indices(name: str, indices: IntArray, count: int) -> Iterator[_Fault]:
-    """Yield an index that counts nothing."""
+    """Yield an index that is out of range."""
     wrong = (indices < 0) | (indices >= count)
     if wrong.any():
         yield name, f"{indices[wrong][0]}", f"must be less than {count}, and not below 0"
 
 
 def _of_times(name: str, time: Array, t: Trajectory) -> Iterator[_Fault]:
-    """Yield a time of a crossing that is not within the samples, or before the one in front of it."""
+    """Yield a time of a crossing that is outside the samples, or earlier than the crossing before it."""
     slack = _SAME_TIME * t.layout.period
     wrong = (time < t.time[0] - slack) | (time > t.end + slack)
     wrong[1:] |= time[1:] < time[:-1] - slack

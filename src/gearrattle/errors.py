@@ -1,7 +1,7 @@
 """Exceptions of the package, all derived from ``GearRattleError``.
 
 Every message a user can meet names the *place* (file, line, key, or element and time), the *value* found, the *rule*
-it breaks and the *remedy*. Takes nothing from other packages; every package above may raise these.
+it breaks and the *remedy*. This module imports no other module of the package, so every module may raise these.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class Problem:
     place
         where, e.g. ``"case3.toml:12: coupling.clutch.stiffness"``.
     value
-        what was found, as the user wrote it; empty if something is absent.
+        the wrong value as the user wrote it; empty if something is absent.
     rule
         what is allowed.
     remedy
         what to do, e.g. ``'did you mean "hub"?'``; may be empty.
     location
-        keys and 0-based indices of the value in the tables of a file; empty where it is in none.
+        keys and 0-based indices of the value in the tables of a file; empty if the value is not in a file.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class Problem:
 
 
 MOST_SHOWN = 20
-"""Problems that a message lists: more are not read, and a page of thousands takes seconds to draw."""
+"""Number of problems that a message lists: nobody reads more, and a page of thousands takes seconds to draw."""
 
 
 def shown_problems(problems: Iterable[Problem]) -> list[Problem]:
@@ -97,7 +97,7 @@ def shown_problems(problems: Iterable[Problem]) -> list[Problem]:
 class ModelError(GearRattleError):
     """Bad input: a model file, a model or a call's arguments.
 
-    ``problems`` are all that were found, not only the first; as a text it lists twenty and counts the others.
+    ``problems`` holds all problems, not only the first; the text of the error lists twenty and counts the others.
 
     Examples
     --------
@@ -127,7 +127,7 @@ class ConvergenceError(GearRattleError):
     time
         model time of the failure [s]; NaN where time plays no part.
     state
-        what was known then, by name.
+        values of the computation at the failure, by name.
     remedy
         what to try.
 
@@ -148,7 +148,7 @@ class ConvergenceError(GearRattleError):
 
 
 class SchedulerLost(GearRattleError):
-    """The scheduler of a long computation is gone; what was kept stays, and the computation can be resumed."""
+    """The scheduler of a long computation no longer answers; saved results remain, and the computation can resume."""
 
 
 class Cancelled(GearRattleError):
@@ -157,7 +157,7 @@ class Cancelled(GearRattleError):
     Attributes
     ----------
     kept
-        what of it has been kept, and how to go on; empty if nothing was written.
+        which results are saved, and how to resume; empty if nothing was written.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files that are read: regular ones only, under folders that are allowed, no larger than memory can bear.
+"""Safe reading of files: only regular files, only in allowed folders, and not larger than the memory.
 
 A path in an input file may name anything: a pipe that never ends, a device, a file that the reader must not see, or a
 few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library opens it.
@@ -21,21 +21,21 @@ from typing import Any, BinaryIO, TextIO
 from gearrattle.errors import ModelError, Problem
 
 LIMIT = "GEARRATTLE_READ_LIMIT"
-"""Environment variable: how many bytes of a measured file, unpacked, are read at most."""
-_DEFAULT_LIMIT = 1_000_000_000
+"""Environment variable: largest size of a measured file, unpacked, that is read [bytes]."""
+_DEFAULT_LIMIT = 1_000_000_000  # bytes
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 
 _HEAP = b"GCOL\x01\0\0\0"
 _MOST_SEARCHED = 200_000_000  # bytes, for all heaps together: a tenth of a second
 _MOST_CHUNKS = 10_000
-_EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file states wrong places
-_FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
+_EDGE = 100_000  # bytes at both ends of a dataset that are searched for heaps: a damaged file states wrong positions
+_FLAGS = 3  # index of a byte in an encoded HDF5 type: after two bytes of the encoding, one of version and class
 
 _ROOTS: ContextVar[tuple[Path, ...]] = ContextVar("roots", default=())
 
 
 class Refused(OSError):
-    """A file that is not opened, for the rule it breaks; the remedy may be empty."""
+    """A file that is not opened because it breaks a rule; the remedy may be empty."""
 
     def __init__(self, rule: str, remedy: str = "") -> None:
         super().__init__(0, rule)
@@ -53,7 +53,7 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
     OSError
         no such file, or the machine refused.
     ValueError
-        no possible name of a file.
+        the text cannot be the name of a file.
     """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -78,8 +78,10 @@ def _loop() -> Refused:
 
 
 def _resolved(path: Path) -> Path:
-    """Return a path without symbolic links; Refused where they lead back to themselves, of which Python 3.11 makes a
-    ``RuntimeError`` and Python 3.13 nothing.
+    """Return a path without symbolic links.
+
+    Refused for a link that leads back to itself, for which Python 3.11 raises a ``RuntimeError`` and Python 3.13 no
+    error.
     """
     try:
         path.stat()
@@ -108,8 +110,8 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def limit() -> int:
-    """Return how many bytes of a file, unpacked, are read at most; Refused if the environment variable holds no number
-    of bytes.
+    """Return the largest size of a file, unpacked, that is read [bytes]; Refused if the environment variable does not
+    hold a number.
     """
     text = os.environ.get(LIMIT, "")
     if not text:
@@ -138,17 +140,18 @@ def check_archive(path: str | os.PathLike[str]) -> None:
 
 
 def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
-    """Open an HDF5 file (``h5py.File``), unless it points elsewhere or its datasets are larger than the limit together.
+    """Open an HDF5 file (``h5py.File``) after checking that it has no external data and is within the limit.
 
     Parameters
     ----------
     in_parts
-        whether the caller reads bounded parts of datasets, so that their size does not matter.
+        whether the caller reads bounded parts of datasets, so that their total size does not matter.
 
     Raises
     ------
     Refused
-        external links, external storage, virtual datasets, too large, or damaged; and as ``opened``.
+        the file has external links, external storage or virtual datasets, is larger than the limit, or is damaged; and
+        as ``opened``.
     """
     import h5py
 
@@ -179,8 +182,9 @@ def _check_hdf5(file: Any, *, in_parts: bool) -> None:
 
 
 def _check_types(item: Any) -> None:
-    """Refuse a dataset or an attribute of variable length that is neither a sequence nor a string: the library ends the
-    process on such a type (HDF5 2.0.0).
+    """Refuse a dataset or an attribute of variable length that is neither a sequence nor a string.
+
+    The library ends the process on such a type (HDF5 2.0.0).
     """
     import h5py
 
@@ -198,8 +202,9 @@ def _check_types(item: Any) -> None:
 
 
 def _check_fill(item: Any) -> None:
-    """Refuse a dataset whose fill value has a size without a value, or the reverse: the library ends the process on it
-    (HDF5 2.0.0).
+    """Refuse a dataset whose fill value has a size but no value, or a value but no size.
+
+    The library ends the process on such a dataset (HDF5 2.0.0).
     """
     try:
         item.id.get_create_plist().fill_value_defined()
@@ -210,21 +215,22 @@ def _check_fill(item: Any) -> None:
 
 
 def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
-    """Refuse an HDF5 file with a global heap in which the library would not get on.
+    """Refuse an HDF5 file with a global heap that the library would read for ever.
 
-    Strings of any length lie in global heaps: a header of 8 bytes and the heap's size, then objects, each with its
-    index (2 bytes), 6 bytes of counts and its size. The library goes from object to object by their sizes, for ever
-    if one is zero or so large that it overflows (HDF5 2.0.0, H5HG__cache_heap_deserialize). The free space of a heap
-    has index 0 and a size that counts its own header. The inside of large datasets is not searched for heaps. Format:
-    The HDF Group, HDF5 File Format Specification 3.0, III.E.
+    Strings of variable length are stored in global heaps: a header of 8 bytes and the size of the heap, then objects
+    with an index (2 bytes), 6 bytes of counts and a size. The library steps from object to object by their sizes; it
+    never ends if a size is zero or so large that the sum overflows (HDF5 2.0.0, H5HG__cache_heap_deserialize). The free
+    space of a heap has index 0 and a size that includes its own header. The inside of large datasets is not searched
+    for heaps. Format: The HDF Group, HDF5 File Format Specification 3.0, III.E.
 
-    A string is stored as its length (4 bytes), the heap's address and the object's index (4 bytes); the library takes
-    as much memory as the length says. Such strings are looked for as well, except in files of very many heaps.
+    A dataset refers to a string by its length (4 bytes), the address of the heap and the index of the object (4 bytes);
+    the library allocates as much memory as the length says. These references are checked as well, except in files with
+    very many heaps.
 
     Raises
     ------
     Refused
-        such an object, or a string longer than the file.
+        the heap has an object with such a size, or a string is longer than the file.
     """
     import h5py
 
@@ -263,18 +269,18 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
                     raise Refused("is damaged: a string is longer than the file", "write it again")
         # lengths of other strings that refer to a heap
-        elsewhere = sorted([*heaps, *_numbers(file)])  # text and numbers: they may look like what is looked for
+        elsewhere = sorted([*heaps, *_numbers(file)])  # text and numbers may look like such a reference
         searched = size - sum(end - first for first, end in elsewhere)
         for begin, _ in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
             for at in _places(content, (begin - file.userblock_size).to_bytes(address, "little"), elsewhere):
                 length = int.from_bytes(content[max(0, at - 4) : at], "little")
                 index = int.from_bytes(content[at + address : at + address + 4], "little")
-                if length > size and 0 < index < 2**16:  # of a string in this heap
+                if length > size and 0 < index < 2**16:  # refers to a string in this heap
                     raise Refused("is damaged: a string is longer than the file", "write it again")
 
 
 def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> Iterator[int]:
-    """Yield where some bytes stand in a file, except for the insides of large datasets."""
+    """Yield the positions of a byte sequence in a file, except inside large datasets."""
     last = 0
     for first, end in [*insides, (len(content), len(content))]:
         while (last := content.find(what, last, first + len(what))) >= 0:
@@ -284,13 +290,13 @@ def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> 
 
 
 def _insides(file: Any) -> list[tuple[int, int]]:
-    """Where the insides of large datasets lie in an HDF5 file, ascending: begins and ends [bytes]."""
+    """Begin and end of the inside of every large dataset in an HDF5 file, ascending [bytes]."""
     extents = [(item.id.get_offset() or 0, item.id.get_storage_size()) for _, item in datasets(file)]
     return sorted((at + _EDGE, at + size - _EDGE) for at, size in extents if at and size > 4 * _EDGE)
 
 
 def _numbers(file: Any) -> list[tuple[int, int]]:
-    """Where the values of datasets lie in an HDF5 file that are no strings of any length: begins and ends [bytes]."""
+    """Begin and end of the values of every dataset in an HDF5 file except strings of variable length [bytes]."""
     import h5py
 
     regions = []
@@ -313,8 +319,9 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _objects(file: Any) -> Iterator[tuple[str, Any]]:
-    """Yield names, groups and datasets of an HDF5 file, in its order, without soft links and repetitions; Refused for
-    an external link, external storage or a virtual dataset.
+    """Yield names, groups and datasets of an HDF5 file in its order, every object once and without soft links.
+
+    Refused for an external link, external storage or a virtual dataset.
     """
     import h5py
 
@@ -350,9 +357,10 @@ def _objects(file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def private_folder(path: Path) -> bool:
-    """Make a folder that no other user can write, for files that are trusted later; say whether it is one now.
+    """Make a folder that no other user can write, for files that are trusted later; return whether this succeeded.
 
-    Its parent is made as well and held to the same: owned by this user, no symbolic link, mode 700.
+    The folder and its parent must be owned by this user, be no symbolic links and have mode 700; both are made if they
+    do not exist.
     """
     for folder in (path.parent, path):
         try:
@@ -362,7 +370,7 @@ def private_folder(path: Path) -> bool:
             if not stat.S_ISDIR(owner.st_mode) or (hasattr(os, "geteuid") and owner.st_uid != os.geteuid()):
                 return False
             if owner.st_mode & 0o022 and folder == path and any(path.iterdir()):
-                return False  # what is there may belong to another user
+                return False  # the existing path may belong to another user
             if owner.st_mode & 0o077:
                 folder.chmod(0o700)
         except OSError:
@@ -372,8 +380,9 @@ def private_folder(path: Path) -> bool:
 
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Allow files under a folder as well while the context is open, besides those allowed already; None: none.
-    ModelError if it is a symbolic link that leads back to itself.
+    """Also allow files under a folder while the context is open; None allows no further files.
+
+    ModelError if the folder is a symbolic link that leads back to itself.
     """
     try:
         roots = _ROOTS.get() if folder is None else (*_ROOTS.get(), _resolved(Path(folder)))
@@ -387,7 +396,7 @@ def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
 
 
 def allowed_roots() -> tuple[Path, ...]:
-    """Return the folders of ``allowed_root``, to be passed to another process, in which the context does not hold."""
+    """Return the folders of ``allowed_root``, to pass them to another process, where the context does not apply."""
     return _ROOTS.get()
 
 
@@ -397,15 +406,15 @@ def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> P
     Parameters
     ----------
     path
-        as it stands in the input file; relative to ``folder``.
+        as written in the input file; relative to ``folder``.
     folder
-        the folder of the input file. Files under it may be read; those under the working directory if that
-        holds the folder; those under the folders of ``allowed_root``.
+        the folder of the input file. Files may be read under this folder, under the folders of ``allowed_root`` and, if
+        the working directory contains this folder, under the working directory.
 
     Raises
     ------
     Refused
-        the file lies elsewhere. It is not opened.
+        the file is in another folder. It is not opened.
     """
     home = _resolved(Path(folder))
     working = Path.cwd()

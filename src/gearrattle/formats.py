@@ -1,8 +1,9 @@
-"""Formats of saved files: each file names its kind and a version, and a reader refuses what it cannot read.
+"""Formats of saved files: every file states its kind and version, and a reader refuses formats that it cannot read.
 
-The name is ``gearrattle KIND VERSION``: the attribute ``format`` of netCDF, HDF5 and Zarr, the key ``format`` of JSON,
-the entry ``format`` of .npz and .mat. A version rises when an earlier gearrattle would misread the file. Files that
-people write (models, studies, mappings, data) have the number ``schema`` in its place, checked where TOML is read.
+The format is ``gearrattle KIND VERSION``. It is the attribute ``format`` in netCDF, HDF5 and Zarr, the key ``format``
+in JSON, and the entry ``format`` in .npz and .mat. The version is raised when an earlier gearrattle would misread the
+file. Files that people write (models, studies, mappings, data) have the number ``schema`` instead, which is checked
+when the TOML file is read.
 docs/reference/formats.md describes the content of each kind.
 """
 
@@ -18,8 +19,8 @@ from gearrattle.errors import ModelError, Problem
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of saved file: the version that is written, how such a file is made anew, and the oldest version that can
-    be read, 0 if files of the first versions name no format.
+    """A kind of saved file: the version that is written, how the user can make such a file again, and the oldest
+    version that can be read (0 if files of the first versions state no format).
     """
 
     version: int
@@ -38,7 +39,7 @@ FORMATS = {
     "recording": Format(1, "write the recording again", oldest=0),
     "matrices": Format(1, "run gearrattle condense again", oldest=0),
 }
-"""Every kind of file that gearrattle writes in a format of its own."""
+"""Every kind of file that gearrattle writes in its own format."""
 
 
 def format_name(kind: str) -> str:
@@ -48,15 +49,17 @@ def format_name(kind: str) -> str:
 
 @cache
 def version_of(package: str) -> str:
-    """Return the version of an installed distribution, or raise PackageNotFoundError; read once, for its metadata is
-    parsed as a whole, which takes 5 ms.
+    """Return the version of an installed distribution, or raise PackageNotFoundError.
+
+    The result is cached, because parsing the metadata takes 5 ms.
     """
     return metadata.version(package)
 
 
 def check_format(name: object, source: object, *kinds: str) -> None:
-    """Refuse a file of another kind, or of a version that is not read (ModelError with what to do); ``name`` is its
-    format, empty if the file has none.
+    """Refuse a file of another kind, or of a version that cannot be read (ModelError with a remedy).
+
+    ``name`` is the format of the file, empty if the file states none.
     """
     text = str(name)
     if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):

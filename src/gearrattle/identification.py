@@ -1,4 +1,4 @@
-"""Parameters from measurements: of measured modes and responses, of a recorded motion, of a torque-angle loop."""
+"""Parameters from measurements: from modes and responses, from a recorded motion, from a torque-angle loop."""
 
 from gearrattle.measured.fitting.fit import fit
 from gearrattle.measured.identification.loop_fit import fit_loop

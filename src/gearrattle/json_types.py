@@ -10,21 +10,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 Json: TypeAlias = "Mapping[str, Json] | Sequence[Json] | str | float | bool | None"
-"""What JSON can say: objects, arrays, texts, numbers, true, false and null."""
+"""The types of JSON: objects, arrays, texts, numbers, true, false and null."""
 
 TomlTable: TypeAlias = dict[str, Any]
-"""A table of a file, as ``tomllib`` reads it: what it may hold is the schema's business, not the type checker's."""
+"""A table of a file, as ``tomllib`` reads it; its content is checked against the schema, not by the type checker."""
 
 
 def json_value(value: object) -> Any:
-    """Return a value in JSON types: arrays become lists, dataclasses objects; what is not finite becomes None.
+    """Return a value in JSON types: arrays become lists, dataclasses objects, numbers that are not finite None.
 
     Examples
     --------
     >>> json_value({"ratio": float("inf"), "levels": (1.5, 2)})
     {'ratio': None, 'levels': [1.5, 2]}
     """
-    import numpy as np  # late: model files name these types, and reading one needs no arrays
+    import numpy as np  # imported here: reading a model file needs these types, but not NumPy
 
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {entry.name: json_value(getattr(value, entry.name)) for entry in dataclasses.fields(value)}
@@ -38,13 +38,13 @@ def json_value(value: object) -> Any:
 
 
 def parsed_json(content: bytes | str) -> Any:
-    """Return what a JSON text of others says, if it can be said again in JSON: numbers are finite, text is Unicode.
+    """Return the value of a JSON text from outside, if it can be written as JSON again: finite numbers, Unicode text.
 
     Raises
     ------
     ValueError
-        it is no JSON, holds NaN, an infinite or a very large whole number or half of a surrogate pair, or is nested
-        more than 64 deep.
+        the text is not JSON; holds NaN, an infinite or very large whole number, or half of a surrogate pair; or is
+        nested more than 64 levels deep.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def parsed_json(content: bytes | str) -> Any:
     return value
 
 
-_DEEPEST = 64
+_DEEPEST = 64  # levels
 _TOO_DEEP = f"it is nested more than {_DEEPEST} deep"
 
 
@@ -83,5 +83,5 @@ def _refuse_constant(word: str) -> float:
 
 
 def json_text(value: object) -> str:
-    """Return a value as indented JSON text; ``json_value`` says which values have one."""
+    """Return a value as indented JSON text, converted by ``json_value``."""
     return json.dumps(json_value(value), indent=2, ensure_ascii=False, allow_nan=False)

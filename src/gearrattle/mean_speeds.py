@@ -1,8 +1,9 @@
-"""Mean speeds of the bodies of a driveline over that of one of them, from radii and arms.
+"""Ratios of the mean speed of every body to that of a reference body, from radii and arms.
 
-Nothing deflects on the mean: an element between two bodies settles the speed of one by that of the other, element by
-element from the reference body; where elements close a loop the shortest way counts. Elements of three bodies, and
-gears on the ground, settle what is left, all of them together.
+The mean deflection rate of an element is zero. So an element between two bodies determines the mean speed of one body
+from that of the other, step by step from the reference body; where elements form a loop, the path with the fewest
+elements counts. The remaining speeds follow from elements of three bodies and gears on the ground, by one system of
+linear equations.
 """
 
 from __future__ import annotations
@@ -17,20 +18,21 @@ _SETTLED = 1e-9
 
 
 class Kinematics(NamedTuple):
-    """What settles mean speeds, of m elements on n bodies.
+    """The data that determine mean speeds, for m elements on n bodies.
 
     Attributes
     ----------
     rows
         (m, n) deflections from angles [m or 1].
     between
-        (m, 2) indices of the bodies an element lies between; -1 is ground.
+        (m, 2) indices of the two bodies of every element; -1 is ground.
     radii
-        (m, 2) base radii [m]; 1, 1 of an element that is an angle.
+        (m, 2) base radii [m]; 1, 1 for an element whose deflection is an angle.
     is_mesh
-        (m,) whether it is a gear mesh.
+        (m,) whether the element is a gear mesh.
     has_stiffness
-        (m,) whether it has a slope anywhere; pure dampers settle only what nothing else does.
+        (m,) whether the element has stiffness in any piece; pure dampers determine only the speeds that no other
+        element determines.
     """
 
     rows: Array
@@ -41,9 +43,9 @@ class Kinematics(NamedTuple):
 
 
 def mean_speed_ratios(kinematics: Kinematics, reference: int) -> Array:
-    """Return (n,) every body's mean speed over that of a reference body; NaN where nothing settles it.
+    """Return (n,) ratio of every body's mean speed to that of a reference body; NaN where no element determines it.
 
-    A body of a set that a coupling ties to ground is at rest.
+    A body of a planetary set that a coupling ties to ground is at rest.
     """
     count = kinematics.rows.shape[1]
     ratios = np.full(count, np.nan)
@@ -63,7 +65,7 @@ def mean_speed_ratios(kinematics: Kinematics, reference: int) -> Array:
 
 
 def _along_pairs(kinematics: Kinematics, pairs: NDArray[np.bool_], ratios: Array) -> None:
-    """Go from known bodies through elements of two bodies."""
+    """Determine ratios from bodies with known ratios, through elements of two bodies."""
     between = kinematics.between
     radii = kinematics.radii
     reached = np.flatnonzero(~np.isnan(ratios)).tolist()
@@ -78,7 +80,7 @@ def _along_pairs(kinematics: Kinematics, pairs: NDArray[np.bool_], ratios: Array
 
 
 def _within_sets(rows: Array, ratios: Array) -> None:
-    """Solve rows @ ratios = 0 for the bodies that it settles."""
+    """Solve rows @ ratios = 0 for the unknown ratios that have a unique solution."""
     unknown = np.flatnonzero(np.isnan(ratios) & np.any(rows != 0.0, axis=0))
     if not unknown.size:
         return

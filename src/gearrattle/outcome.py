@@ -1,6 +1,6 @@
-"""Return codes of kernels: how a computation ended, which its caller turns into words.
+"""Return codes of kernels: how a computation ended.
 
-Kernels cannot raise exceptions.
+Kernels cannot raise exceptions; the caller turns the code into a message.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import IntEnum
 
 
 class Outcome(IntEnum):
-    """What a kernel reports when it hands control back."""
+    """The return code of a kernel."""
 
     DONE = 0
     SLICE_SPENT = 1
@@ -25,7 +25,7 @@ class Outcome(IntEnum):
 
     @property
     def advice(self) -> str:
-        """What the caller should try; empty where nothing went wrong."""
+        """What the user should try; empty if nothing went wrong."""
         return _ADVICE.get(self, "")
 
 

@@ -2,14 +2,14 @@
 
 This is Fig. 1 of C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle
 Analysis", ASME J. Mech. Design 117 (1995) 185-192, as a program: linear eigensolution, pre-processing, nonlinear
-simulation, evaluation. The engineer closes the loop, by changing the model and running again.
+simulation, evaluation. The engineer then changes the model and runs the procedure again.
 
-    1. where the driveline rests       equilibrium: static deflections, and which clearances are closed
-    2. how it would vibrate            modes: about that rest, and with every clearance closed
-    3. what to expect                  advise: lumping, scaling, stiffness, regimes, algorithm, cost
-    4. what it really does             simulate: every crossing of every corner
-    5. whether it rattles              criteria: a verdict with its rule, worst part first
-    6. whether we knew                 scores: every forecast against the run
+    1. static equilibrium       equilibrium: static deflections, and which clearances are closed
+    2. linear vibration         modes: about the equilibrium, and with every clearance closed
+    3. forecasts                advise: lumping, scaling, stiffness, regimes, algorithm, cost
+    4. motion                   simulate: every crossing of every corner
+    5. evaluation               criteria: a verdict with its rule, worst part first
+    6. check of the forecasts   scores: every forecast against the run
 """
 
 from __future__ import annotations
@@ -41,26 +41,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Findings(Result):
-    """Everything one pass through the procedure found out; ``gearrattle.run`` returns it.
+    """All results of one pass through the procedure; ``gearrattle.run`` returns them.
 
     Attributes
     ----------
     model
         the driveline.
     equilibrium
-        static rest under the mean loads.
+        static equilibrium under the mean loads.
     modes
-        natural frequencies and shapes about that rest, each clearance in the region it rests in.
+        natural frequencies and shapes about the equilibrium, each clearance in its region at the equilibrium.
     modes_contact
         the same with every clearance in full contact.
     motion
         the motion, its events, notes and cost.
     verdict
-        the judgement.
+        the verdict on the motion.
     advice
-        what was advised before the run; None if its pilot failed, and under records or a sweep.
+        the advice before the run; None if the pilot run of the advice failed, and under records or a sweep.
     scores
-        its forecasts compared with the run.
+        comparison of the forecasts in the advice with the run.
 
     Examples
     --------
@@ -80,13 +80,13 @@ class Findings(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Everything that is noted, by the advice, the run, the equilibrium and the criteria, once each."""
+        """The notes of the advice, the run, the equilibrium and the criteria, without repetitions."""
         advised = () if self.advice is None else self.advice.notes
         return tuple(dict.fromkeys([*advised, *self.motion.notes, *self.equilibrium.notes, *self.verdict.notes]))
 
     @cached_property
     def cause(self) -> Cause | None:
-        """Which orders of the excitation move the driver of what rattles, and through which mode; None as ``gr.cause``.
+        """The orders of the excitation that accelerate the driver of the rattling parts; None as ``gr.cause``.
 
         Estimated when it is first shown.
         """
@@ -119,15 +119,14 @@ def run(
     model
         the driveline.
     algorithm, cycles, samples_per_cycle, discard, tolerance, step, initial
-        settings as of ``simulate``; None
-        leaves each to the model file, then to its default.
+        settings as of ``simulate``; None takes the value in the model file, or else the default.
     negligible
-        below which sizes an impact is a touch, as ``[criteria] negligible`` of a model file; what is left out is as
-        the model says.
+        sizes below which an impact is a touch, as ``[criteria] negligible`` of a model file; sizes left out are those
+        of the model.
     progress
-        called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
+        called repeatedly with the finished share of the simulation, 0 to 1; may raise to cancel.
     phase
-        called with words as another part of the procedure begins.
+        called with the name of every part of the procedure when this part begins.
 
     Returns
     -------
@@ -184,19 +183,21 @@ def run(
 
 
 def judged(motion: Run) -> Findings:
-    """Carry out the procedure on a motion that has been simulated, perhaps saved and opened again; without advice."""
+    """Carry out the procedure, without advice, for a motion that is already simulated or opened from a file."""
     return Findings(motion.model, *_linear(motion.model), motion, criteria(motion))
 
 
 def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
-    """Static rest, and modes about it and with every clearance closed."""
+    """Static equilibrium, modes about it, and modes with every clearance closed."""
     rest = equilibrium(model)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
     return rest, modes(model, region=rest.region), in_contact
 
 
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
-    """Advice on the run planned; None where its pilot fails, which the run may not, and without one speed."""
+    """Advice on the planned run; None for a model without one constant speed, and if the pilot run of the advice fails
+    (the run itself may still succeed).
+    """
     if unsteady_inputs(model):
         return None
     try:

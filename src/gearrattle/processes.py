@@ -1,12 +1,12 @@
-"""Processes that end with the one that started them, however early that ends.
+"""Processes that end when the process that started them ends, even if that happens during their start.
 
-A spawned process imports the main module of its parent and what its task needs: seconds in which the parent may be
-killed. Therefore it watches its parent before it imports any of that. Unpickling a ``Worker`` begins with ``_arrived``,
-which gets the parent's id. ``multiprocessing`` would import the main module even earlier, so that module is hidden from
-it, and ``_arrived`` imports it.
+A spawned process imports the main module of its parent and the modules for its task. This takes seconds, in which the
+parent may be killed. Therefore the process watches its parent before these imports. Unpickling a ``Worker`` begins with
+``_arrived``, which gets the parent's id. ``multiprocessing`` would import the main module even earlier, so the main
+module is hidden from it, and ``_arrived`` imports it.
 
-On Linux, processes can be forked from one that has imported what they use: ``multiprocessing``'s fork server. It has
-one thread, so that a fork is safe. On macOS, libraries of the system are not safe after a fork.
+On Linux, processes can be forked from a process that has already imported the modules: the fork server of
+``multiprocessing``. It has one thread, so a fork is safe. On macOS, libraries of the system are not safe after a fork.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from multiprocessing.context import BaseContext, SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any, ClassVar
 
-_LOOKING = 0.2  # seconds between two looks at whether the parent lives
+_LOOKING = 0.2  # s, between two checks whether the parent lives
 _FORKED_FROM = threading.Event()
-"""Set where other processes are forked from this one, which therefore has one thread and no children of its own."""
+"""Set in the process from which others are forked; it must have one thread and start no processes for its own work."""
 _HIDDEN = threading.Lock()
-"""Held while the main module is hidden, so that of two threads that start processes the second finds it again."""
+"""Held while the main module is hidden, so that another thread that starts a process waits until it is back."""
 
 
 class _Process(BaseProcess):
-    """A process that ends with the one that started it, and leaves Ctrl-C to it."""
+    """A process that ends with the process that started it, and ignores Ctrl-C, which that process handles."""
 
     imports_main: ClassVar[bool] = True
-    """Whether it imports the main module of its parent."""
+    """Whether the process imports the main module of its parent."""
 
     is_child: ClassVar[bool] = True
-    """Whether its parent is the process that started it, and not one that it is forked from."""
+    """Whether the operating system's parent is the process that started it, not the one from which it is forked."""
 
     def start(self) -> None:
-        """Start it; ``multiprocessing`` does not see a main module meanwhile."""
+        """Start the process, with the main module hidden from ``multiprocessing``."""
         with _HIDDEN:
             known = spawn.get_preparation_data(self.name) if self.imports_main else {}
             self._main = {name: value for name, value in known.items() if name.startswith("init_main")}
@@ -48,15 +48,14 @@ class _Process(BaseProcess):
             hidden: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
             try:
                 main.update(dict.fromkeys(hidden.keys() & {"__spec__"}))
-                main.pop(
-                    "__file__", None
-                )  # absent, not None: inspect, in other threads, takes a module of None for built in
+                # absent, not None: in other threads, inspect takes None for a built-in module
+                main.pop("__file__", None)
                 super().start()
             finally:
                 main.update(hidden)
 
     def __reduce__(self) -> tuple[Callable[..., BaseProcess], tuple[Any, ...], dict[str, Any]]:
-        """Let the new process watch this one before it imports or reads anything else."""
+        """Return how to unpickle: the new process watches this one before it imports or reads anything else."""
         return _arrived, (type(self), os.getpid() if self.is_child else None, self._main), self.__dict__
 
 
@@ -65,21 +64,21 @@ class Worker(_Process, SpawnProcess):
 
 
 class Workers(SpawnContext):
-    """Starts such processes."""
+    """Context that starts ``Worker`` processes."""
 
     Process = Worker
 
 
-class _Apart(Worker):
-    """A spawned process that imports nothing of the main module."""
+class _WorkerWithoutMain(Worker):
+    """A spawned process that does not import the main module."""
 
     imports_main: ClassVar[bool] = False
 
 
 class WorkersWithoutMain(Workers):
-    """Starts processes that import nothing of the main module."""
+    """Context that starts processes that do not import the main module."""
 
-    Process = _Apart
+    Process = _WorkerWithoutMain
 
 
 if sys.platform == "linux":
@@ -96,7 +95,7 @@ if sys.platform == "linux":
 
 
 def warm_processes(module: str) -> BaseContext:
-    """Return a context whose processes import nothing of the main module."""
+    """Return a context whose processes do not import the main module, but on Linux begin with ``module`` imported."""
     if sys.platform != "linux":
         return WorkersWithoutMain()
     context = _Forking()
@@ -106,9 +105,9 @@ def warm_processes(module: str) -> BaseContext:
 
 @contextmanager
 def becoming_warm() -> Iterator[None]:
-    """Within it the process that others are to be forked from ends with its parent, and leaves Ctrl-C to it.
+    """Context in which a process prepares to be the fork server: it ends with its parent and ignores Ctrl-C.
 
-    Afterwards it has no other thread; the fork server ends when nobody can ask it any more.
+    After the context it has one thread again; the fork server ends when no process is connected to it.
     """
     _FORKED_FROM.set()
     interrupted = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -124,12 +123,12 @@ def becoming_warm() -> Iterator[None]:
 
 
 def may_start_others() -> bool:
-    """Whether this process may start others for its own work: it is none that others started or are forked from."""
+    """Whether this process may start others for its own work: not in a child process, nor in the fork server."""
     return multiprocessing.parent_process() is None and not _FORKED_FROM.is_set()
 
 
 def _arrived(kind: type[BaseProcess], parent: int | None, main: dict[str, Any]) -> BaseProcess:
-    """Begin a process: watch the parent, then import its main module; the rest is not read yet."""
+    """Begin a process: watch the parent, then import its main module, before the rest of the pickle is read."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with, args=(parent or os.getppid(), threading.Event()), daemon=True).start()
     spawn.prepare(main)
@@ -137,13 +136,13 @@ def _arrived(kind: type[BaseProcess], parent: int | None, main: dict[str, Any]) 
 
 
 def _leave_with(parent: int, no_more: threading.Event) -> None:
-    """End this process once its parent is no more: its results would be lost."""
+    """End this process when its parent has ended, because nobody would receive its results."""
     while not no_more.wait(_LOOKING):
         if _has_gone(parent):
             os._exit(1)
 
 
 def _has_gone(parent: int) -> bool:
-    """Whether the parent has ended; where a process keeps the id of a dead parent, its end of a pipe tells."""
+    """Whether the parent has ended; on systems where the parent's id does not change then, a closed pipe shows it."""
     leader = multiprocessing.parent_process()
     return os.getppid() != parent or (leader is not None and not leader.is_alive())

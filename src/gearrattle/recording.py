@@ -1,11 +1,11 @@
 """A recording: named channels over one time axis, measured on a rig or taken from a simulated motion.
 
-Metrics, spectra and validation ask for a *quantity* of a *subject*, such as the velocity of the flywheel, and need not
-know its source. The quantities, in SI:
+Metrics, spectra and validation read a *quantity* of a *subject*, such as the velocity of the flywheel, in the same way
+from both sources. The quantities, in SI:
 
     angle [rad], velocity [rad/s], acceleration [rad/s^2]       of an inertia
     deflection [rad or m], force [N m or N], torque [N m]       of an element; torque also on an inertia
-    surface acceleration [m/s^2], sound pressure [Pa]           of a place outside the driveline
+    surface acceleration [m/s^2], sound pressure [Pa]           at a point outside the driveline
     speed [rad/s], shaft angle [rad], pulses [1]                of the reference shaft: mean rotation included
 """
 
@@ -37,12 +37,12 @@ QUANTITIES = (
     "shaft angle",
     "pulses",
 )
-"""What a channel may hold."""
+"""Quantities of a channel."""
 
-_UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform sampling, unless times are rounded
-_COARSEST = 0.05  # of a sample interval: a last digit worth more says too little about the sampling
+_UNEVEN = 1e-6  # share of a sample interval: steps that differ by more are not uniform, unless times are rounded
+_COARSEST = 0.05  # share of a sample interval: largest unit of the last digit that still shows uniform sampling
 _MOST_DECIMALS = 22
-_PIECE = 250_000  # times that are looked at together: what is made of them is small against a long record
+_PIECE = 250_000  # times that are processed together, so that temporary arrays are small against a long record
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,13 @@ class Channel:
     Attributes
     ----------
     name
-        what it is called; unique in its recording.
+        name of the channel; unique in its recording.
     quantity
-        one of ``QUANTITIES``; empty where a file does not say it.
+        one of ``QUANTITIES``; empty if the file does not state it.
     subject
-        the inertia, element or place it is about; empty where the recording does not say.
+        the inertia, element or point that was measured; empty if the recording does not state it.
     unit
-        SI unit of the values, "1" for pure numbers; the file's where the quantity is empty.
+        SI unit of the values, "1" for pure numbers; the unit in the file if the quantity is empty.
     values
         (N,).
 
@@ -87,9 +87,9 @@ class Recording:
     channels
         in the order of their source.
     source
-        where it came from, in words: a file's name, an algorithm.
+        source of the recording in words: the name of a file, an algorithm.
     notes
-        what the user must know about it.
+        what the user must know about the recording.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class Recording:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse two channels of one name."""
+        """Refuse two channels with the same name."""
         first: dict[str, int] = {}
         for number, name in enumerate(self.names):
             if (before := first.setdefault(name, number)) < number:
@@ -124,10 +124,11 @@ class Recording:
 
     @property
     def interval(self) -> float | None:
-        """Sample interval [s]; None where the samples are not uniform, or fewer than two.
+        """Sample interval [s]; None if the samples are not uniform, or fewer than two.
 
-        Times are uniform if their steps are alike within 1e-6, or if they are off a uniform grid by no more than the
-        rounding of the last digit that they are written with, which may be a twentieth of the interval at most.
+        Times are uniform if all their steps agree within 1e-6 of the interval, or if they differ from a uniform grid by
+        no more than the rounding of their last written digit. One unit of this digit may be at most 1/20 of the
+        interval.
         """
         if self.time.size < 2:
             return None
@@ -135,12 +136,12 @@ class Recording:
         return mean if are_even(self.time, mean) or _is_rounded(self.time, mean) else None
 
     def __getitem__(self, name: str) -> Channel:
-        """Return the channel of a name."""
+        """Return a channel by its name."""
         known = self._known(name)
         return next(channel for channel in self.channels if channel.name == known)
 
     def find(self, quantity: str, subject: str = "") -> Channel | None:
-        """Return the first channel of a quantity and, unless that is empty, of a subject; None if there is none."""
+        """Return the first channel with a quantity and, unless ``subject`` is empty, a subject; None if none has."""
         for channel in self.channels:
             if channel.quantity == quantity and subject in ("", channel.subject):
                 return channel
@@ -170,7 +171,7 @@ class Recording:
         return replace(self, **changes)  # type: ignore[arg-type]
 
     def _known(self, name: str) -> str:
-        """Return a name that is there, or refuse."""
+        """Return the name of a channel that exists; ModelError for another name."""
         if name in self.names:
             return name
         remedy = f"the channels are {', '.join(self.names)}"
@@ -178,7 +179,7 @@ class Recording:
 
 
 def are_even(time: Array, interval: float) -> bool:
-    """Tell whether the steps of times [s] are alike: each is the interval, within 1e-6 of it."""
+    """Return whether all steps of times [s] equal the interval within 1e-6 of it."""
     return all(
         bool(np.all(np.abs(np.diff(time[begin : begin + _PIECE + 1]) - interval) <= _UNEVEN * interval))
         for begin in range(0, time.size - 1, _PIECE)
@@ -186,10 +187,10 @@ def are_even(time: Array, interval: float) -> bool:
 
 
 def _is_rounded(time: Array, interval: float) -> bool:
-    """Tell whether times are those of a uniform grid, each rounded to the last digit that it is written with.
+    """Return whether times are a uniform grid, every time rounded to its last written digit.
 
-    With the grid through the first and the last time, t_k is off by at most q_k/2 + (1 - s) q_0/2 + s q_n/2: a unit of
-    the last digit is worth q, and s = (t_k - t_0) / (t_n - t_0).
+    Let q be one unit of the last digit, and s = (t_k - t_0) / (t_n - t_0). From the grid through the first and the last
+    time, t_k then differs by at most q_k/2 + (1 - s) q_0/2 + s q_n/2.
     """
     worth = _Digits(time)
     ends = worth.of(time[[0, -1]])
@@ -207,10 +208,11 @@ def _is_rounded(time: Array, interval: float) -> bool:
 
 
 class _Digits:
-    """What a unit of the last digit of every time is worth [s], at most.
+    """Upper bound of one unit of the last written digit, for every time [s].
 
-    The fewest decimals that write all times of a decade bound it. A column has as many decimals everywhere, or as many
-    digits, so that a decade has one decimal less than the one below: neighbouring decades bound each other.
+    In one decade, the bound follows from the fewest decimals that represent all its times. A column of a file has the
+    same number of decimals in all decades, or the same number of digits; then every decade has one decimal less than
+    the decade below. So the bounds of neighbouring decades limit each other.
     """
 
     def __init__(self, time: Array) -> None:
@@ -230,17 +232,17 @@ class _Digits:
         self._worth = np.minimum.accumulate(worth / step) * step
 
     def _decades(self, size: Array) -> NDArray[np.int64]:
-        """Return the decades of numbers above zero; zero has that of the smallest."""
+        """Return the decades of numbers; zero has the decade of the smallest number above zero."""
         return np.floor(np.log10(np.maximum(size, self._smallest))).astype(np.int64)
 
     def of(self, time: Array) -> Array:
-        """Return it for some of the times."""
+        """Return the bound for some of the times."""
         at = np.searchsorted(self._known, self._decades(np.abs(time)))
         return np.asarray(self._worth[at], dtype=np.float64)
 
 
 def _decimals(numbers: Array, least: int) -> int:
-    """The fewest decimals, from a number of them on, that write numbers up to the rounding of a double."""
+    """The fewest decimals, at least ``least``, that represent numbers up to the rounding of a double."""
     for decimals in range(least, _MOST_DECIMALS):
         scaled = numbers * 10.0**decimals
         if np.all(np.abs(scaled - np.rint(scaled)) <= 4.0 * np.finfo(np.float64).eps * scaled):

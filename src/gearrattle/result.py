@@ -1,12 +1,12 @@
 """Base class of results: title, sentence, notes, data, tables, figures, files.
 
-A result has a title, one sentence that says what came out, notes, its numbers as an xarray Dataset, tables and figures;
-it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; words, tables
-and figures of a kind are defined once, far above. What shows results registers itself here (``show_results_by``), by a
-function that is called when a result is shown, so that a simulation does not load it.
+A result has a title, a sentence with the answer, notes, its numbers as an xarray Dataset, tables and figures; it can be
+saved and shown in a notebook. The class of a result holds the numbers and names its ``kind``. The texts, tables and
+figures of every kind are defined in ``gearrattle.report``. That package registers itself here (``show_results_by``) by
+a function that is called when a result is shown, so that a simulation does not import it.
 
-DataFrames, Series and xarray objects are results as well: ``attrs["result"]`` names their kind, and ``gr.figures`` and
-``gr.save`` take them as any other.
+DataFrames, Series and xarray objects can be results as well: ``attrs["result"]`` names their kind, and ``gr.figures``
+and ``gr.save`` accept them like any other result.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND = "result"
-"""Key in ``attrs`` of what is no ``Result``, with the kind."""
+"""Key in ``attrs`` that holds the kind of a result that is not a ``Result``, such as a DataFrame."""
 
 
 class Table(Protocol):
@@ -34,7 +34,7 @@ class Table(Protocol):
 
 
 class Chart(Protocol):
-    """A figure of a result's page as plain data: its short name, its title, how to read it."""
+    """A figure of a result's page as plain data: its key, its title, and a text on how to read it."""
 
     key: str
     title: str
@@ -42,7 +42,7 @@ class Chart(Protocol):
 
 
 class View(Protocol):
-    """What shows and saves results of every kind."""
+    """A module that shows and saves results of every kind."""
 
     def presentation_of(self, result: Any) -> Any:
         """Return title, sentence, notes, data, tables and charts of a result."""
@@ -58,17 +58,17 @@ class View(Protocol):
 
 
 def show_results_by(view: Callable[[], View]) -> None:
-    """Register what shows results; ``view`` is called when one is shown."""
+    """Register a function that returns the module that shows results; it is called when a result is shown."""
     Result._view = staticmethod(view)
 
 
 class Result:
-    """Base of every answer: words, tables, figures, files.
+    """Base of every result: text, tables, figures, files.
 
     Attributes
     ----------
     kind
-        of result, under which it is known how to show it.
+        name of the kind of result, which decides how it is shown.
     notes
         what the user must know about the numbers.
 
@@ -84,11 +84,11 @@ class Result:
 
     kind: ClassVar[str]
     shown_as: ClassVar[str] = ""
-    """Name under which it is shown, where its kind says something else."""
+    """Name of the presentation, if it is not ``kind``."""
     _view: ClassVar[Callable[[], View]]
 
     def __init_subclass__(cls) -> None:
-        """Keep the short ``repr``: that of a dataclass is every number of it."""
+        """Keep the short ``repr``, because the one of a dataclass lists every number."""
         super().__init_subclass__()
         cls.__repr__ = cls.__repr__  # type: ignore[method-assign]
 
@@ -97,41 +97,41 @@ class Result:
 
     @property
     def title(self) -> str:
-        """Heading of its page."""
+        """Heading of the page of the result."""
         return str(self._presentation().title)
 
     @property
     def sentence(self) -> str:
-        """What came out, in a sentence or two."""
+        """The answer in one or two sentences."""
         return str(self._presentation().sentence)
 
     @property
     def data(self) -> xr.Dataset:
-        """Every number of it, with units and names: what results.nc holds."""
+        """All numbers of the result with units and names, as in results.nc."""
         data: xr.Dataset = self._presentation().data()
         return data
 
     @property
     def report(self) -> str:
-        """The answer in words and tables, as a terminal shows it, and the notes."""
+        """The answer in words and tables, with the notes, as text for a terminal."""
         return Result._view().plain_text(self)
 
     def tables(self) -> list[Table]:
-        """Return the tables of its page, in reading order."""
+        """Return the tables of the page, in reading order."""
         return list(self._presentation().tables())
 
     def charts(self) -> list[Chart]:
-        """Return the figures of its page as plain data, in reading order; ``gr.figures`` draws them."""
+        """Return the figures of the page as plain data, in reading order; ``gr.figures`` draws them."""
         return list(self._presentation().charts())
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Save the result, whole or not at all.
+        """Save the result; if that fails, nothing changes on the disk.
 
         Parameters
         ----------
         path
             a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them); or a folder, which gets
-            report.html, summary.json, results.nc and figures/. It need not exist.
+            report.html, summary.json, results.nc and figures/. The folder need not exist.
 
         Returns
         -------
@@ -141,9 +141,9 @@ class Result:
         Raises
         ------
         ModelError
-            another ending, or a folder that holds something else than a page of gearrattle.
+            another ending, or a folder with files that are not a page of gearrattle.
         OSError
-            it cannot be written; then nothing has changed.
+            the path cannot be written.
         """
         return Result._view().save(self, path)
 

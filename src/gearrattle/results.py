@@ -1,8 +1,8 @@
-"""A run as users hold it: labelled arrays, tables, files.
+"""A run for users: labelled arrays, tables, files.
 
-``Run`` wraps a ``Trajectory`` and the model it came from. xarray and pandas are imported when asked for; files are
-written through h5netcdf into a temporary neighbour and renamed, so that nothing is ever half-written. A netCDF file
-carries the whole model, so ``open_run`` gives back everything, criteria included.
+``Run`` holds a ``Trajectory`` and its model. xarray and pandas are imported when they are first needed. Files are
+written with h5netcdf to a temporary file in the same folder and then renamed, so no file is ever incomplete. A netCDF
+file holds the whole model, so ``open_run`` returns a complete run, for which criteria can be evaluated.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _SIDEWAYS = {
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
-"""By name: axes, values, SI unit."""
+"""Axes, values and SI unit of every variable, by its name."""
 
 
 class Run(Result):
@@ -124,7 +124,7 @@ class Run(Result):
         return xr.Dataset(variables, coordinates, self._attributes())
 
     def _labelled(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Samples and labels by name, without importing xarray: what ``data`` holds and netCDF files keep."""
+        """Samples and labels by name, as in ``data`` and netCDF files, without importing xarray."""
         # samples by name, and labels of their axes
         t = self.trajectory
         samples: _Samples = {name: (("time", axis), getattr(t, name), unit) for name, (axis, unit) in _SAMPLED.items()}
@@ -166,7 +166,7 @@ class Run(Result):
         return variables, {"time": ("time", t.time, {"units": self._unit("s")}), **coordinates}
 
     def _unit(self, unit: str) -> str:
-        """Return a unit of SI as this run has it."""
+        """Return an SI unit, or "1" for a run of a dimensionless model."""
         return unit if self.model.units == "SI" else "1"
 
     @cached_property
@@ -198,13 +198,13 @@ class Run(Result):
 
     @property
     def speed(self) -> Array | None:
-        """(Nt,) reference speed at the samples along a sweep [rad/s]; None where it does not change."""
+        """(Nt,) reference speed at the samples along a sweep [rad/s]; None if the speed is constant."""
         ramp = ramp_of(self.model)
         return None if ramp is None else ramp.speed(self.trajectory.time)
 
     @cached_property
     def variation(self) -> Gradient:
-        """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
+        """Growth of small perturbations along this motion (see ``Variation``), from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model).system)
         first = t.layout.region_of_first_piece
@@ -249,17 +249,17 @@ class Run(Result):
     def largest_lyapunov_exponent(self) -> float:
         """Largest finite-time Lyapunov exponent over the steady part [1/s].
 
-        The first of ``lyapunov_exponents``. Of a driveline that meets very many regions it is found from four
-        perturbations, at about the cost of the motion; all of them cost as many times that as there are states.
+        It is the first of ``lyapunov_exponents``. For a driveline that passes through very many regions it is computed
+        from four perturbations, at about the cost of the motion. All exponents would cost N times as much.
         """
         return self.variation.largest_exponent(self.trajectory.discard * self.trajectory.layout.period)
 
     @cached_property
     def predictability_horizon(self) -> float:
-        """Time [s] from which the motion is no longer predicted pointwise; infinite if it is to the end.
+        """Time [s] up to which the motion is predicted point by point; infinite if it is predicted to the end.
 
-        The first time at which some perturbation has grown by 1e7. Rounding has then put deflections off by about 1e-8
-        half-gaps, in 95 of 100 motions by less than 3e-7.
+        It is the first time at which a perturbation has grown by a factor 1e7. The error of deflections by rounding is
+        then about 1e-8 half-gaps, and in 95 of 100 motions less than 3e-7.
         """
         return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon(growth.GROWTH)
 
@@ -299,7 +299,7 @@ class Run(Result):
         return self._wide(*_TABLES[kind])
 
     def _wide(self, *names: str) -> pd.DataFrame:
-        """One row per sample, one column per name and quantity; of bodies also the speed along a sweep."""
+        """Return one row per sample and one column per name and quantity; with angles also the speed of a sweep."""
         import pandas as pd
 
         t = self.trajectory
@@ -315,7 +315,7 @@ class Run(Result):
 
     @property
     def cost(self) -> Cost:
-        """What the run cost."""
+        """Steps and function calls of the run."""
         return self.trajectory.cost
 
     @property
@@ -396,7 +396,7 @@ class Run(Result):
 
 
 def check_run(value: object, also: tuple[type, ...] = ()) -> None:
-    """Refuse a value that is neither a run nor of the other types; the ModelError says how to get a run."""
+    """Refuse a value that is neither a run nor of the types ``also``; the ModelError says how to get a run."""
     if isinstance(value, (Run, *also)):
         return
     if isinstance(value, str | os.PathLike):
@@ -438,12 +438,12 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     Returns
     -------
     Run
-        The run, criteria and all.
+        The complete run.
 
     Raises
     ------
     ModelError
-        the file is missing, or no netCDF file of a run.
+        the file does not exist, or is not a netCDF file of a run.
 
     Examples
     --------
@@ -465,7 +465,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except MemoryError:
         raise
-    except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
+    except Exception as error:  # for a damaged file, h5py and the readers of its parts raise many types
         words = " ".join(str(error).split())[:120] or type(error).__name__
         remedy = "it is damaged, or no such file: save the run again"
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
@@ -517,7 +517,7 @@ def _read_sideways(file: Any) -> Sideways:
 
 
 def _count(value: Any) -> int:
-    """Return a whole number of a file."""
+    """Return a whole number from a file."""
     number = int(value)
     if number != value:
         raise ValueError(f"{value} where a whole number is needed")

@@ -1,4 +1,4 @@
-"""Groups of the file of a saved run: points of records, and states of sliders and limits of contact damping."""
+"""Groups in the file of a saved run: points of records, and states of auxiliaries (sliders, limiters of damping)."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from gearrattle.model import Points
 from gearrattle.trajectory import Layout
 
 AUXILIARY_VALUES = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
-"""Samples of auxiliaries by their name: the field that holds them, and their unit."""
+"""Variables with samples of auxiliaries: the field of ``Auxiliaries`` with the values, and the unit."""
 _PASSAGES = {"time": ("time", "f8"), "watch": ("watch", "i2"), "upward": ("upward", "i1"), "velocity": ("rate", "f8")}
-_EARLIER_GROUP = "companions"  # of the format "gearrattle run 1", in place of "auxiliaries"
-"""Names and kinds in the file, which stay; with ``memory``, called ``stretched`` there."""
+"""Variables with crossings of auxiliaries: the field of ``Auxiliaries`` and the type in the file."""
+_EARLIER_GROUP = "companions"  # name of the group "auxiliaries" in the format "gearrattle run 1"
 
 
 def write_points(file: Any, stored: Points) -> None:
-    """Write the points of the model's signals, each as a group named by their digest."""
+    """Write the points of the model's signals, one group per signal, named by the digest of its points."""
     for digest, points in stored.items():
         group = file.create_group(f"signals/{digest}")
         group.dimensions = {"point": points[0].size}
@@ -51,7 +51,7 @@ def write_auxiliaries(file: Any, auxiliaries: Auxiliaries) -> None:
 
 
 def has_auxiliaries(file: Any) -> bool:
-    """Whether there are samples and crossings of auxiliaries."""
+    """Whether the file has samples and crossings of auxiliaries."""
     return bool({"auxiliaries", _EARLIER_GROUP} & set(file.groups))
 
 
@@ -71,7 +71,7 @@ def read_auxiliaries(file: Any) -> Auxiliaries:
 
 
 def _real(stored: Any) -> Any:
-    """Return real numbers of a file in double precision; raise ``ValueError`` for others."""
+    """Return real numbers from a file in double precision; raise ``ValueError`` for complex numbers and others."""
     numbers = np.asarray(stored)
     if numbers.dtype.kind not in "fiu":
         raise ValueError(f"{numbers.dtype} where real numbers are needed")

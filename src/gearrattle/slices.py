@@ -1,13 +1,13 @@
-"""Slices of long arrays, between which Ctrl-C is answered: NumPy does not react before a call is done.
+"""Slices of long arrays, so that Ctrl-C is handled between two of them: NumPy handles it only after a call.
 
-A slice fits into the processor's cache, so work in slices takes no longer.
+A slice fits into the cache of the processor, so computing in slices takes no longer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-_NUMBERS = 250_000  # 2 MB of a slice
+_NUMBERS = 250_000  # in a slice: 2 MB
 
 
 def slices(rows: int, width: int) -> Iterator[slice]:

@@ -1,4 +1,4 @@
-"""Spectra, densities and order maps as labelled data: what stands behind ``gr.spectra``."""
+"""Spectra, densities and order maps as labelled data: the functions behind ``gr.spectra``."""
 
 from gearrattle.signals.spectral.densities import coherence, cross_psd, psd
 from gearrattle.signals.spectral.order_maps_of_signals import order_cuts, order_map

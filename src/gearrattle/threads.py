@@ -1,8 +1,8 @@
-"""Linear algebra on one thread, where the user asks for no other number.
+"""Linear algebra on one thread, unless the user sets another number of threads.
 
-Matrices of a driveline are small: a second thread of BLAS costs more than it brings, and on a machine with other work
-it waits, spinning, for a core. An exponential of nine by nine numbers takes 72 us on one thread, and there, on two,
-11 ms. BLAS reads the variables when NumPy is first imported.
+Matrices of a driveline are small, so a second thread of BLAS makes them slower; on a busy machine this thread waits for
+a core in a spin loop. There, a matrix exponential of size 9 x 9 takes 72 us on one thread and 11 ms on two. BLAS reads
+the environment variables when NumPy is first imported.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 import os
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables: how many threads a library of linear algebra uses."""
+"""Environment variables with the number of threads of a library of linear algebra."""
 
 
 def one_thread() -> None:
-    """Let linear algebra of this process, and of those that it starts, run on one thread; what is set stays."""
+    """Set linear algebra of this process and its child processes to one thread; keep variables that are already set."""
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")

@@ -1,7 +1,7 @@
-"""Limits of computing time: long computations check them now and then, and stop when the time is up.
+"""Limits of computing time: long computations check them repeatedly and stop when the time is over.
 
-A limit holds for all calls within its block, in this thread; ``carrying`` takes it to another thread. The time in which
-kernels are compiled, once after an installation, does not count.
+A limit applies to all calls within its ``with`` block in this thread; ``carrying`` passes it to another thread. Time
+spent compiling kernels, once after an installation, does not count.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ T = TypeVar("T")
 
 
 class OutOfTime(Cancelled):
-    """The time that work may take is over, or somebody has stopped it."""
+    """The time limit of a computation is over, or another thread has stopped it."""
 
 
 class TimeLimit:
-    """A time at which work ends, in seconds from now; infinite for none."""
+    """A limit of computing time, in seconds from now; infinite for no limit."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self._end = _now() + seconds
@@ -33,11 +33,11 @@ class TimeLimit:
 
     @property
     def left(self) -> float:
-        """Seconds that are left; 0 where it was stopped."""
+        """Time left [s]; 0 after ``stop``."""
         return 0.0 if self._stopped.is_set() else max(0.0, self._end - _now())
 
     def stop(self) -> None:
-        """End the work at its next look."""
+        """End the computation when it next checks the limit."""
         self._stopped.set()
 
     def check(self) -> None:
@@ -51,7 +51,7 @@ _LIMITS: contextvars.ContextVar[tuple[TimeLimit, ...]] = contextvars.ContextVar(
 
 @contextmanager
 def limited(limit: TimeLimit) -> Iterator[None]:
-    """Within the block ``check_time`` heeds a limit, beside those of blocks around it."""
+    """Context in which ``check_time`` checks this limit, besides the limits of the contexts around it."""
     before = _LIMITS.set((*_LIMITS.get(), limit))
     try:
         yield
@@ -60,17 +60,17 @@ def limited(limit: TimeLimit) -> Iterator[None]:
 
 
 def check_time() -> None:
-    """Raise OutOfTime if one of the limits of the blocks around is over."""
+    """Raise OutOfTime if a limit of one of the contexts around is over."""
     for limit in _LIMITS.get():
         limit.check()
 
 
 def carrying(work: Callable[[], T]) -> Callable[[], T]:
-    """Return work for another thread, in which the limits of this one hold as well."""
+    """Return a function for another thread that runs ``work`` under the limits of this thread."""
     context = contextvars.copy_context()
     return lambda: context.run(work)
 
 
 def _now() -> float:
-    """The time that goes by while nothing is compiled [s]."""
+    """The time without the time spent compiling kernels [s]."""
     return time.monotonic() - COMPILATION.seconds

@@ -1,8 +1,8 @@
 """A motion as plain arrays, with the names and constants of its driveline.
 
-A ``Trajectory`` comes from any solver (or from a measurement) and is judged by criteria, plotted and reported without
-anyone asking where it came from. ``Layout`` holds names and constants of the driveline it belongs to: inertias,
-kinematic rows, corners, the period. No units beyond SI, no files, no solver.
+A ``Trajectory`` comes from any solver (or from a measurement). Criteria, plots and reports treat it in the same way
+whatever its source. ``Layout`` holds names and constants of its driveline: inertias, kinematic rows, corners, the
+period. All units are SI.
 
 Shapes: Nt samples, n inertias, m elements (all couplings in file order, then all meshes), K clearances (the elements
 that have at least one corner, in the same order), E events, p directions in which bodies with a mass move sideways,
@@ -26,24 +26,24 @@ from gearrattle.engine.system.run_up_phase import Ramp
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Signal = tuple[str, str]
-"""Quantity and subject."""
-_SAME_SPEED = 1e-9  # of a speed: as much beyond a table is rounding
+"""Quantity and subject, e.g. ("velocity", "flywheel")."""
+_SAME_SPEED = 1e-9  # share of a speed: a speed outside a table by less is inside up to rounding
 
 
 @dataclass(frozen=True)
 class NegligibleImpacts:
-    """Below which sizes an impact is a touch; 0: none is, by this size.
+    """Sizes below which an impact is negligible, a touch. With 0, no impact is negligible by this size.
 
     Attributes
     ----------
     energy
-        m_eff v^2 / 2 [J], of every element that has a free body.
+        m_eff v^2 / 2 [J], for every element that has a free body.
     speed
-        ``|v|`` of meshes [m/s].
+        ``|v|`` [m/s], for meshes.
     angular_speed
-        ``|v|`` of couplings [rad/s].
+        ``|v|`` [rad/s], for couplings.
     is_assumed
-        whether the energy is assumed, for the model says nothing of it.
+        whether the energy is assumed because the model does not state it.
     """
 
     energy: float = 0.0
@@ -54,7 +54,7 @@ class NegligibleImpacts:
 
 @dataclass(frozen=True)
 class Layout:
-    """Names and constants of the driveline a trajectory belongs to.
+    """Names and constants of the driveline of a trajectory.
 
     Attributes
     ----------
@@ -63,15 +63,15 @@ class Layout:
     inertia
         (n,) J [kg m^2].
     drag_torque
-        (n,) mean drag torque; of a table over the speed, its value at ``omega`` [N m].
+        (n,) mean drag torque [N m]; for a table over the speed, its value at ``omega``.
     stiffness
         (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
     element_names
-        (m,) couplings, then meshes.
+        (m,) names of the couplings, then of the meshes.
     is_mesh
         (m,) whether the element is a gear mesh, or one of a bearing (deflection in m, force in N).
     between
-        (m, 2) indices of the two inertias the element lies between; -1 is ground.
+        (m, 2) indices of the two inertias at the ends of the element; -1 is ground.
     radii
         (m, 2) base radii of these two gears [m]; 1, 1 for a coupling, 0, 0 for a bearing.
         ``radii[:, 0]`` refers a force to the first of them.
@@ -94,16 +94,16 @@ class Layout:
     reference
         index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
     auxiliary_names
-        (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
-        "gear.push") and alternating stiffness ("gear.pairs").
+        (C,) sliders ("damper.0"; "damper.drive.1" of the second drive stage), limiters ("gear.pull", "gear.push") and
+        alternating stiffness ("gear.pairs").
     auxiliary_words
-        what the pieces of each stand for.
+        the state in words that every piece of an auxiliary means.
     prescribed
         indices of the bodies whose motion is prescribed: no impact moves them.
     ramp
-        how the reference speed changes, from ``omega`` on; None if it does not.
+        the change of the reference speed, which begins at ``omega``; None for a constant speed.
     drag_tables
-        speeds [rad/s], ascending, and drag torques [N m] of the bodies whose drag torque is a table, by index.
+        for bodies whose drag torque is a table, by index: speeds [rad/s], ascending, and drag torques [N m].
     negligible
         which impacts are touches.
     component_paths
@@ -154,7 +154,7 @@ class Layout:
     def drag_torque_at(self, body: int, speed: Array) -> Array:
         """Return the drag torque [N m] of a body at reference speeds [rad/s] of any shape.
 
-        NaN at those that its table does not cover.
+        NaN at speeds outside its table.
         """
         if body not in self.drag_tables:
             return np.full(np.shape(speed), self.drag_torque[body])
@@ -163,7 +163,7 @@ class Layout:
         return np.where(covered, np.interp(speed, speeds, torques), np.nan)
 
     def largest_drag_torque(self, body: int) -> float:
-        """Return the largest drag torque of a body at the speeds that the driveline passes [N m]."""
+        """Return the largest drag torque of a body over the range of reference speeds [N m]."""
         if self.ramp is None or body not in self.drag_tables:
             return float(self.drag_torque[body])
         low = min(self.ramp.begin, self.ramp.end)
@@ -194,12 +194,12 @@ class EventLog:
     clearance
         (E,) index into ``Layout.clearance``.
     from_region, to_region
-        (E,) region labels of the contract (0 centre, + drive, - coast).
+        (E,) region labels: 0 centre, positive on the drive side, negative on the coast side.
     velocity
         (E,) signed deflection rate at the crossing [rad/s or m/s].
     force_integral
-        (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; a contact
-        impulse is the difference between its end and its start. NaN where a solver does not supply it.
+        (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; the impulse of a contact is
+        the value at its end minus the value at its start. NaN for solvers that do not supply the integral.
     """
 
     time: Array
@@ -216,13 +216,13 @@ class EventLog:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a computation cost.
+    """The cost of a computation.
 
-    ``steps`` counts accepted steps, ``function_calls`` evaluations of the right-hand side (for ``exact``: propagations
-    and polynomial expansions) that the algorithm itself asked for; ``average_trial_step`` is the mean of all steps
-    tried [s], accepted or not; ``rejected_steps`` were tried in vain, ``smallest_step`` is the shortest accepted [s]
-    (None: not recorded); ``energy_residual`` is the energy the audit cannot account for, relative to all works and
-    losses (None: no audit).
+    ``steps`` is the number of accepted steps, ``rejected_steps`` that of rejected ones. ``function_calls`` is the
+    number of evaluations of the right-hand side by the algorithm itself (for ``exact``: propagations and polynomial
+    expansions). ``average_trial_step`` is the mean of all steps, accepted or rejected [s]; ``smallest_step`` is the
+    shortest accepted step [s] (None: not recorded). ``energy_residual`` is the residual of the energy balance, relative
+    to all works and losses (None: no audit).
     """
 
     algorithm: str
@@ -239,10 +239,10 @@ class Cost:
 
 
 class Exact(Protocol):
-    """What knows a motion between its samples."""
+    """An object that computes exact values of a motion between its samples."""
 
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
-        """Return quantity and subject of everything it knows."""
+        """Return quantity and subject of all signals with exact values."""
 
     def statistics(
         self,
@@ -252,16 +252,17 @@ class Exact(Protocol):
         with_moments: NDArray[np.bool_] | bool = True,
         cycles: tuple[int, ...] | None = None,
     ) -> Statistics | None:
-        """Return extremes and moments, of all or of those marked, over the steady part; None: they take too long.
+        """Return extremes and moments of signals over the steady part; None if they take too long.
 
-        ``cycles``: ends of windows that follow each other, in cycles of it; values then have an axis for these.
+        ``with_moments`` marks the signals whose moments are needed. ``cycles`` are the ends of consecutive windows, in
+        cycles from the start of the steady part; values then have an axis of windows.
         """
 
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
-        """Return (q,) what the modulus of each exceeds for a share of the steady part; None: they take too long."""
+        """Return (q,) levels that the modulus of a signal exceeds for a share of the steady part; None as above."""
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
-        """Return deflection and rate of elements over the last cycles, lines in pieces (N, q, 2); None: too long."""
+        """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles; None as above."""
 
 
 @dataclass(frozen=True)
@@ -298,7 +299,7 @@ class Trajectory:
     time
         (Nt,) uniform grid t = k T / samples_per_cycle, from first_cycle T on [s].
     angle, velocity, acceleration
-        (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
+        (Nt, n) of every inertia [rad, rad/s, rad/s^2]; accelerations are right limits.
     deflection, force
         (Nt, K) of the elements with a corner [rad or m, N m or N].
     region
@@ -314,15 +315,15 @@ class Trajectory:
     samples_per_cycle, cycles, discard
         the output grid; criteria use [discard T, end].
     cost
-        what it took.
+        the cost of the computation.
     notes
         everything the user must know about this motion.
     energy
-        where the energy went (None: no audit).
+        the energy balance (None: no audit).
     first_cycle
-        whole cycles before the first sample: more than 0 for a later chunk of a long run.
+        number of cycles before the first sample: more than 0 for a later chunk of a long run.
     auxiliaries
-        sliders, limiters, alternating stiffness (None: the driveline has none).
+        states of sliders, limiters and alternating stiffness (None: the driveline has none).
     exact
         what knows the motion between its samples (None: nothing does).
     sideways

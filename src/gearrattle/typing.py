@@ -1,4 +1,4 @@
-"""Classes of what calls return and errors hold, for annotations; they are made by calls, not by hand.
+"""Classes of returned objects and of the parts of errors, for type annotations; users do not construct them.
 
 Examples
 --------

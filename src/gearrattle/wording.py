@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 _SILENT_H = ("hour", "honest", "heir")
 _Y_SOUND = ("uni", "use", "eu", "one")
-_NARROWEST = 24
+_NARROWEST = 24  # characters
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -24,7 +24,7 @@ def noun_of(number: float, noun: str, plural: str | None = None) -> str:
 
 
 def with_article(noun: str) -> str:
-    """Return a noun with "a" or "an", by its sound: "an acceleration", "a unit", "an hour"."""
+    """Return a noun with "a" or "an", by the sound of its begin: "an acceleration", "a unit", "an hour"."""
     word = noun.lower()
     vowel = word.startswith(("a", "e", "i", "o", "u", *_SILENT_H)) and not word.startswith(_Y_SOUND)
     return f"{'an' if vowel else 'a'} {noun}"
@@ -36,8 +36,8 @@ def listed(names: Sequence[str], last: str = "and") -> str:
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Return factor and unit with the SI prefix in which magnitudes up to ``largest`` read well; no prefix for the
-    empty unit, ``"1"`` and those in kg.
+    """Return factor and unit with the SI prefix that suits magnitudes up to ``largest``; no prefix for the empty unit,
+    for ``"1"`` and for units in kg.
     """
     if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
         return 1.0, unit
@@ -52,8 +52,8 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
-    """Write a number of so many significant digits: plain from 0.001 to 100 000, mantissa and power of ten elsewhere,
-    e.g. ``"1.5 × 10⁻⁷"``; NaN becomes a dash.
+    """Write a number with ``digits`` significant digits: plain from 0.001 to 100 000, otherwise as mantissa and power
+    of ten, e.g. ``"1.5 × 10⁻⁷"``; NaN becomes a dash.
     """
     if math.isnan(value):
         return "–"
@@ -88,9 +88,7 @@ def engineering(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def measured(value: float, unit: str, digits: int = 9, largest: float | None = None) -> str:
-    """Return a number with its unit as messages write it: with the SI prefix that suits the ``largest`` of a table
-    beside it, or the number alone (None).
-    """
+    """Return a number with its unit for messages, with the SI prefix that suits ``largest`` (None: the number)."""
     factor, scaled = prefixed(abs(value) if largest is None else largest, unit)
     return f"{value * factor:.{digits}g} {scaled}".rstrip()
 
@@ -98,10 +96,10 @@ def measured(value: float, unit: str, digits: int = 9, largest: float | None = N
 def columns(
     head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,), width: int | None = None
 ) -> str:
-    """Return a table as lines: the columns of words aligned left, the others right, two spaces between.
+    """Return a table as lines: columns with the indices ``words`` aligned left, the others right, two spaces between.
 
-    Lines longer than ``width`` characters are made shorter: cells of words are wrapped, in columns of at least 24
-    characters. None: no limit.
+    If lines are longer than ``width`` characters, cells of words are wrapped, in columns of at least 24 characters.
+    None: no limit.
     """
     table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
     widths = _widths(table)
@@ -120,7 +118,7 @@ def _widths(table: Sequence[Sequence[str]]) -> list[int]:
 
 
 def _wrapped(table: Sequence[Sequence[str]], words: Collection[int], width: int) -> list[list[str]]:
-    """Return the table with its widest columns of words wrapped into more rows, until the lines fit the width."""
+    """Return the table with its widest columns of words wrapped, in more rows, so that the lines fit the width."""
     from textwrap import wrap
 
     limits = _widths(table)

@@ -1,17 +1,18 @@
-"""Files that are written: whole or not at all, by one program at a time, and on the disk once that is reported.
+"""Safe writing of files: complete or not at all, by one program at a time, and on the disk when the call returns.
 
-Results are written into a hidden folder beside their destination, on the same file system, and moved into place by
-renaming when they are complete. A failure, a full disk, Ctrl-C or SIGTERM removes the hidden folder and leaves the
-destination as it was. What a killed program leaves is dealt with by ``sweep``, at the next start into the same folder:
+Results are written into a hidden folder next to their destination, on the same file system, and moved to the
+destination by renaming when they are complete. A failure, a full disk, Ctrl-C or SIGTERM removes the hidden folder and
+leaves the destination unchanged. If a program is killed, these files remain; at the next start into the same folder
+``sweep`` completes or removes them:
 
-    .gearrattle-<id>/lock       locked (flock) while the program that made the folder lives
-    .gearrattle-<id>/content/   what is being written; removed
-    .gearrattle-<id>/new/       complete, and being moved into the folder around the hidden one: the move is completed
-    .gearrattle-<id>/old/       what it replaces
-    .gearrattle-<id>.part       a small file that is being written, locked by who writes it; removed
+    .gearrattle-<id>/lock       locked (flock) while the program that made the folder runs
+    .gearrattle-<id>/content/   incomplete files; removed
+    .gearrattle-<id>/new/       complete files that are being moved to the destination; the move is completed
+    .gearrattle-<id>/old/       the files at the destination that they replace
+    .gearrattle-<id>.part       a small incomplete file, locked by the program that writes it; removed
 
-``content`` becomes ``new`` by one renaming, after all its files have been flushed to the disk. So at any time either
-all of the old files count or all of the new ones.
+``content`` is renamed to ``new`` after all its files have been flushed to the disk. So at any time either all old files
+are valid or all new ones.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from uuid import uuid4
 from gearrattle.files import Refused
 
 PREFIX = ".gearrattle-"
-"""How the names of hidden files and folders begin that are removed once what they hold is in place."""
+"""Prefix of hidden files and folders, which are removed when their content is at the destination."""
 _OWNER = "lock"
 _CONTENT = "content"
 _NEW = "new"
@@ -44,14 +45,14 @@ _OLD = "old"
 _PART = ".part"
 _ATTEMPTS = 5
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_NO_ROOM_WORDS = "no space left on device"  # of libraries that keep the words of an error alone
+_NO_ROOM_WORDS = "no space left on device"  # text of the error, for libraries that do not keep its number
 _FLUSHING = 8  # threads: the disk takes several requests at once
 
 
 @contextmanager
 def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[Path]:
-    """Give a folder to fill, whose content moves to its destination, or is sent elsewhere, if nothing goes wrong
-    meanwhile.
+    """Context with a folder to write into. At its end, if there is no error, the content is moved to ``destination``;
+    without a destination, ``send`` is called with the folder.
     """
     if destination is None:
         with temporary_folder() as path:
@@ -65,7 +66,7 @@ def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[P
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Give an empty folder that is removed in the end, and first remove those left by killed programs."""
+    """Context with an empty folder that is removed at the end; folders left by killed programs are removed first."""
     home = Path(tempfile.gettempdir())
     with suppress(OSError):
         sweep(home)
@@ -79,14 +80,16 @@ def temporary_folder() -> Iterator[Path]:
 
 
 def in_temporary_folder(path: Path) -> bool:
-    """Whether a path lies in what ``temporary_folder`` gave."""
+    """Whether a path is inside a folder of ``temporary_folder``."""
     return any(part.startswith(PREFIX) for part in path.parts)
 
 
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile; FileNotFoundError
-    without its folder, IsADirectoryError where it is a folder, OSError if it cannot be written.
+    """Context with the path of a new file, which replaces ``path`` at the end if there is no error.
+
+    FileNotFoundError if the folder of ``path`` does not exist, IsADirectoryError if ``path`` is a folder, OSError if it
+    cannot be written.
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -111,21 +114,22 @@ class Staging:
         self._owner = -1
 
     def __enter__(self) -> Self:
-        """Make the hidden folder, and clean up after killed programs; NotADirectoryError if a file has the name of the
-        folder, OSError if it cannot be written.
+        """Make the hidden folder, after ``sweep``.
+
+        NotADirectoryError if a file has the name of the folder, OSError if the folder cannot be written.
         """
         anchor = _existing(self.destination)
         if not anchor.is_dir():
             raise NotADirectoryError(20, "a file stands where a folder is needed", str(anchor))
         sweep(anchor)
         with suppress(OSError):
-            sweep(anchor.parent)  # a program killed there may have begun before the folder was made
+            sweep(anchor.parent)  # a killed program may have started before the folder existed
         try:
             self._hidden, self._owner = _hidden_folder(anchor)
         except OSError as error:
             if error.errno not in (errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS):
                 raise
-            # a file system that takes no files says that there is no such file
+            # a file system without write access reports that the file does not exist
             reason = "permission denied" if error.errno != errno.EROFS else "read-only file system"
             reason = "its file system takes no files" if error.errno == errno.ENOENT else reason
             raise PermissionError(errno.EACCES, f"this folder cannot be written: {reason}", str(anchor)) from None
@@ -145,9 +149,10 @@ class Staging:
         return self._path
 
     def commit(self) -> None:
-        """Move everything to the destination, replacing what has the same name and leaving everything else there.
+        """Move everything to the destination; files of the same name are replaced, all others remain.
 
-        When this returns, everything is on the disk. OSError where the destination cannot be written; it is as it was.
+        When this returns, everything is on the disk. OSError if the destination cannot be written; it is then
+        unchanged.
         """
         assert self._hidden is not None
         flush(self.path)
@@ -155,7 +160,7 @@ class Staging:
         with _turn(anchor):
             if anchor == self.destination:
                 self._replace(self._hidden)
-            else:  # one renaming makes the folder, and those above it
+            else:  # one renaming makes the folder and the missing folders above it
                 missing = self.destination.relative_to(anchor).parts
                 os.rename([self.path, *self.path.parents][len(missing) - 1], anchor / missing[0])
                 _flush_folder(anchor)
@@ -183,7 +188,7 @@ class Staging:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Remove the hidden folder, also if another program still writes there."""
+        """Remove the hidden folder, even if another program still writes into it."""
         hidden = self._hidden
         self._hidden = None
         self._path = None
@@ -192,18 +197,19 @@ class Staging:
 
 
 def disk_is_full(error: BaseException) -> bool:
-    """Whether an error says that the disk takes no more."""
+    """Whether an error means that the disk is full."""
     return getattr(error, "errno", None) in _NO_ROOM or _NO_ROOM_WORDS in str(error).lower()
 
 
 def is_left(name: str) -> bool:
-    """Whether a file or folder of this name may stand in a folder that counts as empty."""
+    """Whether a folder counts as empty although it contains a file or folder of this name."""
     return name.startswith(PREFIX) or name == Lock.NAME
 
 
 def sweep(folder: Path) -> None:
-    """Complete or remove what killed programs have left in a folder, nothing if it cannot be read; OSError if results
-    cannot be moved into the folder, which is then as it was.
+    """Complete or remove the files that killed programs have left in a folder; do nothing if it cannot be read.
+
+    OSError if results cannot be moved into the folder, which is then unchanged.
     """
     # hidden folders and files of gearrattle
     try:
@@ -236,7 +242,7 @@ def sweep(folder: Path) -> None:
 
 
 def _is_own(entry: os.DirEntry[str]) -> bool:
-    """Whether an entry is a hidden file or folder of this user: what others left is not trusted."""
+    """Whether an entry is a hidden file or folder of this user; those of other users are not trusted."""
     if not entry.name.startswith(PREFIX) or entry.is_symlink():
         return False
     if not entry.is_dir() and not (entry.is_file() and entry.name.endswith(_PART)):
@@ -249,14 +255,14 @@ def _is_folder(path: Path) -> bool:
 
 
 def _existing(path: Path) -> Path:
-    """Return a path, or the nearest above it that exists."""
+    """Return a path, or if it does not exist, the nearest folder above it that exists."""
     while not path.exists() and path != path.parent:
         path = path.parent
     return path
 
 
 def _hidden_folder(anchor: Path) -> tuple[Path, int]:
-    """Make a hidden folder, and return it with the open file whose lock says that it is in use."""
+    """Make a hidden folder; return it and its open lock file, whose lock means that the folder is in use."""
     while True:
         hidden = Path(tempfile.mkdtemp(prefix=PREFIX, dir=anchor))
         with suppress(FileNotFoundError):  # another program has taken it for one that was left
@@ -271,7 +277,7 @@ def _hidden_folder(anchor: Path) -> tuple[Path, int]:
 
 
 def _discard(hidden: Path, handle: int) -> None:
-    """Remove a hidden folder, its lock last, unless results wait in it for being moved into place."""
+    """Remove a hidden folder, its lock file last, unless it holds results that still have to be moved."""
     waiting = _is_folder(hidden / _NEW) and any((hidden / _NEW).iterdir())
     for _ in range(0 if waiting else _ATTEMPTS):
         with suppress(FileNotFoundError):
@@ -284,7 +290,10 @@ def _discard(hidden: Path, handle: int) -> None:
 
 
 def _move_in(hidden: Path) -> None:
-    """Move what is in ``new`` into the folder around a hidden one; who begins it may be killed, and another go on."""
+    """Move the content of ``new`` to the destination, the parent of the hidden folder.
+
+    If the program is killed, another program can continue the move.
+    """
     new = hidden / _NEW
     old = hidden / _OLD
     destination = hidden.parent
@@ -309,12 +318,12 @@ def _move_back(hidden: Path, names: list[str]) -> None:
         if os.path.lexists(old / name):
             os.rename(old / name, destination / name)
     _flush_folder(destination)
-    os.rename(new, hidden / "undone")  # so that no other program moves it in
+    os.rename(new, hidden / "undone")  # so that no other program continues the move
 
 
 @contextmanager
 def _turn(folder: Path) -> Iterator[None]:
-    """Lock a folder, where the file system can, so that one program at a time moves results into it."""
+    """Lock a folder, if the file system supports it, so that only one program at a time moves results into it."""
     handle = -1
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
@@ -331,8 +340,9 @@ def _turn(folder: Path) -> Iterator[None]:
 
 
 def put(path: Path, content: bytes, *, new: bool = False) -> None:
-    """Write a small file, whole or not at all; when this returns it is on the disk. FileExistsError if it must be new
-    and is there, OSError if it cannot be written.
+    """Write a small file, complete or not at all; when this returns, the file is on the disk.
+
+    FileExistsError if ``new`` and the file exists, OSError if it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -347,7 +357,7 @@ def put(path: Path, content: bytes, *, new: bool = False) -> None:
             stream.flush()
             os.fsync(stream.fileno())
             if sys.platform == "win32":
-                stream.close()  # an open file keeps its name there
+                stream.close()  # Windows cannot rename an open file
             if new and _linked(temporary, path):
                 os.unlink(temporary)
             else:
@@ -359,7 +369,7 @@ def put(path: Path, content: bytes, *, new: bool = False) -> None:
 
 
 def _linked(temporary: Path, path: Path) -> bool:
-    """Give a file its name unless the name is taken; False on file systems without links."""
+    """Give a temporary file its final name unless a file of this name exists; False on file systems without links."""
     try:
         os.link(temporary, path)
     except FileExistsError:
@@ -372,9 +382,7 @@ def _linked(temporary: Path, path: Path) -> bool:
 
 
 def flush(folder: Path) -> None:
-    """Have the disk take all files of a folder, and the folder, before anything that is written later; OSError if it
-    refuses.
-    """
+    """Flush all files of a folder, and the folder itself, to the disk; OSError if this fails."""
     folders = []
     files = []
     for root, _, names in os.walk(folder):
@@ -395,7 +403,7 @@ def _flush_file(path: Path) -> None:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Flush the names in a folder; nothing where folders cannot be flushed."""
+    """Flush the names in a folder, on systems that can flush a folder."""
     if sys.platform == "win32":
         return
     handle = os.open(folder, os.O_RDONLY)
@@ -409,16 +417,17 @@ def _flush_folder(folder: Path) -> None:
 
 
 class Lock:
-    """The right to write into a folder, of one program at a time; within it the latest writer takes it over.
+    """A lock (flock) that lets only one program at a time write into a folder.
 
-    The operating system holds it (flock) and takes it back when the process ends, however it ends. The file ``.lock``
-    says who has it: process, and when it began to write. It stays behind, and means nothing without the lock.
+    Within one program, the latest writer takes the lock over from an earlier one. The operating system releases the
+    lock when the process ends for any reason. The file ``.lock`` states the process and when it began to write; the
+    file remains afterwards, and has no meaning without the lock.
     """
 
     NAME = ".lock"
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        """Take the lock; Refused if another program has it, OSError if the machine refuses."""
+        """Acquire the lock; Refused if another program has it, OSError if the system cannot lock."""
         resolved = str(Path(folder).resolve())
         if (earlier := _LOCKS.get(resolved)) is not None:
             earlier.release()
@@ -436,7 +445,7 @@ class Lock:
 
     @property
     def held(self) -> bool:
-        """Whether it has neither been released nor taken over."""
+        """Whether the lock has neither been released nor taken over by a later writer."""
         return self.release.alive
 
 
@@ -444,8 +453,9 @@ _LOCKS: weakref.WeakValueDictionary[str, Lock] = weakref.WeakValueDictionary()
 
 
 def _opened_lock(path: Path, *, make: bool = True) -> int:
-    """Open a file to be locked, made if need be, never through a symbolic link, for it is written; Refused if it is no
-    regular file, OSError if it cannot be written.
+    """Open the lock file for writing; with ``make`` it is made if it does not exist. Symbolic links are not followed.
+
+    Refused if it is not a regular file, OSError if it cannot be written.
     """
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, os.O_RDWR | (os.O_CREAT if make else 0) | flags, 0o666)
@@ -456,7 +466,7 @@ def _opened_lock(path: Path, *, make: bool = True) -> int:
 
 
 def _locked(handle: int) -> bool | None:
-    """Lock an open file if it is not locked; None on a file system without locks."""
+    """Lock an open file; False if it is locked already, None on a file system without locks."""
     try:
         if sys.platform == "win32":
             import msvcrt

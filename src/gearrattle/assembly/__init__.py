@@ -1,4 +1,4 @@
-"""Assembly of a model into a ``Driveline``: its piecewise system and the layout of its trajectories."""
+"""Assembly of a model into a ``Driveline``: its piecewise-linear system and the layout of its trajectories."""
 
 from gearrattle.assembly.deflections import deflection, deflection_acceleration, deflection_rate
 from gearrattle.assembly.drag_notes import drag_notes

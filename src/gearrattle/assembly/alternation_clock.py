@@ -1,7 +1,7 @@
 """Auxiliaries and clock of meshes whose stiffness alternates with the tooth pairs in contact.
 
-In a cycle of the mesh, psi = order phi + phase, all pairs are in contact over the first share of a turn, one pair less
-over the rest. The stiffness changes when psi passes a whole turn, and again the share of a turn later.
+In a cycle of the mesh, psi = order phi + phase, all pairs are in contact during the first ``share`` of a turn of psi,
+and one pair less during the remainder. So the stiffness changes at every whole turn, and ``share`` of a turn later.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from gearrattle.model import Alternation, Element, Model
 
 Array = NDArray[np.float64]
 
-_WHOLE = 1e-9
+_WHOLE = 1e-9  # cycles; a number of cycles this close to a whole number is whole
 _MOST = 1_000_000
-"""Cycles of a mesh whose changes are listed: those of a common period, or of a sweep."""
+"""Largest number of mesh cycles, in a common period or along a sweep, whose changes are listed."""
 
 
 def alternating(index: int, mesh: Element, table: Alternation, law: PiecewiseLaw) -> Named:
-    """Part of a mesh's stiffness that is missing while one tooth pair less is in contact."""
+    """Auxiliary for the part of a mesh's stiffness that is missing while one tooth pair less is in contact."""
     begins = turn_at_start(table) >= table.share
     made = alternation(index, law, 1.0 - table.fewer, begins_lacking=begins)
     words = WORDS[:-3:-1] if begins else WORDS[-2:]
@@ -39,18 +39,19 @@ def alternating(index: int, mesh: Element, table: Alternation, law: PiecewiseLaw
 
 
 def pairs_name(mesh: Element) -> str:
-    """What the auxiliary of an alternating mesh is called."""
+    """Name of the auxiliary of a mesh with alternating stiffness."""
     return f"{mesh.name}.pairs"
 
 
 def turn_at_start(table: Alternation) -> float:
     """Fraction of a mesh cycle that has passed at t = 0."""
-    return float(table.phase / (2.0 * pi) % 1.0 % 1.0)  # the first may be 1, by rounding
+    return float(table.phase / (2.0 * pi) % 1.0 % 1.0)  # the first remainder may be 1, by rounding
 
 
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
-    """Return the instants at which alternating meshes change, over one common period or along a sweep; ModelError for
-    an order without a whole number of cycles in a period, or for too many changes.
+    """Return the times at which the stiffness of meshes alternates, over one common period or along a sweep.
+
+    ModelError for an order without a whole number of cycles in the period, or for too many changes.
     """
     if not of:
         return None
@@ -71,13 +72,13 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
 
 
 def _begins(table: Alternation) -> Array:
-    """(2,) turns of the mesh from t = 0 to its first two changes, both in (0, 1]."""
+    """(2,) turns of psi from t = 0 to the first two changes, both in (0, 1]."""
     turns = np.array([1.0, 1.0 + table.share]) - turn_at_start(table)
     return np.sort(np.where(turns > 1.0, turns - 1.0, turns))
 
 
 def _repeating(common: CommonPeriod, mesh: Element, table: Alternation, omega: float) -> Array:
-    """Changes in one common period [s]."""
+    """Times of the changes in one common period [s]."""
     cycle = 2.0 * pi / (table.order * omega)
     count = common.period / cycle
     _check_count(mesh, table.order, count, "a common period")
@@ -89,7 +90,7 @@ def _repeating(common: CommonPeriod, mesh: Element, table: Alternation, omega: f
 
 
 def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array:
-    """Changes along a sweep [s]: phi(t) = Omega_0 t + rate t^2 / 2 solved for t, Omega_1 behind the ramp."""
+    """Times of the changes along a sweep [s], from phi(t) = Omega_0 t + rate t^2 / 2, and Omega_1 after the ramp."""
     turned = 0.5 * (ramp.begin + ramp.end) * ramp.over
     whole = turned + max(0.0, until - ramp.over) * ramp.end
     count = table.order * whole / (2.0 * pi)
@@ -103,7 +104,7 @@ def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array
 
 
 def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
-    """Refuse more changes than can be listed; the ModelError names the order, and the largest that is taken."""
+    """Refuse more changes than ``_MOST``; the ModelError names the order and the largest order that is accepted."""
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
         most = f"{order * _MOST / count:.3g} or less: teeth times the ratio of speeds"

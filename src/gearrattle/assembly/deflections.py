@@ -1,4 +1,4 @@
-"""Deflection of any element along a motion, of a linear one too, and its rate.
+"""Deflection of an element along a motion, and its derivatives; linear elements, too, have them.
 
 delta_k = w_k . theta - e_k(t)
 """

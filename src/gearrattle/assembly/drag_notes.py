@@ -1,4 +1,4 @@
-"""What a user must know of the drag parts of a model: laws beyond their range, unchecked constants, parts at rest."""
+"""Notes on the drag parts of a model: laws outside their range, constants without a source, parts at rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gearrattle.wording import quantity
 
 
 def drag_notes(model: Model) -> tuple[str, ...]:
-    """Return the notes, every one once."""
+    """Return the notes without repetitions."""
     points = drag_points(model)
     if not points:
         return ()

@@ -1,9 +1,9 @@
-"""Drag of every body: what the file says of it, and the sum of its drag parts.
+"""Drag of every body: the values in the file plus the sum of its drag parts.
 
-The torque of a part is a mean torque of both its bodies, against their relative rotation; its slope damps the
-fluctuation of the body if it acts on the housing, and is an element (``Model.elements``) between two bodies. Along a
-sweep the torques are tables over the reference speed, straight lines between ``POINTS`` speeds; slopes are those at its
-middle.
+The torque of a drag part is a mean torque on both its bodies against their relative rotation. The slope of the torque
+over speed is a damping: of the body if the part acts against the housing, and an element (``Model.elements``) if the
+part acts between two bodies. Along a sweep the torques are tables over the reference speed, straight lines between
+``POINTS`` speeds; slopes are those at the middle of the sweep.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from gearrattle.model.excitation import Sweep
 from gearrattle.model.over_speed import AtSpeed
 
 POINTS = 33
-"""Speeds of a table along a sweep."""
+"""Number of speeds in a table along a sweep."""
 
 
 @kept
 def drag_torques(model: Model) -> tuple[float, ...]:
-    """Mean torque against the rotation of every inertia [N m], negative where others drive it; along a sweep, and where
-    the file has a table, one over the reference speed.
+    """Mean torque against the rotation of every inertia [N m]; negative where other bodies drive it by drag.
+
+    Along a sweep, or if the file has a table, it is a table over the reference speed.
     """
     parts = part_torques(model)
     return tuple(_sum(inertia.drag_torque, part) for inertia, part in zip(model.inertias, parts, strict=True))
@@ -88,7 +89,7 @@ def torques_of(model: Model, points: Sequence[DragPoint]) -> NDArray[np.float64]
 
 
 def _sum(own: float, parts: float) -> float:
-    """The sum of two numbers, one of which may be a table over speed; over the sweep, where both are."""
+    """The sum of two numbers that may be tables over speed; if both are, the sum is a table over the sweep."""
     if not isinstance(parts, AtSpeed):
         return own if not parts else float(own) + parts
     if not isinstance(own, AtSpeed):

@@ -1,6 +1,6 @@
-"""Torques that keep prescribed motions.
+"""Torques that enforce prescribed motions.
 
-    T = J theta'' + D theta' + T_drag + what the elements and Hooke joints take from the body
+    T = J theta'' + D theta' + T_drag + torques of the elements and Hooke joints against the body
 
 Along a sweep T_drag follows its table over the speed.
 """
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 def drive_torque(model: Model, trajectory: Trajectory) -> Array:
-    """(t, P) torque that keeps every prescribed motion [N m]."""
+    """(t, P) torque that enforces every prescribed motion [N m]."""
     out = np.empty((len(trajectory.time), len(model.motions)))
     layout = trajectory.layout
     inertia = inertia_of(model)

@@ -21,7 +21,7 @@ def law_of(element: Element) -> PiecewiseLaw:
 
 
 def inertia_of(model: Model) -> NDArray[np.float64]:
-    """(n,) J of all inertias, with what components add [kg m^2]."""
+    """(n,) J of all inertias, with the inertia that components add [kg m^2]."""
     index = {inertia.name: i for i, inertia in enumerate(model.inertias)}
     inertia = np.array([body.J for body in model.inertias])
     for component in model.components.values():
@@ -31,13 +31,13 @@ def inertia_of(model: Model) -> NDArray[np.float64]:
 
 
 def component_notes(model: Model) -> tuple[str, ...]:
-    """What a user must know of the components and of the drag parts."""
+    """Notes for the user on the components and the drag parts."""
     of_components = (note for component in model.components.values() for note in component.notes())
     return (*of_components, *drag_notes(model))
 
 
 def decay_notes(model: Model) -> tuple[str, ...]:
-    """Say that nothing decays in a driveline without damping, drag and friction, if it has elements at all."""
+    """A note that no vibration decays, for a driveline with elements but without damping, drag and friction."""
     pieces = [piece for element in model.elements for piece in (*element.drive, *element.coast)]
     prescribed = {motion.on for motion in model.motions}
     drags = [body.drag for body in model.inertias if body.name not in prescribed]

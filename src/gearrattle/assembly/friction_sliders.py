@@ -1,8 +1,9 @@
 """Auxiliaries of friction and clipped contact damping: sliders of couplings, limiters of contacts.
 
-A stage's hysteresis is the full height of its loop, 2 H, in all; the part beyond the stage before is a slider of its
-own, engaged where the stage begins and released where it ends. What the first stages of both sides share is one slider
-that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
+The hysteresis of a stage is the full height of its loop, 2 H, with the hysteresis of the stages before included. The
+increase over the stage before is a separate slider, which is engaged while the deflection is in the stage or beyond it.
+The smaller hysteresis of the two first stages is one slider that is always engaged; its spring is the one of the side
+with less friction, and of the drive side if both have the same.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from gearrattle.model import Element, Model, Piece
 from gearrattle.trajectory import Trajectory
 
 WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits", "all pairs", "a pair less")
-"""What the pieces of auxiliaries stand for: of sliders, of limiters, of meshes whose stiffness alternates."""
+"""States of auxiliaries in words: four for sliders, two for limiters, two for meshes with alternating stiffness."""
 
 
 class Named(NamedTuple):
-    """An auxiliary element with its name, and what its pieces stand for."""
+    """An auxiliary element with its name and the state in words of every piece."""
 
     auxiliary: Auxiliary
     name: str
@@ -31,9 +32,9 @@ class Named(NamedTuple):
 
 
 def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[float, str, str]]:
-    """Yield time [s], name and new state in words of every auxiliary that left its piece by itself.
+    """Yield time [s], name and new state in words for every switch of an auxiliary.
 
-    What is engaged or released because its element enters another piece is no switch: that is a crossing.
+    A slider that is engaged or released because its element enters another piece does not count: that is a crossing.
     """
     auxiliaries = motion.auxiliaries
     layout = motion.layout
@@ -61,7 +62,7 @@ def is_parted(element: Element) -> bool:
 
 
 def left_out(model: Model) -> tuple[str, ...]:
-    """Name what linear results neglect; empty for a model without auxiliaries."""
+    """Notes on the friction, damping limits and alternation that linear results neglect; empty without auxiliaries."""
     rubbing = [element.name for element in model.elements if element.rubs]
     clipped = [element.name for element in model.elements if element.contact_damping == "clipped"]
     alternating = [element.name for element in model.elements if element.alternation is not None]
@@ -78,8 +79,9 @@ def left_out(model: Model) -> tuple[str, ...]:
 
 
 def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
-    """Yield the auxiliaries of one element; ``period`` [s] turns rates into deflections. ModelError for hysteresis that
-    falls from stage to stage at the model's speed.
+    """Yield the auxiliaries of one element; ``period`` [s] converts rates to deflections.
+
+    ModelError for hysteresis that decreases from stage to stage at the model's speed.
     """
     if element.contact_damping == "clipped":
         for limiter, way in zip(limiters(index, law), ("push", "pull"), strict=True):
@@ -91,7 +93,7 @@ def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: floa
 
 
 def _sliders(element: Element, law: PiecewiseLaw) -> Iterator[tuple[str, float, float, range]]:
-    """Yield name, loop height, spring and the labels of the pieces in which it is engaged, of every slider."""
+    """Yield for every slider its name, loop height, spring stiffness, and the labels of pieces where it is engaged."""
     last = law.first_label + law.pieces
     drive = element.drive
     coast = element.coast

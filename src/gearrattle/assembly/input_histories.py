@@ -1,4 +1,4 @@
-"""Inputs over time of a model: records, and the ramps of torques."""
+"""Inputs of a model that are curves over time: records, and the ramps of torques."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ _LINES = 'interpolation = "linear" stays between the points'
 
 @kept
 def torque_histories(model: Model) -> dict[int, Signal]:
-    """Return records and ramps of torques by the index of the torque; ModelError for ramps from a mean that follows a
-    sweep of the speed.
+    """Return records and ramps of torques by the index of the torque.
+
+    ModelError for ramps that begin at a mean that is a table over the speed of a sweep.
     """
     signals: dict[int, Signal] = {}
     for index, torque in enumerate(model.torques):
@@ -35,8 +36,8 @@ def torque_histories(model: Model) -> dict[int, Signal]:
 
 
 class Record(NamedTuple):
-    """A record over time of a model: what it is, the path of its table, its unit in an SI model, and words on what may
-    replace a spline.
+    """A record of a model: its signal, the path of its table, its unit in an SI model, and advice on other curves than
+    a spline in words.
     """
 
     signal: Signal
@@ -47,7 +48,7 @@ class Record(NamedTuple):
 
 
 def records_of(model: Model) -> Iterator[Record]:
-    """Yield the records over time of all torques and motions, ramps among them, in file order."""
+    """Yield the records of all torques and motions, ramps included, in file order."""
     for i, signal in torque_histories(model).items():
         torque = model.torques[i]
         instead = 'interpolation = "linear" and "step" stay between the points'
@@ -62,7 +63,7 @@ def records_of(model: Model) -> Iterator[Record]:
 
 
 def record_notes(model: Model) -> tuple[str, ...]:
-    """Say of which records the spline leaves the neighbouring values by more than 5 % of the record's span."""
+    """Notes on records whose spline exceeds the neighbouring points by more than 5 % of the record's span."""
     records = [(record, "s") for record in records_of(model)]
     for i, torque in enumerate(model.torques):
         if torque.engine is not None:
@@ -73,7 +74,7 @@ def record_notes(model: Model) -> tuple[str, ...]:
 
 
 def _note(record: Record, along: str, *, is_si: bool) -> str:
-    """Say how far a record's spline leaves the neighbouring values; empty if it does not."""
+    """A note on how far a record's spline exceeds the neighbouring points; empty if by less than that."""
     unit, of_time = (f" {record.unit}", f" {along}") if is_si else ("", "")
     places = [
         f"{swing.value:.4g}{unit} at {swing.time:.4g}{of_time}, beside a point of {swing.neighbour:.4g}{unit}"

@@ -1,8 +1,9 @@
-"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
+"""Inputs of a model other than harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
 
-A record's torque is split into the mean that the static start sees and the rest. A recorded motion moves the elements
-at its inertia. Along a sweep of the speed every driven inertia, every mesh and every motion by harmonics has one
-channel. Its harmonics follow the angle; amplitudes, means and drag torques follow their tables over the speed.
+A recorded torque is split into its mean, which the static start uses, and the difference from the mean. A recorded
+motion is an error of the elements at its inertia. Along a sweep of the speed, every driven inertia, every mesh and
+every motion by harmonics has one channel. Harmonics follow the angle of the reference shaft; amplitudes, means and drag
+torques follow their tables over the speed.
 """
 
 from __future__ import annotations
@@ -36,11 +37,13 @@ from gearrattle.model.over_speed import AtSpeed
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
-_MOST_NUMBERS = 200_000_000
+_MOST_NUMBERS = 200_000_000  # polynomial coefficients of all channels
 
 
 def default_cycles(model: Model) -> int:
-    """Length of a run in periods where it is not given as such: its duration; a sweep is followed to its end."""
+    """Length of a run in periods if the settings have none: from the duration of the excitation, else to the end of the
+    sweep, else the default.
+    """
     ramp = ramp_of(model)
     length = model.excitation.duration
     if length is None and ramp is not None:
@@ -49,18 +52,18 @@ def default_cycles(model: Model) -> int:
 
 
 def end_of_run(model: Model) -> float:
-    """Up to when inputs along a sweep, and the last value of steps, must be known: the end of the run [s]."""
+    """End of the run, up to which inputs along a sweep and held last values must be known [s]."""
     cycles = model.simulation.cycles or default_cycles(model)
     return cycles * period_of(model).period * (1.0 + 1e-9)
 
 
 def lasts_as_the_run(model: Model) -> bool:
-    """Whether there are inputs of any length, known up to the end of the run: along a sweep, or held at the last."""
+    """Whether the model has inputs that extend to the end of any run: a sweep, or a record with a held last value."""
     return ramp_of(model) is not None or any(record.signal.is_held for record in records_of(model))
 
 
 class _Part(NamedTuple):
-    """A channel, what it stands for, and what a unit of it is: torques (n,) on inertias, errors (m,) of elements."""
+    """A channel and its specification, with the torques (n,) on inertias and errors (m,) of elements per unit of it."""
 
     channel: Channel
     specified: Specified
@@ -70,8 +73,9 @@ class _Part(NamedTuple):
 
 @kept
 def signals_of(model: Model) -> Signals | None:
-    """Inputs that are no harmonics of one speed; ModelError for a run-up of too many intervals, or for inputs that
-    their polynomials do not represent.
+    """Inputs other than harmonics of one speed; None without such inputs.
+
+    ModelError for a run-up with too many intervals, or if polynomials do not represent an input to 1e-12.
     """
     parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
@@ -95,7 +99,7 @@ def signals_of(model: Model) -> Signals | None:
 
 
 def _unit(size: int, index: int | None = None) -> Array:
-    """Zeros, with a one at an index."""
+    """A vector of zeros, with a one at ``index``."""
     out = np.zeros(size)
     if index is not None:
         out[index] = 1.0
@@ -125,8 +129,9 @@ def _motions(model: Model) -> Iterator[_Part]:
 
 
 def check_length(model: Model, end: float) -> None:
-    """Refuse a run up to ``end`` [s] that is longer than a record whose last value is not held; the ModelError names
-    every such record.
+    """Refuse a run up to ``end`` [s] that is longer than a record, unless the last value of the record is held.
+
+    The ModelError names every such record.
     """
     problems = []
     for signal, path, words, *_ in records_of(model):
@@ -179,7 +184,7 @@ def _swept(model: Model) -> Iterator[_Part]:
 
 
 def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]:
-    """Harmonics of an error or a prescribed angle, and the errors (m,) of all elements that a unit of them is."""
+    """Harmonics of an error or a prescribed angle, with the errors (m,) of all elements per unit of it."""
     for k, element in enumerate(model.elements):
         if element.errors:
             yield element.errors, _unit(len(model.elements), k)
@@ -190,6 +195,6 @@ def _error_harmonics(model: Model) -> Iterator[tuple[Sequence[Harmonic], Array]]
 
 
 def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
-    """Tones of what a mean that is a table over speed adds to its value at the first speed."""
+    """Tones of the difference between a mean that is a table over speed and its value at the first speed."""
     if isinstance(value, AtSpeed):
         yield tone(0.0, sign * pi / 2.0, value, speeds, float(value))

@@ -1,11 +1,14 @@
-"""Driveline written anew from groups of bodies that turn as one.
+"""A lumped driveline: one body for every group of bodies that turn as one.
 
-The reduction says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; the model is written here.
-Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two groups
-keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends have
-the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling whose
-ends are now on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which is equivalent if its law
-is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
+The reduction determines which bodies turn as one and with which ratio, theta_i = rho_i theta_A; this module writes the
+model. Inertias and drags add up with rho^2; torques, their harmonics and drag torques add up with rho. An element
+between two groups keeps its law, with the angles rho_a theta_A and rho_b theta_B at its ends:
+
+- the radii of a mesh are multiplied by the ratios;
+- a coupling whose ends have the same ratio is referred to the bodies kept: its deflection divided by rho, its torque
+  multiplied by rho;
+- a coupling whose ends have different ratios becomes a mesh of radii (rho_a, rho_b) x 1 m, which is equivalent if its
+  law is linear or a free gap. For other laws this is not possible; ``must_stay_level`` lists these couplings.
 """
 
 from __future__ import annotations
@@ -25,13 +28,12 @@ Table = dict[str, Any]
 
 
 def must_stay_level(model: Model) -> frozenset[int]:
-    """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a
-    preload, friction."""
+    """Indices of couplings that no mesh can replace: with stages, slope or damping in the centre, preload, friction."""
     return frozenset(k for k, e in enumerate(model.elements) if not e.along_line and not _meshable(e))
 
 
 def must_keep_bodies(model: Model) -> frozenset[int]:
-    """Elements, by index, whose bodies must stay bodies of their own speed: of planetary sets, Hooke joints, drag."""
+    """Indices of elements whose bodies must keep their own speed: elements of planetary sets, Hooke joints, drag."""
     keeping = {path for path, component in model.components.items() if component.keeps_bodies}
     return frozenset(
         k for k, element in enumerate(model.elements) if element.path in keeping or element.path not in model.components
@@ -41,14 +43,14 @@ def must_keep_bodies(model: Model) -> frozenset[int]:
 def lumped_model(
     model: Model, owner: Sequence[int], ratio: Sequence[float], removed: Sequence[int], name: str
 ) -> Model:
-    """Write the grouped driveline.
+    """Write the lumped driveline.
 
     Parameters
     ----------
     owner
-        (n,) index of the body kept of every body's group.
+        (n,) for every body, the index of the body that is kept for its group.
     ratio
-        (n,) angle of every body over that of the body kept.
+        (n,) angle of every body over the angle of the body kept.
     removed
         indices of the elements inside groups.
     """
@@ -87,7 +89,7 @@ def lumped_model(
 
 
 def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
-    """One body for a group."""
+    """Table of the body that replaces a group."""
     members = [(model.inertias[i], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept]
     inertia = inertia_of(model)
     J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
@@ -117,7 +119,7 @@ def _on_housing(model: Model) -> list[float]:
 
 
 def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
-    """Drag parts between a group and others; within a group of one speed nothing turns against another."""
+    """Drag parts between a group and other groups; within a group no body turns relative to another."""
     index = {body.name: i for i, body in enumerate(model.inertias)}
     parts = []
     for point in drag_points(model):
@@ -132,7 +134,7 @@ def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence
 
 
 def _meshable(element: Element) -> bool:
-    """Whether a law is linear, or a free gap of equal sides."""
+    """Whether the law of an element is linear, or a free gap with equal sides."""
     if element.preload or element.rubs or element.drive != element.coast:
         return False
     *inner, _ = element.drive
@@ -142,7 +144,7 @@ def _meshable(element: Element) -> bool:
 def _initial(
     model: Model, initial: Mapping[str, Any], owner: Sequence[int], ratio: Sequence[float], kept: Sequence[int]
 ) -> Table:
-    """A start state of the bodies kept: means over each group, weighted by inertia, so that momentum is kept."""
+    """Initial state of the bodies kept: means over every group weighted by inertia, so that momentum is conserved."""
     J = inertia_of(model)
 
     def mean(values: Sequence[float], body: int) -> float:

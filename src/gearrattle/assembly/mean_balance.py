@@ -1,15 +1,16 @@
-"""Mean torques given as "balance": the motion of the train that each has to balance, and its value.
+"""Mean torques given as "balance": the rigid motion of the train that such a torque balances, and its value.
 
-A free train turns as one, its bodies by phi_i q (``engine.system.free_trains``). Nothing accelerates it if the means
-T_i of its bodies do no work on that motion. With phi_b = 1 the sum of all on body b has to be
+A free train can turn as a rigid whole, its bodies by the angles phi_i q (``engine.system.free_trains``). The train does
+not accelerate if the mean torques T_i on its bodies do no work on this motion. So for a torque on body b, with
+phi_b = 1, the sum of all mean torques on b must be
 
     T_b = -sum_i phi_i T_i
 
-over the means of the other bodies, drag torques and means of records included; the torque that balances is this sum
-less all other torques on b. Every product is rounded, and their sum is that of twice the digits (T. Ogita, S. M. Rump,
-S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns of
-variants. A train with more rigid motions has a further condition for each, with b at rest: no torque on b can balance
-what remains there.
+over the mean torques on the other bodies, drag torques and means of records included. The balancing torque is T_b minus
+all other torques on b. Every product is rounded, and the products are summed with twice the digits (T. Ogita, S. M.
+Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm 4.4), by the same operations for numbers and for columns
+of variants. A train with several rigid motions has one further condition for every motion in which b is at rest; no
+torque on b can satisfy these.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from gearrattle.model.balance import BALANCE
 from gearrattle.wording import counted, measured
 
 _Number = Any
-"""A float, or a column of them, one a variant."""
+"""A float, or a column of floats, one for every variant."""
 
 
 class Balance(NamedTuple):
@@ -41,9 +42,9 @@ class Balance(NamedTuple):
     Attributes
     ----------
     motion
-        of the train, by which the torque works: angle of every body, that of ``body`` 1.
+        rigid motion of the train on which the torque works: angles of all bodies, 1 for ``body``.
     others
-        all other motions of the train, in which ``body`` rests and the body of most energy has the angle 1.
+        all other rigid motions of the train: ``body`` is at rest, and the body with most energy has the angle 1.
     """
 
     torque: int
@@ -53,14 +54,12 @@ class Balance(NamedTuple):
     others: tuple[tuple[float, ...], ...]
 
     def total(self, loads: Sequence[_Number] | Mapping[int, _Number]) -> _Number:
-        """Return the sum of all means on the body [N m] from the other loads on the inertias, by index."""
+        """Return T_b, the sum of all mean torques on the body [N m], from the loads on all inertias, by index."""
         works = [phi * loads[i] for i, phi in zip(self.bodies, self.motion, strict=True) if i != self.body]
         return 0.0 - _sum([0.0 * loads[self.body], *works])
 
     def left_over(self, loads: Sequence[float]) -> Iterator[tuple[float, int]]:
-        """Yield each residual torque that no torque on the body balances, and the index of the inertia at which it
-        remains.
-        """
+        """Yield the residual torques that no torque on the body can balance, with the indices of their inertias."""
         for motion in self.others:
             works = [phi * loads[i] for i, phi in zip(self.bodies, motion, strict=True)]
             left = _sum(works)
@@ -69,7 +68,7 @@ class Balance(NamedTuple):
 
 
 def _sum(terms: Sequence[_Number]) -> _Number:
-    """Sum as if in twice the digits, then rounded."""
+    """Return a sum computed as if with twice the digits and then rounded."""
     total = terms[0]
     error = 0.0 * total
     for term in terms[1:]:
@@ -82,14 +81,15 @@ def _sum(terms: Sequence[_Number]) -> _Number:
 
 @kept
 def balances_of(model: Model) -> tuple[Balance, ...]:
-    """The torques that balance their trains, in file order; ModelError for two of them in one train, or a train that
-    something holds.
+    """The torques that balance their trains, in file order.
+
+    ModelError for two such torques in one train, or for a train that is not free to turn.
     """
     wanted = [i for i, torque in enumerate(model.torques) if torque.mean == BALANCE]
     if not wanted:
         return ()
     train_of = {i: k for k, train in enumerate(trains(unloaded(model))) for i in free_of(model)[train.bodies].tolist()}
-    first_of: dict[int, int] = {}  # torque that balances a train, by the train
+    first_of: dict[int, int] = {}  # index of the torque that balances a train, by the train
     balances: list[Balance] = []
     problems: list[Problem] = []
     for i in wanted:
@@ -108,9 +108,9 @@ def balances_of(model: Model) -> tuple[Balance, ...]:
 
 
 def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> None:
-    """Refuse a train that one torque does not balance under all other loads (n,) on the inertias [N m].
+    """Refuse a train that one torque cannot balance under all other loads (n,) on the inertias [N m].
 
-    The ModelError says what is left over, and where.
+    The ModelError states the residual torque and its inertia.
     """
     unit = "N m" if model.units == "SI" else ""
     names = [inertia.name for inertia in model.inertias]
@@ -127,7 +127,7 @@ def check_freedoms(model: Model, balance: Balance, loads: Sequence[float]) -> No
 
 
 def _balance(model: Model, torque: int, train: Train) -> Balance:
-    """The motion by which the body of a torque turns once, and the others, in which it rests."""
+    """The balance of a torque: the motion in which its body turns by 1, and the motions in which the body rests."""
     bodies = free_of(model)[train.bodies].tolist()
     body = _body(model, torque)
     motions = refined(unloaded(model), train)
@@ -149,7 +149,7 @@ def _body(model: Model, torque: int) -> int:
 
 
 def _held(model: Model, torque: int) -> Problem:
-    """Say what holds the train of a torque."""
+    """The problem that the train of a torque is not free, with the elements or motions that hold it."""
     on = model.torques[torque].on
     moved = {motion.on for motion in model.motions}
     joined, paths = _joined(model, on)
@@ -167,7 +167,9 @@ def _problem(torque: int, rule: str, remedy: str) -> Problem:
 
 
 def _joined(model: Model, on: str) -> tuple[set[str], list[str]]:
-    """Names of the bodies that elements connect with one, not through a prescribed motion; paths of those to ground."""
+    """Names of the bodies that elements connect with body ``on``, but not across a body with prescribed motion; and
+    the paths of the elements to ground.
+    """
     paths = dict.fromkeys(model.elements[k].path for k in elastic_elements(unloaded(model)))
     ends = {
         path: {str(body.name) for body in model.components[path].bodies(model.components[path].to_plain())}

@@ -1,6 +1,7 @@
 """Mean torques of a model, as used by the static start and all linear analyses.
 
-All other modules get means from here, for the file may say "balance" in place of a number (``assembly.mean_balance``).
+All other modules take means from here, because the file may state "balance" instead of a number
+(``assembly.mean_balance``).
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from gearrattle.model.over_speed import AtSpeed
 
 
 def own_mean(model: Model, index: int) -> float:
-    """The mean of a torque by its index, without that of its record [N m]; a table over speed may stand behind it."""
+    """The mean of a torque by its index, without the mean of its record [N m]; it may be a table over speed."""
     own = model.torques[index].mean
     return balancing_means(model)[index] if isinstance(own, str) else own
 
 
 def mean_torque(model: Model, index: int) -> float:
-    """The mean of a torque by its index, of its record as well [N m]."""
+    """The mean of a torque by its index, the mean of its record included [N m]."""
     return own_mean(model, index) + _recorded(model.torques[index])
 
 
 def mean_torques(model: Model) -> NDArray[np.float64]:
-    """(n,) mean torque on every inertia, less its drag torque [N m]."""
+    """(n,) mean torque on every inertia minus its drag torque [N m]."""
     means = np.array(_loads(model, None))
     for balance in balances_of(model):
         means[balance.body] = balance.total(means.tolist())
@@ -37,15 +38,16 @@ def mean_torques(model: Model) -> NDArray[np.float64]:
 
 @kept
 def balancing_means(model: Model) -> dict[int, float]:
-    """Means that balance trains, by the index of their torque [N m], tables over speed along a sweep; ModelError for a
-    train that no torque, or not one alone, balances.
+    """The mean torques that the file gives as "balance" [N m], by the index of the torque.
+
+    Along a sweep a mean is a table over speed. ModelError for a train that cannot be balanced by one torque.
     """
     means: dict[int, float] = {}
     for balance in balances_of(model):
         loads = _loads(model, None)
         check_freedoms(model, balance, loads)
         own = balance.total(loads) - loads[balance.body]
-        if speeds := _corners(model):
+        if speeds := _table_speeds(model):
             values = []
             for speed in speeds:
                 loads = _loads(model, speed)
@@ -65,7 +67,10 @@ def _recorded(torque: Torque) -> float:
 
 
 def _loads(model: Model, speed: float | None) -> list[float]:
-    """Drag torques and means on all inertias but those that balance [N m], at a speed; None: that of the model."""
+    """Sum of drag torques and means on every inertia at a speed, without the means given as "balance" [N m].
+
+    None is the speed of the model.
+    """
     names = [inertia.name for inertia in model.inertias]
     loads = [-_at(torque, speed) for torque in drag_torques(model)]
     for torque in model.torques:
@@ -75,12 +80,14 @@ def _loads(model: Model, speed: float | None) -> list[float]:
 
 
 def _at(number: float, speed: float | None) -> float:
-    """Value of a number at a speed, from its table if it has one."""
+    """Value at a speed of a number, which may have a table over speed."""
     return number.at(speed) if isinstance(number, AtSpeed) and speed is not None else float(number)
 
 
-def _corners(model: Model) -> tuple[float, ...]:
-    """Ends of a sweep, and speeds between them beyond which a mean or a drag torque changes its slope; else none."""
+def _table_speeds(model: Model) -> tuple[float, ...]:
+    """Speeds for the table of a balancing mean along a sweep, ascending [rad/s]: its ends and, between them, the speeds
+    at which a mean or a drag torque changes its slope. Empty without a sweep or without tables.
+    """
     sweep = model.excitation.sweep
     numbers = [*drag_torques(model), *(torque.mean for torque in model.torques)]
     tables = [number.speeds for number in numbers if isinstance(number, AtSpeed)]

@@ -7,7 +7,7 @@ from gearrattle.trajectory import NegligibleImpacts
 
 
 def negligible_of(model: Model) -> NegligibleImpacts:
-    """Return the thresholds of a model: in SI the energy has one even if the model says nothing."""
+    """Return the thresholds of a model; a model in SI without thresholds has an assumed one for the energy."""
     written = model.criteria.negligible or Negligible()
     is_assumed = model.units == "SI" and written.impact_energy is None
     return NegligibleImpacts(

@@ -1,7 +1,7 @@
 """The common period of all orders: T = 2 pi / (Omega gcd(orders)).
 
-An order counts as the fraction p/q if it lies within 1e-9 of it with q <= 64. If one does not, or T would pass 64
-fundamentals, T = 2 pi / Omega and a note says so.
+An order counts as a fraction p/q with q <= 64 if it lies within 1e-9 of this fraction. If an order is no such fraction,
+or if T would be longer than 64 turns of the reference shaft, T = 2 pi / Omega and a note says so.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from gearrattle.derived_values import kept
 from gearrattle.model import Model
 
 _LARGEST_DENOMINATOR = 64
-_SAME = 1e-9
-_LONGEST = 64
+_SAME = 1e-9  # distance of an order from its fraction
+_LONGEST = 64  # turns of the reference shaft
 
 
 @dataclass(frozen=True)
 class CommonPeriod:
-    """T [s], the distinct orders, how often each oscillates in T, what must be noted, and 2 pi / Omega over T."""
+    """T [s], the distinct orders, cycles of every order in T, notes, and 2 pi / Omega over T (``turns``)."""
 
     period: float
     orders: NDArray[np.float64]
@@ -33,7 +33,7 @@ class CommonPeriod:
 
 
 def common_period(omega: float, orders: list[float]) -> CommonPeriod:
-    """Find the period of the given orders (zeros play no part) at the reference speed omega [rad/s]."""
+    """Find the common period of orders (zeros are ignored) at the reference speed omega [rad/s]."""
     distinct = sorted(set(orders))
     turning = [order for order in distinct if order > 0]
     fundamental = 2 * pi / omega
@@ -58,7 +58,7 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
 
 @kept
 def period_of(model: Model) -> CommonPeriod:
-    """The common period of torques, motions, errors and alternating meshes; in a sweep that of its first speed."""
+    """The common period of torques, motions, errors and alternating meshes; along a sweep, at its first speed."""
     orders = [h.order for t in model.torques for h in t.harmonics]
     orders += [h.order for m in model.motions for h in m.harmonics]
     orders += [h.order for element in model.elements for h in element.errors]

@@ -1,11 +1,11 @@
-"""Prescribed motions: inertias that are no degrees of freedom, and stand among the others in what comes out.
+"""Prescribed motions: inertias that are no degrees of freedom, but are in all results.
 
-The angle theta_a(t) of such an inertia is a sum of harmonics, the curve through a record, or the integral of one. Its
-column leaves W, and an element at it sees it as a transmission error, e_k = -w_ka theta_a(t). After a run its angle,
-speed and acceleration, exact from the sines or the curve, are put back in their place, so that everything that judges
-a motion finds all inertias.
+The angle theta_a(t) of such an inertia is a sum of harmonics, the curve through a record, or the integral of a curve.
+Its column is removed from W; for an element at this inertia the angle is a transmission error, e_k = -w_ka theta_a(t).
+After a run its angle, speed and acceleration, exact from the sines or the curve, are inserted into the trajectory, so
+that criteria and reports have all inertias.
 
-Angles of a record count from the start of the run, and from the uniform rotation ``about``.
+Angles of a record are zero at the start of the run, and relative to the uniform rotation ``about``.
 """
 
 from __future__ import annotations
@@ -68,12 +68,12 @@ def coordinates_of(model: Model, trajectory: Trajectory, derivative: int = 0, ro
 
 
 class MotionError(NamedTuple):
-    """One harmonic of a motion, as an element at the inertia sees it: factor times the harmonic is its error.
+    """One harmonic of a prescribed motion as the error of an element at its inertia: factor times the harmonic.
 
     Attributes
     ----------
     factor
-        -w_ka, of the element's row [m or 1].
+        -w_ka, from the element's row of W [m or 1].
     harmonic
         of the angle theta_a [rad].
     """
@@ -96,14 +96,14 @@ def motion_errors(model: Model) -> Iterator[MotionError]:
 
 
 def _record(motion: Motion) -> Signal:
-    """The record of a motion that has one."""
+    """The signal of a recorded motion."""
     assert motion.signal is not None
     return motion.signal
 
 
 @kept
 def angle_of(motion: Motion) -> Channel:
-    """The angle of a record over the time of the run, from zero on [rad]."""
+    """The angle of a recorded motion over the time of the run, zero at the start [rad]."""
     signal = _record(motion)
     record = channel_of(signal)
     if motion.speed is not None:
@@ -119,7 +119,7 @@ def angle_of(motion: Motion) -> Channel:
 
 @kept
 def specified_angle(motion: Motion) -> Recorded:
-    """The same angle as it is specified."""
+    """The angle of a recorded motion as it is specified, before it becomes a channel."""
     signal = _record(motion)
     record = channel_of(signal)
     about = motion.about
@@ -142,7 +142,7 @@ def prescribed_angles(model: Model, time: Array, derivative: int = 0) -> Array:
 
 
 def motion_amplitudes(model: Model) -> NDArray[np.complex128]:
-    """(P, H) complex amplitudes of the prescribed angles at all orders: they are the real part of sum a exp(i w t)."""
+    """(P, H) complex amplitudes a of the prescribed angles at all orders; an angle is Re(sum a exp(i w t))."""
     orders = period_of(model).orders.tolist()
     amplitudes = np.zeros((len(model.motions), len(orders)), dtype=np.complex128)
     for row, motion in zip(amplitudes, model.motions, strict=True):
@@ -155,7 +155,7 @@ def carried_along(model: Model, prescribed: Array) -> Array:
     """(N,) angles or velocities of the free inertias, and displacements, that go along with the others (P,), no element
     deflecting.
 
-    Where elements must deflect, as those to ground, the sum of squares of their relative deflections is least.
+    If elements must deflect, such as those to ground, the sum of squares of their relative deflections is smallest.
     """
     rows = rows_of(model)
     size = np.linalg.norm(rows, axis=1)[:, None]
@@ -180,7 +180,7 @@ def with_prescribed(model: Model, free: NDArray[_T], prescribed: NDArray[_T]) ->
 
 
 def whole_trajectory(model: Model, trajectory: Trajectory) -> Trajectory:
-    """Trajectory of all inertias, from that of the free ones; the same if no motion is prescribed."""
+    """Trajectory of all inertias from the trajectory of the free ones; unchanged if no motion is prescribed."""
     if not model.motions:
         return trajectory
     angle, velocity, acceleration = (

@@ -1,9 +1,9 @@
 """Piecewise polynomials through the points of a record: a cubic spline, straight lines, or steps.
 
-The spline is not-a-knot, so nothing is said about its ends that was not measured (C. de Boor, A Practical Guide to
-Splines, 1978, ch. IV): two polynomials meet with equal value, slope and curvature at every point, and with equal third
-derivatives at the second and at the last but one. Through few points it swings far beyond their values; ``swings``
-finds where.
+The spline is not-a-knot, which needs no assumption about slopes at its ends (C. de Boor, A Practical Guide to Splines,
+1978, ch. IV): neighbouring polynomials have equal value, slope and curvature at every point, and equal third
+derivatives at the second point and at the last but one. Through few points the spline can swing far beyond their
+values; ``swings`` finds where.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _ALLOWED = 0.05
-"""Part of a record's span by which its spline may leave the neighbouring values without a note."""
+"""Share of a record's span by which its spline may exceed the neighbouring points without a note."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A record as it is specified: its curve in its own time, or the integral of it, and a straight line added.
+    """A record as it is specified: its curve in its own time, or the integral of the curve, plus a straight line.
 
     Attributes
     ----------
     is_rate
         whether the curve is the derivative of the input.
     offset
-        added to the value at the start [SI].
+        constant added to the values [SI].
     slope
-        added to the first derivative [SI].
+        slope of the added straight line, from zero at t = 0 [SI].
     """
 
     signal: Signal
@@ -48,7 +48,7 @@ class Recorded:
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """Largest values: of a torque; of a motion's angle over the record, and of its speed."""
+        """Largest values: of a torque; or of the angle of a motion over the record, and of its speed."""
         curve = curve_of(self.signal)
         time = self.signal.time
         largest = float(np.abs(self.signal.scale * self.signal.value).max())
@@ -58,7 +58,7 @@ class Recorded:
         return (largest + abs(self.offset), rate + abs(self.slope))
 
     def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
-        """(t,) values, or a derivative, at times (t,) [s]."""
+        """(t,) values, or a derivative, at times ``time + rest`` (t,) [s]."""
         curve = curve_of(self.signal)
         start = self.signal.start
         time = time + rest
@@ -71,13 +71,13 @@ class Recorded:
         return np.asarray(self.signal.scale * value + line)
 
     def rounding(self, time: Array, derivative: int = 0) -> Array:  # noqa: ARG002
-        """(t,) zeros: a record follows the time only."""
+        """(t,) zeros: a record depends on time only, so rounding of the angle has no effect."""
         return np.zeros(np.shape(time))
 
 
 @kept
 def curve_of(signal: Signal) -> PPoly:
-    """The curve through a record's points, before its scale, in the record's own time; its last piece goes on."""
+    """The curve through a record's points, without its scale, in the record's own time; its last piece extends on."""
     from scipy.interpolate import CubicSpline, PPoly
 
     time = signal.time
@@ -86,7 +86,7 @@ def curve_of(signal: Signal) -> PPoly:
         return PPoly(value[None], np.append(time, np.inf))
     if signal.interpolation == "linear":
         length = np.diff(time)
-        proper = length > 0.0  # a jump has no length
+        proper = length > 0.0  # an interval of length zero is a jump
         slope = np.diff(value)[proper] / length[proper]
         knots = np.append(time[:-1][proper], time[-1])
         lines = np.stack([slope, value[:-1][proper]])
@@ -98,8 +98,9 @@ def curve_of(signal: Signal) -> PPoly:
 
 
 def channel_of(signal: Signal, end: float = 0.0) -> Channel:
-    """The signal over the time of the run [s, SI], whose 0 is its ``start``; a last value that is held goes on up to
-    the ``end`` of the run [s], every other record ends with its last point.
+    """The signal over the time of the run [s, SI], which is 0 at the ``start`` of the record.
+
+    A held last value extends to the ``end`` of the run [s]; all other records end at their last point.
     """
     curve = curve_of(signal)
     last = float(signal.time[-1])
@@ -109,7 +110,7 @@ def channel_of(signal: Signal, end: float = 0.0) -> Channel:
 
 
 def mean(signal: Signal) -> float:
-    """The mean from the start of the run to the last point [SI]; of steps that are over by then, their last value."""
+    """The mean from the start of the run to the last point [SI]; the last value if all steps are before the start."""
     if signal.start >= signal.time[-1]:
         return float(signal.scale * signal.value[-1])
     total = channel_of(signal).integral()
@@ -118,8 +119,8 @@ def mean(signal: Signal) -> float:
 
 
 class Swing(NamedTuple):
-    """Largest swing of a spline beyond its two neighbouring points, on one side: its time in the record [s], or crank
-    angle [rad], its value and that of the nearer neighbour [SI].
+    """Largest swing of a spline above or below its two neighbouring points: its time in the record [s] (or crank angle
+    [rad]), its value, and the value of the nearer neighbour [SI].
     """
 
     time: float
@@ -129,11 +130,11 @@ class Swing(NamedTuple):
 
 @kept
 def swings(signal: Signal) -> tuple[Swing, ...]:
-    """Find where the spline leaves its neighbours most, above and below, if by more than 5 % of the record's span."""
+    """Find the largest swings above and below the neighbouring points, if larger than 5 % of the record's span."""
     if signal.interpolation != "cubic":
         return ()
     curve = curve_of(signal) if signal.key == "time" else periodic_spline(signal)
-    # extrema: where the slope of a piece is zero; NaN where it is not
+    # extrema: zeros of the slope inside every piece; NaN for pieces without one
     cubic, square, slope, left = signal.scale * curve.c
     right = np.append(left[1:], signal.scale * curve(curve.x[-1]))
     length = np.diff(curve.x)
@@ -143,7 +144,7 @@ def swings(signal: Signal) -> tuple[Swing, ...]:
         since = np.stack([larger / (3.0 * cubic), slope / larger])
     since = np.where((since > 0.0) & (since < length), since, 0.0)
     value = ((cubic * since + square) * since + slope) * since + left
-    # beyond both neighbours, on either side
+    # distance of the extrema above and below both neighbours
     low = np.minimum(left, right)
     high = np.maximum(left, right)
     most = _ALLOWED * float(high.max() - low.min())

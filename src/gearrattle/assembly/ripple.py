@@ -1,8 +1,8 @@
 """Torques of Hooke joints on their driving shafts: the mean load times the slope of the joint's error.
 
-A joint passes a load T on and takes T (1 - de/dphi), so -T de/dphi is taken from the driving shaft beside T: with the
-mean load for T it is a sum of sines. The mean load is that of the static equilibrium; along a sweep, that of the
-first speed.
+A joint that transmits a load T takes the torque T (1 - de/dphi) from its driving shaft: T and the further torque
+-T de/dphi. With the mean load for T, this is a sum of sines. The mean load is the load in the static equilibrium; along
+a sweep, at the first speed.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from gearrattle.model import Harmonic, Model
 
 @kept
 def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
-    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body; ModelError without
-    a static equilibrium, from which joints have their mean load.
+    """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body.
+
+    ModelError for a model without static equilibrium, which determines the mean loads of the joints.
     """
     joints = [k for k, element in enumerate(model.elements) if element.load_ripple]
     if not joints:

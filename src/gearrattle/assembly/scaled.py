@@ -1,7 +1,7 @@
-"""A model in other units: SI to dimensionless and back, tables and motions.
+"""Models and motions converted from SI to dimensionless units and back.
 
-``KINDS`` says of every dimensional key of the model file what kind of quantity it is; phases, ratios, orders and
-relative tolerances are numbers already.
+``KINDS`` states the kind of quantity of every key of the model file that has a unit; phases, ratios, orders and
+relative tolerances have none.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ KINDS: dict[str, Any] = {
         }
     },
 }
-"""Table -> key -> kind of quantity, a key of ``Scales.units``."""
+"""By table and key: the kind of quantity, a key of ``Scales.units``."""
 
 
 def dimensionless(model: Model, scales: Scales) -> Model:
-    """Return an SI model in multiples of the scales; the energy below which impacts are touches is written out."""
+    """Return an SI model in multiples of the scales; it states the energy below which impacts are touches."""
     model = model.with_negligible({"impact_energy": negligible_of(model).energy})
     return _converted(model, {kind: 1.0 / unit for kind, unit in scales.units().items()}, "dimensionless")
 
@@ -74,7 +74,7 @@ def dimensional(model: Model, scales: Scales) -> Model:
 
 
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
-    """Convert the tables: a frequency becomes a speed, a table over speed its value at the model's speed."""
+    """Convert the tables of a model: a frequency becomes a speed, a table over speed its value at the model's speed."""
     swept = model.excitation.sweep is not None
     tables = {**written_out(model, at_speed=not swept), "units": units}
     if not swept:
@@ -83,7 +83,7 @@ def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "
 
 
 def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
-    """Multiply every number whose kind is known; of a table over speed, speeds as such."""
+    """Multiply every number that has a kind by its factor; in a table over speed, speeds by the factor for speeds."""
     if isinstance(value, Mapping) and isinstance(kind, str):
         kind = {"speed": "speed", "value": kind}
     if isinstance(value, Mapping):

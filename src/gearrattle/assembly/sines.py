@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def ramp_of(model: Model) -> Ramp | None:
-    """How the reference speed changes; None if it does not."""
+    """The change of the reference speed; None for a constant speed."""
     sweep = model.excitation.sweep
     return None if sweep is None else Ramp(sweep.begin, sweep.end, sweep.over)
 
@@ -37,7 +37,7 @@ def tones_of(harmonics: Sequence[Harmonic], ramp: Ramp) -> tuple[Tone, ...]:
 
 
 def tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:
-    """A harmonic whose amplitude may be a table over speed; ``less`` is taken off the amplitude."""
+    """A harmonic whose amplitude may be a table over speed; ``less`` is subtracted from the amplitude."""
     if isinstance(amplitude, SquareOfSpeed):
         low = speeds[0]
         factor = amplitude.per_square
@@ -50,7 +50,7 @@ def tone(order: float, phase: float, amplitude: float, speeds: tuple[float, floa
 
 
 def sines(model: Model, harmonics: Sequence[Harmonic], time: Array, derivative: int = 0) -> Array:
-    """(t,) their sum, or a derivative up to the second, at times of a run (t,) [s]; along a sweep as well."""
+    """(t,) sum of harmonics, or its first or second derivative, at times of a run (t,) [s]; also along a sweep."""
     if (ramp := ramp_of(model)) is not None:
         return Swept(ramp, tones_of(harmonics, ramp), smooth=False).at(time, derivative=derivative)
     terms = [(h.order * model.excitation.omega, h.amplitude, h.phase) for h in harmonics]

@@ -23,12 +23,12 @@ from gearrattle.trajectory import Signal, Trajectory
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB: more are made anew for each question
+_MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB; longer motions are evaluated again for every call
 
 
 @kept
 def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
-    """The flow of a driveline, and the series of its regions that were made so far."""
+    """The flow of a driveline, and the series of its regions computed so far."""
     return flow_of(assemble(model).system), {}
 
 
@@ -41,11 +41,11 @@ class Between:
         self._told: dict[tuple[Any, ...], Statistics | None] = {}  # of the motion that was walked last
 
     def __reduce__(self) -> tuple[type[Between], tuple[Model]]:
-        """Leave the cached walk out of copies and pickles: another process makes its own."""
+        """Leave the cached walk out of copies and pickles; another process computes its own."""
         return Between, (self.model,)
 
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
-        """Return quantity and name of everything that is known between samples.
+        """Return quantity and name of all signals that are known between samples.
 
         Accelerations and velocities of the bodies that are free, forces of all meshes, clearances and bearings.
         """
@@ -69,14 +69,14 @@ class Between:
         Parameters
         ----------
         with_moments
-            whether moments are wanted, of all signals or of each (q,); without, they are NaN.
+            whether moments are needed, for all signals or by signal (q,); otherwise they are NaN.
         cycles
-            ends of some windows that follow each other, in cycles of the steady part; None: all of it.
+            ends of consecutive windows, in cycles from the start of the steady part; None: one window, all of it.
 
         Returns
         -------
         Statistics | None
-            (q,) in the order of the signals [SI], (windows, q) with ``cycles``; None where they would take too long
+            (q,) in the order of the signals [SI], (windows, q) with ``cycles``; None if they would take too long
             (``system.exact_statistics``).
         """
         walk = self._walk(trajectory)
@@ -89,13 +89,14 @@ class Between:
         return self._told[key]
 
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
-        """Return (q,) what the modulus of some signals exceeds for a share of the steady part; None as before."""
+        """Return (q,) the level that a signal's modulus exceeds for a share of the steady part; None as above."""
         walk = self._walk(trajectory)
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
-        """Return (N, q, 2) deflection and rate of some elements over the last cycles, not more than the steady part
-        has, in pieces in the order of time that are made when asked for; None as ``statistics``.
+        """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles of the steady part.
+
+        The arrays are consecutive in time and computed one by one. None as in ``statistics``.
         """
         discard = trajectory.cycles - cycles
         is_all = discard == trajectory.discard
@@ -128,7 +129,7 @@ class Between:
         return rows
 
     def _walk(self, trajectory: Trajectory) -> Walk | None:
-        """The motion cut into parts; kept for the next question, unless it is so long that its states fill memory."""
+        """The motion cut into parts; kept for the next call if its states have at most ``_MOST_KEPT`` numbers."""
         if self._walked is not None and self._walked[0]() is trajectory:
             return self._walked[1]
         self._told = {}
@@ -149,7 +150,7 @@ class Between:
 
 
 def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory that has the statistics of the motion between its samples; itself by any other algorithm."""
+    """Return a trajectory with exact values between its samples; only for the algorithm that can supply them."""
     known = trajectory.exact
     if trajectory.cost.algorithm != "exact" or (isinstance(known, Between) and known.model is model):
         return trajectory
@@ -157,7 +158,7 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
 
 
 def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
-    """Sampled motion in the coordinates of the flow."""
+    """Samples and crossings of a motion in the coordinates of the flow."""
     # pieces at the start, and crossings of corners
     t = trajectory
     first = trajectory.layout.region_of_first_piece
@@ -205,7 +206,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
 
 
 def _write_inputs(flow: Flow, trajectory: Trajectory, inputs: Array) -> None:
-    """Write scaled inputs (t, U + Q) at the samples of the window: those of one period, where all are alike."""
+    """Write scaled inputs (t, U + Q) at the samples of the window; only one period if they are periodic."""
     per_cycle = trajectory.samples_per_cycle
     before = trajectory.first_cycle * trajectory.samples_per_cycle
     waves = flow.waves(per_cycle) * flow.input_size

@@ -1,8 +1,8 @@
-"""Steady model for linear analyses and forecasts: harmonics of one speed are its only inputs.
+"""Steady model for linear analyses and forecasts: its only inputs are means and harmonics of one speed.
 
-A sweep is taken at its first speed, a torque's record as its mean, a torque with ramps as it is before them; an inertia
-whose motion is a record is held fast. ``unsteady_inputs`` lists what is left out. Harmonics of a prescribed motion
-stay: they are errors of the elements at the inertia.
+A sweep is replaced by its first speed, a recorded torque by its mean, a torque with ramps by its value before them; an
+inertia with a recorded motion is held at rest. ``unsteady_inputs`` lists the inputs that are removed. Harmonics of a
+prescribed motion remain: they are errors of the elements at the inertia.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from gearrattle.model.balance import BALANCE
 
 
 def unsteady_inputs(model: Model) -> tuple[str, ...]:
-    """Name the inputs that ``steady`` takes out, one phrase each; none for a model under harmonics of one speed."""
+    """Return the inputs that ``steady`` removes, one phrase for every input; none if all are harmonics of one speed."""
     notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
     notes += [f"the ramps of the torque on {torque.on} are left out" for torque in model.torques if torque.ramps]
     notes += [f"{motion.on} is held fast" for motion in model.motions if motion.signal is not None]
@@ -27,13 +27,13 @@ def unsteady_inputs(model: Model) -> tuple[str, ...]:
 
 
 def is_driven_over_time(model: Model) -> bool:
-    """Whether a torque has ramps, or is a record: then the motion is an event, and averages say little."""
+    """Whether a torque has ramps or is a record: then the motion is an event, and averages have little meaning."""
     return any(torque.ramps or torque.signal is not None for torque in model.torques)
 
 
 @kept
 def steady(model: Model) -> Model:
-    """The model at one speed under harmonics and means; itself if it is that already."""
+    """The model at one speed under harmonics and means; the same object if it is steady already."""
     changes: dict[str, Any] = {}
     if model.excitation.sweep is not None:
         changes["excitation.speed"] = model.excitation.omega
@@ -42,13 +42,13 @@ def steady(model: Model) -> Model:
             changes[f"torque.{index}.ramps"] = None
         if torque.signal is not None:
             changes[f"torque.{index}.signal"] = None
-            if torque.mean != BALANCE:  # that does so without the record as well
+            if torque.mean != BALANCE:  # "balance" also works without the record
                 changes[f"torque.{index}.mean"] = mean_torque(model, index)
     return model.with_(changes) if changes else model
 
 
 def refuse_motions(model: Model, what: str) -> None:
-    """Refuse a model with a prescribed motion; the ModelError says what needs every inertia free."""
+    """Refuse a model with a prescribed motion; the ModelError says that ``what`` needs every inertia free."""
     if model.motions:
         rule = f"{what} needs every inertia free"
         raise ModelError(
@@ -66,7 +66,7 @@ def refuse_sideways(model: Model, what: str) -> None:
 
 
 def refuse_recorded_motions(model: Model, what: str) -> None:
-    """Refuse a model with a recorded motion; the ModelError says what needs harmonics."""
+    """Refuse a model with a recorded motion; the ModelError says that ``what`` needs harmonics."""
     recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]
     for i, motion in recorded:
         rule = f"{what} needs every inertia free, or its motion by harmonics"
@@ -75,7 +75,7 @@ def refuse_recorded_motions(model: Model, what: str) -> None:
 
 
 def refuse_unsteady(model: Model, what: str) -> None:
-    """Refuse a model with other inputs than harmonics of one speed; the ModelError says what needs inputs that
+    """Refuse a model with inputs other than harmonics of one speed; the ModelError says that ``what`` needs inputs that
     repeat.
     """
     rule = f"{what} needs inputs that repeat every period"
@@ -85,8 +85,8 @@ def refuse_unsteady(model: Model, what: str) -> None:
 
 
 def refuse_but_events(model: Model, what: str) -> None:
-    """Refuse a model with other inputs than harmonics of one speed and torques over time; the ModelError says what
-    needs one speed.
+    """Refuse a model with inputs other than harmonics of one speed and torques over time; the ModelError says that
+    ``what`` needs one speed.
     """
     events = {f"torque.{i}.ramps": None for i, torque in enumerate(model.torques) if torque.ramps}
     events |= {f"torque.{i}.signal": None for i, torque in enumerate(model.torques) if torque.signal is not None}
@@ -94,7 +94,7 @@ def refuse_but_events(model: Model, what: str) -> None:
 
 
 def unsteady_problems(model: Model, rule: str, remedy: str) -> list[Problem]:
-    """Return what a model has besides harmonics of one speed, as problems."""
+    """Return the inputs of a model other than harmonics of one speed as problems."""
     torques = [(f"torque.{i}", torque.on) for i, torque in enumerate(model.torques) if torque.signal is not None]
     ramps = [(f"torque.{i}.ramps", torque.on) for i, torque in enumerate(model.torques) if torque.ramps]
     motions = [(f"motion.{i}", motion.on) for i, motion in enumerate(model.motions) if motion.signal is not None]

@@ -1,9 +1,9 @@
 """Assembly of the piecewise system of a model, with the names of its coordinates.
 
-Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column, and harmonics of its
-angle are errors of the elements at it. A drag torque is a mean torque of the opposite sign; a harmonic
-a sin(order Omega t + phase) becomes its sine and cosine parts. Along a sweep of the speed there are no harmonics: all
-of them are signals.
+Elements are in the order of ``Model.elements``. An inertia with prescribed motion has no column; harmonics of its angle
+are errors of the elements at this inertia. A drag torque is a mean torque of the opposite sign; a harmonic
+a sin(order Omega t + phase) is split into its sine and cosine parts. Along a sweep of the speed, all harmonics are
+signals.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def auxiliaries(model: Model) -> tuple[Named, ...]:
 
 
 def _clock(model: Model) -> Clock | None:
-    """Instants at which meshes with alternating stiffness change."""
+    """Times at which the stiffness of meshes alternates."""
     names = [named.name for named in auxiliaries(model)]
     places = [(names.index(pairs_name(e)), e, e.alternation) for e in model.elements if e.alternation is not None]
     return clock_of(model, places)
@@ -67,7 +67,7 @@ class Driveline:
 
 @kept
 def assemble(model: Model) -> Driveline:
-    """Write the model as one piecewise-linear system; made once, and kept on the model."""
+    """Write the model as one piecewise-linear system, which is kept on the model."""
     system = _system(model)
     return Driveline(model, system, _layout(model, system))
 

@@ -1,4 +1,4 @@
-"""A driveline that nothing drives: its bodies and elements alone."""
+"""A driveline without excitation: its bodies and elements alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gearrattle.model import Model
 
 @kept
 def unloaded(model: Model) -> PiecewiseSystem:
-    """The driveline without torques, drag torques, errors and friction; what has a prescribed motion is held."""
+    """The driveline without torques, drag torques, errors and friction; bodies with prescribed motion are held."""
     free = free_of(model)
     columns = columns_of(model)
     rows = rows_of(model)[:, columns]

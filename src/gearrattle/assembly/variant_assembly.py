@@ -1,12 +1,13 @@
 """Assembly of many variants of a model at once: varied paths are columns, and so are the coefficients.
 
-Every number of a model is one *leaf*; a path that is varied replaces its leaf by a column of values, one a variant, and
-the same sums and products as in ``assembly.system`` make columns of coefficients of them, in the same order: the same
-bits as if every variant were written, checked and assembled by itself (``tests/assembly/test_variants.py``).
+Every number of a model is one *leaf*. A varied path replaces its leaf by a column of values, one for every variant. The
+same sums and products as in ``assembly.system``, in the same order, give columns of coefficients. They agree to the
+last bit with the coefficients of variants that are written, checked and assembled one by one
+(``tests/assembly/test_variants.py``).
 
-Only numbers may differ. A variant that would have another structure - a gap that closes, a slope that vanishes - or
-that the model could refuse is marked: it must be assembled by itself. So must variants of paths that are no such
-number.
+Variants may differ in numbers only. A variant with another structure (a gap that closes, a slope that becomes zero), or
+one that ``Model`` might refuse, is marked; the caller must assemble it separately. The same is true for variants of
+paths that are no such number.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ Number = float | Array
 _POSITIVE = "positive"
 _NOT_NEGATIVE = "non-negative"
 _FINITE = "finite"
-_ZERO = "zero"  # a gap that is closed: an open one has more pieces
+_ZERO = "zero"  # a closed gap must stay closed: an open gap has more pieces
 _BOUNDS = {
     "inertia": {"J": _POSITIVE, "drag": _NOT_NEGATIVE, "drag_torque": _NOT_NEGATIVE},
     "coupling": {
@@ -60,7 +61,7 @@ _BOUNDS = {
     "excitation": {"speed": _POSITIVE, "frequency": _POSITIVE},
     "oil": {"temperature": _FINITE},
 }
-"""Leaves that may vary, and what the model asks of them."""
+"""Leaves that may vary, and their bounds in the model."""
 _ERRORS = ("transmission_error", "kinematic_error")
 
 
@@ -88,7 +89,7 @@ def bound_of(model: Model, path: str) -> str | None:
 
 
 def _owner(model: Model, kind: str, name: str) -> Any:
-    """The table that a path begins with; None for none."""
+    """The table at the begin of a path; None if it does not exist."""
     if kind in ("torque", "motion"):
         tables = {"torque": model.torques, "motion": model.motions}[kind]
         return tables[int(name)] if name.isdecimal() and int(name) < len(tables) else None
@@ -99,16 +100,16 @@ def _owner(model: Model, kind: str, name: str) -> Any:
 
 @dataclass
 class Columns:
-    """The leaves of a model, some of them columns over the variants.
+    """The leaves of a model, of which some are columns over the variants.
 
     Attributes
     ----------
     varied
-        by path (V,) values.
+        values (V,) of every varied path.
     good
-        (V,) which variants share the structure of the model, and satisfy it for certain.
+        (V,) whether a variant has the structure of the model and satisfies its rules for certain.
     has_tables
-        whether a leaf was read that is a table over speed.
+        whether one of the leaves read so far is a table over speed.
     """
 
     model: Model
@@ -142,7 +143,7 @@ class Columns:
         return self.model.excitation.omega
 
     def of(self, path: str, value: Any) -> Number:
-        """The leaf at a path, whose value in the model is given; tables over speed are read at every speed."""
+        """The leaf at a path, ``value`` in the model; a table over speed is evaluated at the speed of every variant."""
         if path in self.varied:
             return self.varied[path]
         if not isinstance(value, AtSpeed):
@@ -176,20 +177,21 @@ def coefficients(
     Parameters
     ----------
     model
-        one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
+        one of the variants, with laws and harmonics only (``system.is_plain``); it holds all values that are not
+        varied.
     varied
-        by path (V,) values in SI.
+        values (V,) of every varied path [SI].
     shared
-        as many times the model itself (``repeated``): the arrays that no path varies are taken from there, not copied.
+        the model repeated V times (``repeated``): arrays that no path varies are taken from there, not copied.
 
     Returns
     -------
     tuple[Coefficients, NDArray[np.bool_]]
-        Coefficients with a leading axis (V, ...), and (V,) which of them may be used: the others must go the general
-        way.
+        Coefficients with a leading axis (V, ...), and (V,) whether a variant may be used; the others must be assembled
+        separately.
     """
     columns = Columns(model, varied, count)
-    if load_ripples(model) or _moves_drag(model, varied):  # of a mean load, or of speeds, that the columns may change
+    if load_ripples(model) or _moves_drag(model, varied):  # they depend on mean loads or speeds, which may vary
         columns.good[:] = False
     parts = varied_parts(model, varied)
     out = _separate(shared, parts) if shared else repeated(coefficients_of(assemble(model).system), count)
@@ -212,7 +214,7 @@ def _moves_drag(model: Model, varied: Iterable[str]) -> bool:
 
 
 def varied_parts(model: Model, varied: Iterable[str]) -> set[str]:
-    """Return which coefficients vary with paths besides the period: "laws", and "loads" for all others."""
+    """Return which coefficients besides the period depend on the paths: "laws", and "loads" for all others."""
     parts = set()
     for path in varied:
         kind, *keys = path.split(".")
@@ -239,7 +241,7 @@ def has_tables(model: Model) -> bool:
 
 
 def _check_laws(columns: Columns, out: Coefficients) -> None:
-    """Mark the variants whose laws have another structure, or are not finite."""
+    """Mark the variants whose laws have another structure or are not finite."""
     laws = assemble(columns.model).system.laws
     base = coefficients_of(assemble(columns.model).system).laws
     limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
@@ -252,14 +254,14 @@ def _check_laws(columns: Columns, out: Coefficients) -> None:
 
 
 def repeated(base: Coefficients, count: int) -> Coefficients:
-    """Return so many drivelines with the same numbers."""
+    """Return the coefficients of ``count`` drivelines with the same numbers."""
     *arrays, laws = base
     many = [array[None].repeat(count, axis=0) for array in (*arrays, *laws)]
     return Coefficients._make([*many[: len(arrays)], Laws._make(many[len(arrays) :])])
 
 
 def _separate(shared: Coefficients, parts: set[str]) -> Coefficients:
-    """Arrays that may be written where parts vary, and the period; the others as they are."""
+    """Return new arrays for the period and for the coefficients in ``parts``, and the shared arrays for all others."""
     out = shared._replace(period=shared.period.copy())
     if "laws" in parts:
         out = out._replace(laws=Laws._make(array.copy() for array in out.laws))
@@ -307,7 +309,7 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
 
 
 def _balance(columns: Columns, out: Coefficients) -> None:
-    """Write the means that balance trains; mark the variants in which one torque might not balance."""
+    """Write the means given as "balance"; mark the variants whose trains one torque may not balance."""
     free = free_of(columns.model).tolist()
     for balance in balances_of(columns.model):
         if f"torque.{balance.torque}.mean" in columns.varied:
@@ -322,8 +324,8 @@ def _balance(columns: Columns, out: Coefficients) -> None:
 def static_velocities(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Array, NDArray[np.bool_]]:
     """Return (V, N) velocities of a static start [rad/s], and (V,) whether the angles are those of the equilibrium.
 
-    The free inertias turn with those of prescribed motion. The angles differ from those of the equilibrium where a
-    prescribed angle begins elsewhere than at zero.
+    The free inertias turn along with the prescribed ones. The angles differ from those of the equilibrium if a
+    prescribed angle is not zero at the start.
     """
     velocity = np.zeros((count, assemble(model).system.size))
     level = np.ones(count, dtype=np.bool_)
@@ -353,7 +355,7 @@ def _sine_terms(columns: Columns, at: str, harmonic: Harmonic) -> list[tuple[flo
 
 
 def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
-    """Sine and cosine part of a harmonic; the phase by the same functions as one at a time."""
+    """Sine and cosine part of a harmonic, computed from the phase by the same functions as in ``assembly.system``."""
     amplitude = columns.of(f"{at}.amplitude", harmonic.amplitude)
     phase = columns.of(f"{at}.phase", harmonic.phase)
     if isinstance(phase, float):
@@ -365,7 +367,7 @@ def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
 
 
 def _write_laws(columns: Columns, out: Coefficients) -> None:
-    """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
+    """Write slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
     first = 0
     model = columns.model
     laws = assemble(columns.model).system.laws

@@ -1,4 +1,4 @@
-"""A model with only numbers that can be scaled: Hooke joints as sines, planet masses added to the carrier's J."""
+"""An equivalent model with only numbers that can be scaled: Hooke joints as sines, planet masses in the carrier's J."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from gearrattle.model.drag_points import DragPoint, drag_points, points_at
 
 
 def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
-    """Return the tables of an equivalent model, in which such components are expressed by plain numbers; tables over
-    speed by their values at the model's speed on request.
+    """Return the tables of an equivalent model, in which such components are expressed by plain numbers.
+
+    With ``at_speed``, tables over speed are replaced by their values at the model's speed.
     """
     tables = model.to_tables(at_speed=at_speed)
     for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):
@@ -37,7 +38,7 @@ def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
 
 
 def _constant(model: Model, point: DragPoint, *, at_speed: bool) -> dict[str, Any]:
-    """Return a drag part as numbers, its torque along a sweep as a table over the reference speed."""
+    """Return a drag part as numbers; along a sweep its torque is a table over the reference speed."""
     torque: Any = point.torque
     sweep = model.excitation.sweep
     if sweep is not None and sweep.begin != sweep.end and not at_speed:

@@ -1,11 +1,11 @@
-"""Command line of gearrattle: one file a command.
+"""Command line of gearrattle: one file per command.
 
-``main`` is the entry point. It imports a command only when it is asked for, turns every error into one message on
-stderr and an exit code, and never shows a traceback (unless GEARRATTLE_DEBUG=1). Results go to stdout, progress and
-messages to stderr. Exit codes: 0 done, 1 the computation or the machine failed, 2 bad input or usage, 130 Ctrl-C,
+``main`` is the entry point. It imports a command only when the user calls it, converts every error to one message on
+stderr and an exit code, and never shows a traceback (unless GEARRATTLE_DEBUG=1). Results are printed on stdout,
+progress and messages on stderr. Exit codes: 0 done, 1 computation or machine failed, 2 bad input or usage, 130 Ctrl-C,
 143 SIGTERM.
 
-To add a command: its file with a function, and its line in ``COMMANDS``.
+A new command needs a file with a function, and a line in ``COMMANDS``.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ COMMANDS = {
 """Every command: where its function is, and what it does."""
 
 _COLLECTED = 20_000
-"""Objects made between two garbage collections: libraries make a million that stay, and to visit them again and again
-took a tenth of a command's time."""
+"""Number of new objects between two garbage collections. Libraries make a million objects that remain; visiting them
+in every collection took a tenth of a command's time."""
 
 __all__ = ["COMMANDS", "app", "main"]
 
@@ -107,7 +107,7 @@ def app() -> App:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, of the process or of given words after the program's name, and return the exit code."""
+    """Run a command line (without the name of the program; None: that of the process) and return the exit code."""
     if arguments is None:
         one_thread()
         gc.set_threshold(_COLLECTED)
@@ -127,7 +127,10 @@ def _dispatch(arguments: Sequence[str] | None) -> None:
 
 
 def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
-    """Take ``--root DIR``, which every command has, out of the command line; ModelError if it is no folder."""
+    """Remove ``--root DIR``, which every command accepts, from the command line and return it.
+
+    ModelError if it is not a folder.
+    """
     root = None
     rest = []
     ahead = iter(words)

@@ -1,6 +1,6 @@
 """Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,..., NAME="1 N*m",... or NAME=WORD, which may be repeated.
 
-Where a name is a path of the model, x3 is three times what the model says.
+If the name is a path of the model, the value x3 means three times the value in the model.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def changes(option: str, entries: Sequence[str]) -> dict[str, Any]:
 
 
 def value_in(text: str) -> float | str | Factor:
-    """Return the factor that a word is, x3, else the number, else the text."""
+    """Return a word as a factor (x3), else as a number, else as text."""
     from gearrattle.model.factors import factor
 
     times = _float(text[1:]) if text.startswith("x") else None

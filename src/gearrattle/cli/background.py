@@ -1,8 +1,8 @@
-"""Long work that can be watched and stopped.
+"""Long computations with a progress display, which the user can stop.
 
-The work runs in a thread of its own; the main thread does nothing but show progress and wait, so that Ctrl-C is
-answered at once, even while a kernel is being compiled. Progress shows only on stderr and only after two seconds: a
-bar on a terminal, now and then a plain line elsewhere, none twice in a row.
+The computation runs in a separate thread. The main thread only shows progress and waits, so that Ctrl-C is handled at
+once, even while a kernel is being compiled. Progress is shown on stderr after two seconds: as a bar on a terminal,
+otherwise as single lines, without repetitions.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ T = TypeVar("T")
 _FIRST = "preparing"
 _COMPILING = " (compiling, once after an installation)"
 _LOADING = 0.5  # s; loading a kernel from the cache takes less
-_TICK = 0.05  # s between two looks at the work
-_PATIENCE = 2.0  # s before progress shows, and before a pace is known
-_GRACE = 0.25  # s for the work to stop after Ctrl-C
-_GRACE_FOR_KNOWN = 10.0  # s, the same where a partial result is wanted
+_TICK = 0.05  # s, between two checks of the work
+_PATIENCE = 2.0  # s, before progress is shown, and before its rate is known
+_GRACE = 0.25  # s, for the work to stop after Ctrl-C
+_GRACE_FOR_KNOWN = 10.0  # s, for the work to stop after Ctrl-C and return a partial result
 _LINE_EVERY = 5.0  # s between two plain lines
 
 
@@ -61,17 +61,17 @@ class Watch:
         self(0.0)
 
     def expect(self, seconds: float) -> None:
-        """Store the time the phase still takes [s], where the work knows it better than its pace; NaN: unknown."""
+        """Store the remaining time of the phase [s], if the work can estimate it; NaN: unknown."""
         self._expected = time.monotonic(), seconds
 
     def because(self, reason: str) -> None:
-        """Store in words why the phase takes so long."""
+        """Store the reason in words why the phase takes long."""
         self.reason = reason
 
     def remaining(self) -> float | None:
-        """Seconds this phase will still take, as the work says or at the pace so far; None while unknown.
+        """Remaining time of this phase [s], estimated by the work or from the rate of progress so far; None if unknown.
 
-        The pace leaves out the time of compilation. While a kernel is being compiled the answer is None.
+        The rate does not count the time of compilation. While a kernel is being compiled the value is None.
         """
         if COMPILATION.current > _LOADING:
             return None
@@ -97,12 +97,12 @@ class Watch:
 
 
 def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[T], None] | None = None) -> T:
-    """Do some work in the background, show its progress, and stop it on Ctrl-C.
+    """Run ``work`` in the background, show its progress, and stop it on Ctrl-C.
 
     Parameters
     ----------
     grace
-        how long it may take to stop [s].
+        time that the work may take to stop [s].
     known
         called after Ctrl-C with the result, if the work still returns one; it then has ``_GRACE_FOR_KNOWN`` seconds to
         stop.
@@ -136,7 +136,7 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE, known: Callable[[
         # show progress until it ends; not thread.join: in CPython 3.11 an interrupted join marks the thread as ended
         while not ended.wait(_TICK):
             display.update()
-    # on Ctrl-C: stop the work, and show what is known
+    # on Ctrl-C: stop the work, and pass its partial result to ``known``
     except KeyboardInterrupt as interruption:
         watch.stop()
         if thread.ident is not None:  # else interrupted before it began
@@ -160,7 +160,7 @@ def _working_time() -> float:
 
 
 class _Display:
-    """Shows a watch on stderr, after a while."""
+    """Shows the progress of a watch on stderr, after ``_PATIENCE``."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch

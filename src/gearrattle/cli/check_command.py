@@ -27,7 +27,7 @@ def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> 
     """Check a model file: print "ok" and what is in it, or every problem; notes on values that are hardly right."""
     from gearrattle.assembly import decay_notes, drag_notes, record_notes
 
-    # read the model, and find its rest
+    # read the model, and compute its equilibrium
     try:
         driveline = changed_model(model, changes)
         rest = gearrattle.equilibrium(driveline)
@@ -59,7 +59,7 @@ def check(model: ModelFile, /, *, changes: Changes = (), json: Json = False) -> 
 
 
 def _drag(model: Model) -> dict[str, Any]:
-    """Return the parts of the drag with their torques; nothing of a model without."""
+    """Return the drag parts with their torques; empty for a model without drag parts."""
     points = drag_points(model)
     keys = ("path", "on", "speed", "torque", "slope")
     return {"drag_parts": [{key: getattr(point, key) for key in keys} for point in points]} if points else {}
@@ -77,7 +77,7 @@ def _print_drag(model: Model) -> None:
 
 
 def _content(model: Model, rest: Equilibrium) -> dict[str, Any]:
-    """Say what is in a model."""
+    """Return the content of a model as numbers and words."""
     from gearrattle.assembly import assemble
 
     return {
@@ -101,13 +101,13 @@ def _content(model: Model, rest: Equilibrium) -> dict[str, Any]:
 
 
 def _ramps(model: Model) -> list[str]:
-    """Say where the ramps of torques lead, and when."""
+    """Return the levels and times of the ramps of torques in words."""
     is_si = model.units == "SI"
     return [f"{ramp.in_words(is_si=is_si)} on {torque.on}" for torque in model.torques for ramp in torque.ramps]
 
 
 def _records(model: Model) -> list[str]:
-    """Say how many points the records have, what stands between them, and how long a run they last."""
+    """Return for every record in words its number of points, its interpolation, and its duration."""
     from gearrattle.assembly import records_of
 
     signals = [record.signal for record in records_of(model) if not record.path.endswith(".ramps")]

@@ -37,8 +37,9 @@ def motion_or_recording(source: Path) -> Run | Recording:
 
 
 def channels_of(signal: Run | Recording, channel: str | None, option: str) -> tuple[str, ...]:
-    """Return the channels that a command looks at: the one that is named, else all signals of a recording; ModelError,
-    with the option's name, for a run without a named channel.
+    """Return the channels for a command: the named one, else all signals of a recording.
+
+    ModelError, with the option's name, for a run without a named channel.
     """
     from gearrattle.recording import Recording
 
@@ -51,7 +52,7 @@ def channels_of(signal: Run | Recording, channel: str | None, option: str) -> tu
 
 
 def no_channel(option: str) -> ModelError:
-    """Return the refusal of a run without the name of a channel."""
+    """Return the error for a run without the name of a channel."""
     rule = "must name a channel: a run has many, and only of a recording all are taken"
     return ModelError(Problem(option, "", rule, 'such as "acceleration.hub"'))
 

@@ -1,4 +1,4 @@
-"""``gearrattle compare``: algorithms side by side, judged by the exact solution."""
+"""``gearrattle compare``: several algorithms compared with the exact solution."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Contest:
-    """Settings of a comparison; what is not given here is taken from the model file, then from the defaults."""
+    """Settings of a comparison; missing settings are taken from the model file, then from the defaults."""
 
     reference: Annotated[str, Parameter(help="The judge.")] = "exact"
     cycles: Annotated[Whole | None, Parameter(help="Length of the runs, in common periods.")] = None

@@ -1,4 +1,4 @@
-"""``gearrattle condense``: small matrices that serve a band, clearances free to open and close."""
+"""``gearrattle condense``: small matrices of a driveline, valid in a band, with clearances that open and close."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``gearrattle continue``: motions that repeat, followed over a value of the model, stable or not."""
+"""``gearrattle continue``: periodic motions, stable and unstable, followed over a value of the model."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def _check_combination(
     scatter: Sequence[str] | None,
     rate: str | None,
 ) -> None:
-    """Refuse options that do not go together (ModelError): a command has one answer."""
+    """Refuse options that exclude each other (ModelError), because a command has one answer."""
     if (second[0] is None) != (second[1] is None):
         raise ModelError(Problem("--second", "", "--second and --second-range belong together", "give both or none"))
     from gearrattle.orbits.motion_map import CELLS
@@ -225,7 +225,7 @@ def _scattered(branch: Branch, deviations: Mapping[str, Written], watch: Watch) 
         watch(event / len(branch.events))
         try:
             of_events.append(branch.scatter(event, deviations))
-        except ModelError:  # of a kind that no number moves smoothly
+        except ModelError:  # events of this kind have no gradient
             of_events.append(math.nan)
     return BranchesPage(branch, of_events)
 

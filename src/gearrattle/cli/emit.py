@@ -1,7 +1,7 @@
-"""Computation, saving and printing of a command's result: in the background, whole or not at all.
+"""Computing (in the background), saving (complete or not at all) and printing the result of a command.
 
-A terminal gets the sentence and the short tables of the result's presentation, notes on stderr; ``--json`` prints the
-content of summary.json.
+The sentence and the short tables of the result's presentation are printed on stdout, notes on stderr; ``--json`` prints
+the content of summary.json.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ def emit(
     inputs: Sequence[Path] = (),
     keeps_known: bool = False,
 ) -> None:
-    """Compute a result, save it where that is asked for, and print it.
+    """Compute a result, save it to ``output`` if there is one, and print it.
 
     Parameters
     ----------
     output
-        a file or a folder; None: it is printed only.
+        a file or a folder; None: the result is printed only.
     inputs
-        files that are read, which ``output`` must not replace.
+        input files, which ``output`` must not replace.
     keeps_known
-        whether the work returns what it knows when it is stopped: it is printed and saved then, too.
+        whether the work returns a partial result when it is stopped, which is then printed and saved, too.
 
     Raises
     ------
     ModelError
-        ``output`` cannot hold such a result; then nothing has been computed.
+        such a result cannot be saved to ``output``; nothing has been computed then.
     """
     show = partial(print_result, json=json)
     _emit_to(kind, work, output, inputs, show, keeps_known=keeps_known)
@@ -64,7 +64,7 @@ def _emit_to(
     *,
     keeps_known: bool = False,
 ) -> None:
-    """Compute a result, save it where that is asked for, and show it; arguments as of ``emit``."""
+    """Compute a result, save it to ``output`` if there is one, and pass it to ``show``; arguments as of ``emit``."""
     from gearrattle.report.result_kinds import presentation_class, presentation_of
     from gearrattle.report.saved import check_target, destination, put_into
 
@@ -100,19 +100,19 @@ def emit_each(
     json: bool,
     inputs: Sequence[Path] = (),
 ) -> None:
-    """Compute one result after the other, each as ``emit`` does; of several an output is a folder with one for each.
+    """Compute, save and print several results one after the other, as ``emit`` does.
 
     Parameters
     ----------
     output
-        of one result a file or a folder; of several a folder, in which each has a folder of its name.
+        for one result, a file or a folder; for several, a folder with one folder per result, named after it.
     json
-        whether they are printed as JSON: of several as one document, ``results`` by name.
+        whether results are printed as JSON: several as one document with ``results`` by name.
 
     Raises
     ------
     ModelError
-        ``output`` is a file, and there are several results.
+        ``output`` is a file, but there are several results.
     """
     from gearrattle.report.result_kinds import presentation_class
     from gearrattle.report.saved import summary
@@ -142,14 +142,12 @@ def emit_each(
 
 
 def _folder_name(name: str) -> str:
-    """Return a channel's name as that of a folder."""
+    """Return the name of a channel as the name of a folder."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "channel"
 
 
 def print_result(presentation: Presentation[Any], written: Path | File | None = None, *, json: bool) -> None:
-    """Print a result, as JSON or as words: the answer on stdout, notes and the file or page that was written on
-    stderr.
-    """
+    """Print a result as JSON or as text: the answer on stdout; notes, and the written file or page, on stderr."""
     from gearrattle.report.saved import summary
     from gearrattle.report.text import plain_text
 

@@ -34,7 +34,7 @@ def examples(*, output: OutputPath = None, json: Json = False) -> None:
 
 
 def _copy(output: Path) -> None:
-    """Copy every example, whole or not at all; ModelError if the folder holds something."""
+    """Copy every example, complete or not at all; ModelError if the folder is not empty."""
     import shutil
 
     if output.is_dir() and any(output.iterdir()):

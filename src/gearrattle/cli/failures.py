@@ -1,6 +1,6 @@
 """Messages and exit codes of failures.
 
-A message says what failed, where, and what to try. An unexpected exception is called an internal error, and
+A message states the failure, its place, and a remedy. An unexpected exception is reported as an internal error;
 GEARRATTLE_DEBUG=1 shows its traceback.
 """
 
@@ -25,15 +25,15 @@ INTERRUPTED = 130
 TERMINATED = 143
 WORKER = "gearrattle-worker"
 """Name of the thread that computes."""
-_AGAIN = 0.01  # seconds until a lost interruption is raised again
+_AGAIN = 0.01  # s, until a lost interruption is raised again
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, of a batch queue or a container: everything that Ctrl-C does is done."""
+    """SIGTERM, as sent by a batch queue or a container: it has the same effects as Ctrl-C."""
 
 
 def guarded(work: Callable[[], object]) -> int:
-    """Do some work; turn every error into a message and an exit code."""
+    """Run ``work``; convert every error to a message and an exit code."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -75,9 +75,10 @@ def _terminated_cleanly() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _interruptions_kept() -> Iterator[None]:
-    """Raise an interruption again that Python loses: one in ``__del__``, or in a callback of a weak reference or of C.
+    """Context in which an interruption is raised again if Python loses it.
 
-    Importing modules calls such functions all the time, as do h5py and llvmlite.
+    Python loses interruptions in ``__del__`` and in callbacks of weak references or of C code. Such functions are
+    called often during imports, and by h5py and llvmlite.
     """
     before = sys.unraisablehook
 
@@ -100,7 +101,7 @@ def _interruptions_kept() -> Iterator[None]:
 
 
 def _terminate(*_: object) -> None:
-    """Raise ``Terminated``, and ignore what follows: cleaning up takes a moment."""
+    """Raise ``Terminated``, and ignore further signals, because cleaning up takes a moment."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     raise Terminated
 
@@ -151,7 +152,7 @@ def _reason(error: BaseException) -> str:
 
 
 def _discard_output() -> None:
-    """Let the interpreter flush its output into nothing: the reader has gone."""
+    """Redirect the output of the interpreter to the null device, because its reader has ended."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

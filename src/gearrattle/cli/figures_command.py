@@ -94,7 +94,7 @@ def figures(
 
 
 def look_of(look: Look) -> Any:
-    """Return the style that options ask for; ModelError for one out of range."""
+    """Return the style from the options; ModelError for an option out of range."""
     from gearrattle.report.plots.typeset import Style
 
     return Style(look.width, look.font, look.size, look.style)
@@ -102,7 +102,7 @@ def look_of(look: Look) -> Any:
 
 @contextmanager
 def _as_options() -> Iterator[None]:
-    """Name the options in what is refused."""
+    """Context in which errors name the options instead of the arguments."""
     from dataclasses import replace
 
     try:

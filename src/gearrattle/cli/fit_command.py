@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Search:
-    """How the fit is done."""
+    """Options for the fit."""
 
     bounds: Annotated[Words, Parameter(help="PATH=LOW..HIGH, values as in a model file. May be repeated.")] = ()
     factor: Annotated[float, Parameter(help="Bounds of the others: start divided and multiplied by this.")] = 3.0
@@ -49,7 +49,7 @@ class Search:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Recorded:
-    """How a recorded motion is compared; a data file says it in [recording]."""
+    """Options for comparing a recorded motion, instead of the table [recording] of a data file."""
 
     match: Annotated[Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
     start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
@@ -58,7 +58,7 @@ class Recorded:
     discard: Annotated[Whole | None, Parameter(help="Cycles left out at its start; default: the model's.")] = None
 
     def data(self, data: Path, over_speed: OverSpeed) -> Path | dict[str, Any]:
-        """Return a file as it is, or the tables that say how it is compared."""
+        """Return the path of a data file, or tables with the path of a measured file and these options."""
         settings = {"cycles": self.cycles, "discard": self.discard}
         table = {
             "match": words("--match", self.match),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Hearing:
-    """How motions become sound."""
+    """Options for the sound of motions."""
 
     path: Annotated[Path | None, Parameter(help="WAV or CSV file with an impulse response; default: assumed.")] = None
     scale: Annotated[float, Parameter(help="What 1 in a WAV impulse response is worth [Pa/(N s)].")] = 1.0
@@ -84,7 +84,7 @@ def listen(
 
 
 def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
-    """Open every motion or model, by the name of its file, once all of them can be heard."""
+    """Open every motion or model, by the name of its file, after checking that all of them can make sound."""
     from gearrattle.report.sound.listen import audible
     from gearrattle.report.sound.transfer_path import sound_path
 

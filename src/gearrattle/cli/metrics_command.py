@@ -40,7 +40,7 @@ def metrics(
     base_level
         Level of the gearbox without rattle [dB], for the rattle level.
     kappa
-        What makes a level of the intensity of impacts [1/N].
+        Factor from the intensity of impacts to sound [1/N], for the rattle level; follows from one measured level.
     kind
         "steady", or "transient": of an event. Default: transient where a torque has ramps or is a record.
     """

@@ -29,7 +29,7 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
 
 
 def _nearest(text: str) -> int:
-    """Return the whole number below a text's value, for a message; 8 where there is none."""
+    """Return the largest whole number below a text's value, for a message; 8 if the text is not a number."""
     try:
         return math.floor(float(text))
     except (ValueError, OverflowError):
@@ -42,7 +42,7 @@ Words = Annotated[Sequence[str], Parameter(show_default=False)]
 """An option that may be repeated."""
 ModelFile = Annotated[Path, Parameter(help="Model file (TOML).")]
 OutputPath = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-"""Where a result goes, of a command that says itself in which forms."""
+"""Path of a result, for commands that describe their file formats themselves."""
 Output = Annotated[
     OutputPath,
     Parameter(
@@ -83,7 +83,7 @@ def negligible_of(entries: Sequence[str]) -> dict[str, float | str] | None:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a simulation; what is not given here is taken from the model file, then from the defaults."""
+    """Settings of a simulation; missing settings are taken from the model file, then from the defaults."""
 
     algorithm: Annotated[str | None, Parameter(help='"exact" (default), or a stepping algorithm such as "rk4".')] = None
     cycles: Annotated[Whole | None, Parameter(help="Length of the run, in common periods.")] = None
@@ -104,13 +104,13 @@ class Settings:
 
 
 def typed(record: Any) -> list[str]:
-    """Return the options of a record that have other values than without being typed, as they are typed."""
+    """Return the names of options, as typed, whose values in ``record`` differ from their defaults."""
     values = {field: getattr(record, field.name) for field in fields(record)}
     return [f"--{field.name.replace('_', '-')}" for field, value in values.items() if value not in (field.default, [])]
 
 
 def refuse_unless(option: str, others: Mapping[str, object]) -> None:
-    """Refuse typed options, those that are not None, that play no part without another one (ModelError)."""
+    """Refuse options that were typed (not None) but have no effect without ``option`` (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(
             Problem(", ".join(typed), "", f"plays no part without {option}", f"add {option}, or leave it out")
@@ -118,14 +118,14 @@ def refuse_unless(option: str, others: Mapping[str, object]) -> None:
 
 
 def refuse_beside(option: str, others: Mapping[str, object]) -> None:
-    """Refuse typed options, those that are not None, that play no part beside another one (ModelError)."""
+    """Refuse options that were typed (not None) but have no effect together with ``option`` (ModelError)."""
     if typed := [name for name, value in others.items() if value is not None]:
         raise ModelError(Problem(", ".join(typed), "", f"plays no part with {option}", "leave one of them out"))
 
 
 @contextmanager
 def named_as(options: Mapping[str, str]) -> Iterator[None]:
-    """Rename the places of a ModelError raised inside: arguments of Python become the options that set them."""
+    """Context in which a ModelError names the options instead of the Python arguments that they set."""
     try:
         yield
     except ModelError as error:
@@ -134,7 +134,7 @@ def named_as(options: Mapping[str, str]) -> Iterator[None]:
 
 
 def number_or_text(text: str | None) -> float | str | None:
-    """Return a number where there is one, else the text: a quantity with its unit."""
+    """Return a text as a number, or, if it is none, the text itself: a quantity with its unit."""
     if text is None:
         return None
     try:
@@ -144,8 +144,8 @@ def number_or_text(text: str | None) -> float | str | None:
 
 
 NO_LIMIT = "none"
-_A_MINUTE = 60.0
-_ENDLESS = 1e9
+_A_MINUTE = 60.0  # s
+_ENDLESS = 1e9  # s
 
 
 def seconds_of(within: str | None) -> float | str:
@@ -156,8 +156,9 @@ def seconds_of(within: str | None) -> float | str:
 
 
 def ends_in(text: str, option: str = "--range") -> tuple[Written, Written]:
-    """Return the two ends of a range LOW:HIGH; a unit behind the second is that of the first, too; "x1:x8" are factors.
-    ModelError unless there are two values.
+    """Return the two ends of a range LOW:HIGH; a unit after the second end applies to both; "x1:x8" are factors.
+
+    ModelError unless the text has two values.
     """
     from gearrattle.model.units import with_last_unit
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Averaging:
-    """How densities are averaged."""
+    """Options for averaging densities."""
 
     resolution: Annotated[str | None, Parameter(help='Width of a bin, "2 Hz"; default: an eighth a segment.')] = None
     overlap: Annotated[float, Parameter(help="Share of a segment that the next has as well.")] = 0.5
@@ -84,12 +84,12 @@ def spectra(
 def _signal(
     source: Path, settings: Settings, channel: str | None, against: str | None
 ) -> tuple[Callable[[Watch], Run | Recording], tuple[str, ...]]:
-    """Open a source, or return what simulates a model, if its run will have the channels; and the channels to look at.
+    """Return a function that opens the source or simulates the model, and the names of the channels.
 
     Raises
     ------
     ModelError
-        settings for what is not simulated; a channel that a run does not have.
+        settings for a source that is not simulated; a channel that a run does not have.
     """
     from gearrattle.assembly import assemble
     from gearrattle.signals.spectral.sampled import column_of

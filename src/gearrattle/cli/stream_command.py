@@ -1,4 +1,4 @@
-"""``gearrattle stream``: a long motion, chunk by chunk, each kept as soon as it is finished."""
+"""``gearrattle stream``: a long motion in chunks; every chunk is saved as soon as it is finished."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def stream(
 
 
 def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Path) -> BaseException:
-    """Say what is kept and how to go on, if anything is."""
+    """Return the error with a text on which chunks are saved and how to resume, if any are."""
     done = under_way[0].close() if under_way else 0
     if not done:
         return error

@@ -1,4 +1,4 @@
-"""``gearrattle study``: many variants of one driveline, from a file that says which."""
+"""``gearrattle study``: many variants of one driveline, defined in a study file."""
 
 from __future__ import annotations
 
@@ -111,14 +111,14 @@ def _outliving(folder: Storage) -> Storage:
 
 
 def _divided(scheduler: str | None) -> str:
-    """Words that an estimate adds for a cluster: its workers are not counted before it is asked."""
+    """Words that an estimate adds for a cluster, whose number of workers is not known before the study runs."""
     return f"; divide by the number of threads of {scheduler}" if "://" in (scheduler or "") else ""
 
 
 def _carried_out(
     watch: Watch, prepared: Study, folder: Storage, title: str, under_way: list[Study], **how: Any
 ) -> tuple[Done, StudyReport]:
-    """Compute what is not done, and write the page."""
+    """Compute the cases that are not done, and write the page."""
     from gearrattle.studies.schedulers import opened
 
     workers = prepared.estimate(how["workers"], how["scheduler"]).workers
@@ -135,7 +135,7 @@ def _carried_out(
 
 
 def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Storage) -> BaseException:
-    """Say what is kept and how to go on, if anything is."""
+    """Return the error with a text on which cases are saved and how to resume, if any are."""
     kept = under_way[0].kept(folder) if under_way else ""
     if not kept:
         return error
@@ -161,7 +161,7 @@ def _page(done: Done, folder: Storage, title: str) -> StudyReport:
 
 
 def _options(spec: StudySpec, function: str | None) -> dict[str, Any]:
-    """What the command line gives to ``spec.prepare``."""
+    """Options of the command line for ``spec.prepare``."""
     if function is None:
         return {}
     if "function" not in spec.options:

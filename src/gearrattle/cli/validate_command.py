@@ -20,10 +20,16 @@ if TYPE_CHECKING:
     from gearrattle.measured.validation import Validation
 
 
+_THRESHOLD = (
+    "CLEARANCE=VALUE: an impact is counted when the force or deflection of this clearance rises to VALUE [SI]. "
+    "May be repeated."
+)
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Comparison:
-    """How the two are compared."""
+    """Options for comparing a simulated motion with a measured one."""
 
     match: Annotated[Words, Parameter(help="MEASURED=SIMULATED, e.g. a3=acceleration.hub. May be repeated.")] = ()
     start: Annotated[float | None, Parameter(help="First time used of the measured record [s].")] = None
@@ -33,7 +39,7 @@ class Comparison:
     trend: Annotated[str, Parameter(help='Removed from both: "none", "mean" or "linear".')] = "mean"
     clock: Annotated[str, Parameter(help='"cycle", "phase", "none", or seconds added to the measured times.')] = "cycle"
     clock_by: Annotated[str, Parameter(help="Measured channel that sets the clock.")] = ""
-    threshold: Annotated[Words, Parameter(help="CLEARANCE=VALUE [SI] where impacts count. May be repeated.")] = ()
+    threshold: Annotated[Words, Parameter(help=_THRESHOLD)] = ()
     noise: Annotated[Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
     calibration: Annotated[float | None, Parameter(help="Standard uncertainty of all channels [%].")] = None
     uncertain: Annotated[Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
@@ -81,7 +87,7 @@ def validate(
     measurement
         Measured file, or a mapping file for it (measurement.toml).
     """
-    if _is_run_up(model, how, over_speed):
+    if _checked_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up_command import validate_run_up
 
         files = (model, measurement)
@@ -96,8 +102,8 @@ def validate(
     emit("validation", work, output, json=json, inputs=[model, measurement])
 
 
-def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
-    """Return whether the speed changes; refuse options that do not apply."""
+def _checked_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
+    """Return whether the speed changes, after refusing options that apply to the other case only (ModelError)."""
     swept = is_run_up(model)
     wrong = [option for option in typed(how) if option != "--match"] if swept else typed(over_speed)
     if wrong:

@@ -1,4 +1,4 @@
-"""What ``gearrattle validate`` does with a run-up: orders over speed instead of cycles."""
+"""``gearrattle validate`` for a run-up: it compares orders over speed instead of cycles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class OverSpeed:
-    """How run-ups are compared."""
+    """Options for comparing run-ups."""
 
     order: Annotated[Sequence[float], Parameter(help="Of a run-up: compare it. May be repeated.")] = ()
     turns: Annotated[float | None, Parameter(help="Of a run-up: turns in a block of the fit; default 8.")] = None
@@ -31,7 +31,7 @@ class OverSpeed:
 
 
 def is_run_up(model: Path) -> bool:
-    """Return whether a model file has a sweep, or a saved run ran along one."""
+    """Return whether a model file, or the model of a saved run, has a sweep."""
     if model.suffix.lower() == ".toml":
         return is_model(model) and gearrattle.load(model).excitation.sweep is not None
     return gearrattle.open_run(model).speed is not None
@@ -46,7 +46,7 @@ def validate_run_up(
     *,
     json: bool,
 ) -> None:
-    """Compare a run-up, and print or save what came out."""
+    """Compare a simulated run-up with measured ones, and print or save the result."""
     repeats = [Path(path) for path in how.repeat]
     more = {} if how.turns is None else {"turns": how.turns}
 

@@ -1,7 +1,7 @@
 """Model of a driveline: read from files, validated, in SI.
 
-``load`` and ``loads`` read model files, ``example`` one that comes with the package; ``Model`` and its parts are
-frozen; ``json_schema`` describes the format.
+``load`` and ``loads`` read model files, ``example`` reads one that comes with the package. ``Model`` and its parts are
+immutable. ``json_schema`` describes the file format.
 """
 
 from gearrattle.model.components import Coupling, Mesh, Planetary

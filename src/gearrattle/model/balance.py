@@ -1,6 +1,6 @@
-"""A mean torque that balances its train: the word "balance" in place of a number.
+"""A mean torque that balances its train: the word "balance" instead of a number.
 
-Which number it stands for depends on all other torques of the train; ``assembly.mean_balance`` computes it.
+The value of such a torque depends on all other torques of the train; ``assembly.mean_balance`` computes it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Columns of a measured record: CSV whose header names the units.
 
-Numbers are read in one go; only where that fails is the file read line by line to say where. ``csv_layout`` determines
-how the file is written.
+All numbers are read at once. Only if that fails, the file is read line by line to find the wrong lines. ``csv_layout``
+determines encoding, separators and rows of the file.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-_MOST_SEARCHED = 100_000  # lines after the first wrong one that are searched for others: half a second
+_MOST_SEARCHED = 100_000  # lines after the first wrong line that are searched for more wrong lines: 0.5 s
 T = TypeVar("T")
 Ask = Callable[[int, int], None]
-"""Asks whether rows and columns of numbers may be read; raises ``Refused``."""
+"""Checks whether so many rows and columns of numbers may be read; raises ``Refused``."""
 
 
 def _ask(rows: int, columns: int) -> None:
-    """Ask for the memory of a table of numbers."""
+    """Check that the memory for a table of numbers is within the limit."""
     within_limit(8 * rows * columns)
 
 
 class Columns(NamedTuple):
-    """What was read: name to values in SI, each (N,); ``path`` as it is named in messages."""
+    """Columns of a record: values (N,) in SI by name; ``path`` is the name of the file in messages."""
 
     path: Path
     values: dict[str, NDArray[np.float64]]
     layout: Layout
 
     def unit(self, name: str) -> str:
-        """Return the unit of a column as the file has it; empty: none."""
+        """Return the unit of a column in the file; empty if it has none."""
         return next(head.unit or "" for head in self.layout.heads if head.name == name)
 
     def place(self, row: int, name: str) -> str:
-        """File, line and column of one sample, counted from 0."""
+        """Return file, line and column of one sample, whose row counts from 0."""
         number, _ = next(itertools.islice(self.layout.rows(self.path), row, None))
         return f"{self.path}:{number}: {name}"
 
@@ -58,17 +58,18 @@ class Columns(NamedTuple):
 def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     """Read some columns of a record.
 
-    A RecordError refuses a file that is missing or no text, a column that is missing or without its unit, two columns
-    of one name, a unit of the wrong dimension, and a value that is no finite number.
+    RecordError for a missing file or a file that is not text, a missing column or a column without unit, two columns
+    with the same name, a unit of the wrong dimension, and a value that is not a finite number.
     """
     return _guarded(path, lambda layout, rows: _read(path, layout, rows, wanted, dimensionless))
 
 
 def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tuple[Layout, NDArray[np.float64]]:
-    """Read columns (N, columns wanted) as they stand, with the layout of the file.
+    """Read the columns (N, columns) for which ``use(name, unit)`` is true, without converting units; with the layout.
 
-    No unit is asked for, NaN is a value, and an empty entry is NaN. ``ask`` is called before the numbers are read.
-    RecordError where the file is missing or no text, two columns have one name, or a value is no number.
+    Units may be missing; NaN is allowed, and an empty entry is NaN. ``ask`` is called before the numbers are read.
+    RecordError for a missing file or a file that is not text, two columns with the same name, or a value that is not a
+    number.
     """
 
     def read(layout: Layout, rows: int) -> tuple[Layout, NDArray[np.float64]]:
@@ -80,7 +81,7 @@ def read_all(path: Path, use: Callable[[str, str], bool], ask: Ask = _ask) -> tu
 
 
 def _guarded(path: Path, read: Callable[[Layout, int], T]) -> T:
-    """Find out how a record is written, have it and its rows read, and put what the machine refuses in our words."""
+    """Determine the layout of a record and call ``read`` with it and the number of lines; errors become RecordError."""
     try:
         if os.path.isdir(path):
             raise RecordError(str(path), "a folder", "must be a CSV file")
@@ -123,8 +124,9 @@ def _read(path: Path, layout: Layout, rows: int, wanted: Mapping[str, Dimension]
 def _numbers(
     path: Path, layout: Layout, use: Mapping[str, int], ask: Callable[[int], None], *, gaps: bool = False
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Read columns (N, columns) in one go, with notes on them; only where that fails the first wrong line is looked
-    for. ``ask`` is asked before they are read; with ``gaps`` an empty entry is NaN, otherwise it is refused.
+    """Read columns (N, columns) at once, and notes on them; if that fails, find the first wrong line.
+
+    ``ask`` is called before the numbers are read. With ``gaps`` an empty entry is NaN, otherwise it is refused.
     """
     import numpy as np
 
@@ -133,13 +135,13 @@ def _numbers(
     # columns of numbers and of time stamps
     stamps = _stamps(layout, use)
     wanted = list(dict.fromkeys([*use.values(), *stamps]))
-    ask(len(wanted) + bool(stamps))  # steps of time stamps are looked at for midnights
+    ask(len(wanted) + bool(stamps))  # one more column for the steps of time stamps, by which midnights are found
     # first as plain numbers, then with empty entries as NaN
     ways: list[Any] = [stamps or None, dict.fromkeys(wanted, _or_nan) | stamps] if gaps else [stamps or None]
     for converters in ways:
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
+                warnings.simplefilter("ignore")  # a header without rows: the error "too few points" is raised elsewhere
                 table = np.loadtxt(
                     _rows(path, layout),
                     delimiter=layout.delimiter,
@@ -159,7 +161,7 @@ def _numbers(
 
 
 def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
-    """Return what reads the columns of time stamps, where these are wanted, by their index."""
+    """Return by index the readers of the wanted columns of time stamps."""
     stamps = layout.stamps
     if stamps is None or stamps.column not in use.values():
         return {}
@@ -172,7 +174,7 @@ def _stamps(layout: Layout, use: Mapping[str, int]) -> dict[int, FromFirst]:
 def _since_first(
     table: NDArray[np.float64], layout: Layout, use: Mapping[str, int], stamps: Mapping[int, FromFirst]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Add dates to the clock times of their rows, or the days at midnight; leave the column of dates out."""
+    """Add the dates of the rows to their clock times, or a day at every midnight; remove the column of dates."""
     if not stamps or layout.stamps is None or not table.size:
         return table[:, : len(use)], ()
     own = list(use.values()).index(layout.stamps.column)
@@ -205,7 +207,7 @@ def _rows(path: Path, layout: Layout) -> Iterator[str]:
 
 
 def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None:
-    """Return the error of a row that has not as many entries as there are names."""
+    """Return the error of a row whose number of entries differs from the number of names."""
     separator = layout.separator
     count = len(layout.heads)
     entries = line.count(separator) + 1 if '"' not in line else len(layout.cells(line))
@@ -232,7 +234,7 @@ def _factor(location: str, name: str, unit: str | None, dimension: Dimension, di
 
 
 def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:
-    """Find the first line that cannot be read, and say which others cannot."""
+    """Return the error of the first line that cannot be read, with the numbers of the other wrong lines."""
     wrong = _wrong_rows(path, layout, columns, gaps=gaps)
     _, error = next(wrong, (0, RecordError(str(path), "", "must be a table of numbers")))
     others = []
@@ -248,7 +250,7 @@ def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps
 def _wrong_rows(
     path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool
 ) -> Iterator[tuple[int, RecordError]]:
-    """Yield the lines that cannot be read, each with its first error, from the first on as far as that is quick."""
+    """Yield number and first error of lines that cannot be read, searching ``_MOST_SEARCHED`` lines after the first."""
     stamps = _stamps(layout, columns)
     last = math.inf
     for number, line in layout.rows(path):
@@ -268,7 +270,7 @@ def _wrong_row(
     *,
     gaps: bool,
 ) -> RecordError | None:
-    """Return the first error of a line; None: it can be read."""
+    """Return the first error of a line; None if the line can be read."""
     if error := _wrong_count(location, line, layout):
         return error
     cells = layout.cells(line)

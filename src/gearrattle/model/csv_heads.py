@@ -1,7 +1,7 @@
 """Names and units in the rows above the numbers of a table.
 
-Rows of units and of types, such as ``f8``, are recognised by their entries. Of the other rows, the one with a name of
-time has the names; else one with units in brackets; else one without words parted by blanks.
+Rows of units and rows of types, such as ``f8``, are recognised by their entries. Of the other rows, the row of names is
+one that has a usual name for time; otherwise one with units in brackets; otherwise one without blanks in its entries.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ _FORMULA = ("=", "+", "-", "@")
 
 
 class Head(NamedTuple):
-    """Name and unit of a column; unit None where none is written."""
+    """Name and unit of a column; the unit is None if the file has none."""
 
     name: str
     unit: str | None
 
 
 def heads_of(rows: Sequence[Sequence[str]]) -> tuple[tuple[Head, ...], int, int | None]:
-    """Return names and units of columns, and the indices of their rows, from one row or more above the numbers."""
+    """Return names and units of columns, and the indices of the rows with these, from the rows above the numbers."""
     filled = [index for index, row in enumerate(rows) if any(row)] or [len(rows) - 1]
     words = [index for index in filled if not _are_types(rows[index])]
     if all(_are_units(rows[index]) for index in words):
-        words = filled  # names that look like types: f1, f2
+        words = filled  # all rows look like types: they may be names such as f1, f2
     units = [index for index in words if _are_units(rows[index]) and not _is_timed(rows[index])]
     names = max(words, key=lambda index: _likeness(rows, index, units))
     heads = tuple(_head(cell) for cell in rows[names])
@@ -58,15 +58,15 @@ def is_name_of_time(name: str) -> bool:
 
 
 def defused(name: str) -> str:
-    """Return a name for the head of a CSV file: a spreadsheet takes what begins with =, +, - or @ for a formula."""
+    """Return a name that is safe in the head of a CSV file: spreadsheets take text after =, +, - or @ as a formula."""
     return f"'{name}" if name[:1] in _FORMULA else name
 
 
 def _likeness(rows: Sequence[Sequence[str]], index: int, units: Sequence[int]) -> tuple[float, ...]:
-    """Return how much a row is one of names.
+    """Return a sort key; the row of names has the largest.
 
-    Of two rows that name a time the one of fewer letters has the names; of others the one nearest above the units, or
-    the last.
+    Of two rows with a name for time, the row with fewer letters is preferred; of two other rows, the row nearest above
+    the units, or the last one.
     """
     row = rows[index]
     heads = [_head(cell) for cell in row]
@@ -80,7 +80,7 @@ def _likeness(rows: Sequence[Sequence[str]], index: int, units: Sequence[int]) -
 
 
 def _is_timed(row: Sequence[str]) -> bool:
-    """Whether a row has a name of time."""
+    """Whether a row has a usual name for time."""
     return any(is_name_of_time(_head(cell).name) for cell in row)
 
 
@@ -90,7 +90,7 @@ def _are_types(row: Sequence[str]) -> bool:
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    """Whether a row holds units: one of time or angle among them, or nothing but units."""
+    """Whether a row has a unit of time or angle, or only units."""
     entries = [cell for cell in row if cell]
     if any(_unit(cell) in _OF_TIME_OR_ANGLE for cell in entries):
         return True

@@ -4,9 +4,9 @@
     0.000, 12.1             s;Nm
     0.001, 12.4             0,000;12,1
 
-The first line with two numbers or more gives the separator and the number of columns; a time stamp counts as a number.
-``csv_heads`` finds the names in the lines above it. Lines above the names are left out. Lines that begin with # are
-comments. Entries in double quotes may hold what parts the columns (RFC 4180).
+The first line with two or more numbers determines the separator and the number of columns; a time stamp counts as a
+number. ``csv_heads`` finds the names in the lines above. Lines above the names are ignored. Lines that begin with # are
+comments. Entries in double quotes may contain the separator (RFC 4180).
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from gearrattle.files import opened, opened_text
 from gearrattle.model.csv_heads import Head, heads_of
 from gearrattle.model.time_stamps import instant_of
 
-_LOOKED_AT = 200  # lines that are no comments, at most, until the first numbers
-_CHARACTERS_LOOKED_AT = 4_000_000  # of these lines together
-_BYTES_LOOKED_AT = 65_536
+_LOOKED_AT = 200  # lines, comments not counted, that are searched for the first numbers
+_CHARACTERS_LOOKED_AT = 4_000_000  # characters in these lines together
+_BYTES_LOOKED_AT = 65_536  # bytes from which the encoding is determined
 _LONGEST_LINE = 1_000_000  # bytes
-_PIECE = 500_000  # bytes in which line ends are counted at once; less than the longest line
+_PIECE = 500_000  # bytes that are read at once to count line ends; less than the longest line
 _MOST_COLUMNS = 100_000
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?")
 _COMMA_TO_POINT = str.maketrans(",.", ".,")
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f]")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
-_QUOTED = "\x1f"  # what parts entries whose quotes are taken away
+_QUOTED = "\x1f"  # separator of entries whose quotes have been removed
 EXAMPLE = "such as: t [s], n [rpm]"
 
 
 class RecordError(ValueError):
-    """A file that is no record of columns; ``place`` is file, line and column, the rest as in ``errors.Problem``."""
+    """A file that is not a table of columns; ``place`` is file, line and column, other fields as in ``Problem``."""
 
     def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
@@ -51,7 +51,7 @@ class RecordError(ValueError):
 class Stamps(NamedTuple):
     """Index of the column of time stamps, and the first stamp.
 
-    Where dates and clock times stand in two columns, ``day_index`` and ``first_day`` are of the column of dates.
+    If dates and clock times are in two columns, ``day_index`` and ``first_day`` are those of the column of dates.
     """
 
     column: int
@@ -68,11 +68,11 @@ class Layout(NamedTuple):
     names_line
         line of the names, counted from 1.
     first_row
-        how many lines that are neither blank nor comments stand above the first row.
+        number of lines above the first row, without blank lines and comments.
     stamps
-        of time; None: there are none.
+        time stamps; None if the file has none.
     notes
-        what was assumed.
+        assumptions about the file.
     """
 
     encoding: str
@@ -87,7 +87,7 @@ class Layout(NamedTuple):
 
     @property
     def delimiter(self) -> str:
-        """What parts the columns of ``readable`` lines."""
+        """Separator of the columns in ``readable`` lines."""
         return _QUOTED if self.quoted else self.separator
 
     def rows(self, path: Path) -> Iterator[tuple[int, str]]:
@@ -104,12 +104,12 @@ class Layout(NamedTuple):
         return self.with_points(_QUOTED.join(self.cells(line)) if self.quoted else line)
 
     def with_points(self, text: str) -> str:
-        """Return a text whose numbers have decimal points; a point along with decimal commas makes no number of it."""
+        """Return a text with decimal points; with decimal commas in the file, "1.5" becomes no number."""
         return text.translate(_COMMA_TO_POINT) if self.decimal_comma else text
 
 
 def cells_of(line: str, separator: str) -> list[str]:
-    """Return the entries of a line, without blanks and quotes around them; what stands in quotes is one entry."""
+    """Return the entries of a line, without blanks and quotes around them; a text in quotes is one entry."""
     line = line.rstrip("\r\n")
     if '"' not in line:
         return [cell.strip() for cell in line.split(separator)]
@@ -124,9 +124,9 @@ def numbered(lines: Iterator[str]) -> Iterator[tuple[int, str]]:
 
 
 def encoding_of(head: bytes) -> str | None:
-    """Return the encoding of a text that begins so: UTF-8, UTF-16 with its mark, else Windows-1252; None: no text.
+    """Return the encoding of a text by its first bytes: UTF-8, UTF-16 with byte order mark, else Windows-1252.
 
-    Windows-1252 holds what Latin-1 prints, the degree sign and the micro sign among it.
+    None if it is not text. Windows-1252 contains the printable characters of Latin-1, such as ° and µ.
     """
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
@@ -140,8 +140,9 @@ def encoding_of(head: bytes) -> str | None:
 
 
 def count_lines(path: Path) -> int:
-    """Return how many lines a file has, by its line ends, without reading a whole line; RecordError for a line too long
-    for a table, OSError if the file cannot be read.
+    """Return the number of lines of a file, by counting line ends in blocks.
+
+    RecordError for a line too long for a table, OSError if the file cannot be read.
     """
     ends = 0
     open_line = 0
@@ -172,8 +173,9 @@ def _first_lines(stream: Iterator[str]) -> list[tuple[int, str]]:
 
 
 def layout_of(path: Path) -> Layout:
-    """Determine how a file is written; RecordError if it is no text or has no line of names above the numbers, OSError
-    if it cannot be read.
+    """Determine the layout of a file.
+
+    RecordError if it is not text or has no line of names above the numbers, OSError if it cannot be read.
     """
     # encoding and first lines
     with opened(path) as binary:
@@ -231,10 +233,10 @@ def layout_of(path: Path) -> Layout:
 
 
 def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
-    """Return what parts columns, and the index of the first line with two numbers or more.
+    """Return the separator, and the index of the first line with two or more numbers.
 
-    A time stamp counts as a number in a line that begins with one or with a number. Without such a line the first one
-    holds the names, and nothing stands below it.
+    A time stamp counts as a number in a line that begins with a time stamp or a number. If there is no line with two
+    numbers, the first line holds the names and the file has no rows.
     """
     for separator in ";\t,":
         for index, line in enumerate(lines):
@@ -249,13 +251,13 @@ def _first_numbers(lines: Sequence[str]) -> tuple[str, int]:
 
 
 def _has_gaps(row: Sequence[str]) -> bool:
-    """Whether a row has one number or time stamp, and gaps for the others."""
+    """Whether a row has one number or time stamp, and all its other entries are empty."""
     entries = [cell for cell in row if cell]
     return bool(entries) and all(_is_number(cell) or instant_of(cell) is not None for cell in entries)
 
 
 def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> int | None:
-    """Return the index of the uppermost of the lines that may have names: as many entries, one below the other."""
+    """Return the index of the first of the consecutive lines above the numbers that have ``count`` entries."""
     index = first_row - 1
     while index >= 0 and len(rows[index]) != count:  # comments between the names and the numbers
         index -= 1
@@ -267,7 +269,7 @@ def _top_of_heads(rows: Sequence[Sequence[str]], first_row: int, count: int) -> 
 
 
 def _stamps(row: Sequence[str]) -> Stamps | None:
-    """Return where the first row has its time stamps: date and clock in one column, else in two, else one alone."""
+    """Return the time stamps of the first row: date and clock time in one column, or in two columns, or only one."""
     instants = {index: instant for index, cell in enumerate(row) if (instant := instant_of(cell)) is not None}
     whole = [index for index, instant in instants.items() if instant.day is not None and instant.clock is not None]
     clocks = [index for index, instant in instants.items() if instant.day is None]
@@ -279,7 +281,7 @@ def _stamps(row: Sequence[str]) -> Stamps | None:
 
 
 def _with_stamps(heads: tuple[Head, ...], stamps: Stamps) -> tuple[Head, ...]:
-    """Return heads in which the time stamps are in s, and a column of dates beside clock times has no name."""
+    """Return heads with unit s for the time stamps and without a name for a separate column of dates."""
     timed = list(heads)
     timed[stamps.column] = Head(heads[stamps.column].name, "s")
     if stamps.day_index is not None:
@@ -288,7 +290,7 @@ def _with_stamps(heads: tuple[Head, ...], stamps: Stamps) -> tuple[Head, ...]:
 
 
 def _is_number(cell: str) -> bool:
-    if _COMMA_NUMBER.fullmatch(cell):  # where commas part columns it stood in quotes
+    if _COMMA_NUMBER.fullmatch(cell):  # if the comma is the separator, such a number is in quotes
         return True
     try:
         float(cell)
@@ -298,8 +300,9 @@ def _is_number(cell: str) -> bool:
 
 
 def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str) -> bool:
-    """Whether numbers have a decimal comma, by the first row with a comma or a point in a number; RecordError if commas
-    in quotes also part columns, and all numbers with one may have separators of thousands.
+    """Whether numbers have a decimal comma, by the first row with a comma or a point in a number.
+
+    RecordError if the comma is also the separator of columns, and all commas in quoted numbers may separate thousands.
     """
     unsure: tuple[int, str] | None = None
     with opened_text(path, encoding, "replace") as stream:
@@ -322,7 +325,7 @@ def _has_decimal_comma(path: Path, encoding: str, first_row: int, separator: str
 
 
 def _notes(encoding: str, decimal_comma: bool) -> Iterator[str]:
-    """Yield what was assumed of the text and its decimals."""
+    """Yield notes on the assumed encoding and decimal sign."""
     if encoding == "cp1252":
         yield "no UTF-8: read as Windows-1252 (Latin-1)"
     if decimal_comma:
@@ -330,14 +333,14 @@ def _notes(encoding: str, decimal_comma: bool) -> Iterator[str]:
 
 
 def _notes_of_lines(numbers: Sequence[int], where: str) -> Iterator[str]:
-    """Yield which lines on one side of the names are left out."""
+    """Yield a note on ignored lines above or below the names."""
     if numbers:
         lines = f"line {numbers[0]}" if len(numbers) == 1 else f"{len(numbers)} lines up to line {numbers[-1]}"
         yield f"{lines} {where} the names: left out"
 
 
 def _notes_of_stamps(heads: Sequence[Head], stamps: Stamps | None) -> Iterator[str]:
-    """Yield from when on the time stamps count."""
+    """Yield a note on the time stamp at which time is zero."""
     if stamps is not None:
         first = f"{stamps.first_day} {stamps.first}".strip()
         yield f"{heads[stamps.column].name}: time stamps, taken as s from the first, {first}"

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _CYCLE = 4.0 * math.pi
-_SAME = 1e-6
+_SAME = 1e-6  # relative difference of two angles that count as equal
 
 
 def missing(signal: Signal) -> str:
-    """Say why a trace is no whole cycle; empty if it is one."""
+    """Return the reason why a trace is not a whole cycle; empty if it is one."""
     import numpy as np
 
     span = float(signal.time[-1] - signal.time[0])
@@ -32,7 +32,7 @@ def missing(signal: Signal) -> str:
 
 
 def pressure_at(signal: Signal, angle: Array) -> Array:
-    """Pressure at crank angles [Pa, rad]; where the trace has both ends of the cycle, the first one counts."""
+    """Pressure at crank angles [Pa, rad]; if the trace has both ends of the cycle, the value at its begin is used."""
     import numpy as np
 
     along, value = _closed(signal)
@@ -42,14 +42,14 @@ def pressure_at(signal: Signal, angle: Array) -> Array:
 
 
 def periodic_spline(signal: Signal) -> CubicSpline:
-    """The periodic spline through a trace over one cycle, before its scale."""
+    """The periodic spline through a trace over one cycle, without its scale."""
     from scipy.interpolate import CubicSpline
 
     return CubicSpline(*_closed(signal), bc_type="periodic")
 
 
 def _closed(signal: Signal) -> tuple[Array, Array]:
-    """Angles [rad] and values of one cycle, both ends included, the same value at both."""
+    """Angles [rad] and values of one cycle, both ends included and with equal values."""
     import numpy as np
 
     inside = signal.time < signal.time[0] + _CYCLE * (1.0 - _SAME)

@@ -10,12 +10,12 @@ from gearrattle.model.value_kinds import GROUND
 
 
 def drag_rules(inertias: Sequence[Mapping[str, Any]], names: Mapping[str, None], oil: object) -> Iterator[Breach]:
-    """Yield breaches: a part on no body, or on its own; a law that needs the oil of a model without one."""
+    """Yield breaches: ``on`` is no body or the part's own body; a law needs the oil, and the model has none."""
     for index, inertia in enumerate(inertias):
         rows = inertia.get("drag_parts")
         if not rows or not isinstance(rows, list | tuple):
             continue
-        from gearrattle.model.drag_parts import DRAG_PARTS  # most models have none
+        from gearrattle.model.drag_parts import DRAG_PARTS  # imported here, because most models have none
 
         for number, row in enumerate(rows):
             location = ("inertia", index, "drag_parts", number)
@@ -33,7 +33,7 @@ def drag_rules(inertias: Sequence[Mapping[str, Any]], names: Mapping[str, None],
 
 
 def _of(row: object, key: str) -> Any:
-    """Return what a part has under a key, as written or as read."""
+    """Return the value of a key, from a table as written or from a table object."""
     if isinstance(row, Mapping):
         return row.get(key)
     return getattr(row, key, None)

@@ -1,4 +1,4 @@
-"""The drag parts of a model at their operating points: relative mean speed, torque and slope of each.
+"""The drag parts of a model at their operating points: their relative mean speed, torque and slope.
 
 Mean speeds follow from the reference speed and the radii (``gearrattle.mean_speeds``). A part at rest, such as the
 needle bearing of a gear that is coupled to its shaft, has no torque and no slope.
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from gearrattle.model.inertia import Inertia
     from gearrattle.model.oil import Oil
 
-_AT_REST = 1e-9  # of the reference speed
+_AT_REST = 1e-9  # share of the reference speed, below which a part is at rest
 
 
 class Dragged(Protocol):
-    """What is read of a model."""
+    """The attributes of a model that this module reads."""
 
     inertias: tuple[Inertia, ...]
     torques: tuple[Torque, ...]
@@ -41,20 +41,20 @@ class Dragged(Protocol):
 
 
 class DragPoint(NamedTuple):
-    """A part of the drag at its operating point.
+    """A drag part at its operating point.
 
     Attributes
     ----------
     body, on
-        the bodies it acts between, by name; ``on`` may be "ground".
+        names of the two bodies; ``on`` may be "ground".
     path
         of the part in the file.
     speed
-        mean speed of the body less that of ``on`` [rad/s].
+        mean speed of ``body`` minus mean speed of ``on`` [rad/s].
     torque
         drag torque against the relative rotation [N m].
     slope
-        its change with the relative speed [N m s/rad].
+        derivative of the torque by the relative speed [N m s/rad].
     """
 
     body: str
@@ -67,7 +67,7 @@ class DragPoint(NamedTuple):
 
     @property
     def against(self) -> float:
-        """Torque against the rotation of the body [N m]; negative where it is driven."""
+        """Torque against the rotation of ``body`` [N m]; negative if the part drives it."""
         return math.copysign(self.torque, self.speed)
 
 
@@ -145,14 +145,14 @@ def _drag(model: Dragged, part: DragPart, speed: float, omega: float) -> Drag:
 
 
 def _unsettled(path: str, body: str) -> Problem:
-    """Say that nothing settles the mean speed of a body."""
+    """Return the problem that no element determines the mean speed of a body."""
     rule = f"couplings and meshes do not settle the mean speed of {body}"
     return Problem(f"{path}.on", "", rule, 'give relative_speed, such as relative_speed = "800 rpm"')
 
 
 def _ratios(model: Dragged) -> list[float]:
-    """Mean speeds of all inertias over the reference speed; NaN where nothing settles it."""
-    import numpy as np  # a model without drag parts is read without it
+    """Mean speeds of all inertias over the reference speed; NaN where no element determines the mean speed."""
+    import numpy as np  # imported here: a model without drag parts does not need it
 
     from gearrattle.mean_speeds import Kinematics, mean_speed_ratios
 
@@ -175,7 +175,7 @@ def _ratios(model: Dragged) -> list[float]:
 
 
 def reference_of(model: Dragged) -> int:
-    """Return the index of the reference inertia: that of the first motion, else of the first torque, else the first."""
+    """Return the index of the reference inertia: of the first motion, else of the first torque, else index 0."""
     driving = [*(motion.on for motion in model.motions), *(torque.on for torque in model.torques)]
     return [inertia.name for inertia in model.inertias].index(driving[0]) if driving else 0
 

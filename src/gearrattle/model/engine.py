@@ -5,10 +5,10 @@ turns its crank with
 
     T = (p - p_0) A x'  -  m Omega^2 x' x'',                                  ' = d/d phi,
 
-(H. Maass, H. Klier, Kraefte, Momente und deren Ausgleich in der Verbrennungskraftmaschine, 1981). Gas repeats every two
-turns, so orders are halves; the masses' torque is -d/d phi of their energy, has whole orders and no mean, and grows
-with Omega^2. The cylinders' torques add up, shifted by their firing angles: even firing leaves multiples of half their
-number.
+(H. Maass, H. Klier, Kraefte, Momente und deren Ausgleich in der Verbrennungskraftmaschine, 1981). The gas torque has a
+period of two turns, so its orders are multiples of 1/2. The torque of the masses is -d/d phi of their energy; it has
+whole orders and no mean, and grows with Omega^2. The torques of the cylinders add up, shifted by their firing angles;
+with even firing only multiples of half the number of cylinders remain as orders.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
 _LENGTH = Quantity(units.LENGTH, "positive")
 CYCLE = 4.0 * math.pi
 """Crank angle of one cycle [rad]."""
-_POINTS = 16384
-_NOTHING = 1e-9  # of the number of cylinders: what is left where their phases cancel
+_POINTS = 16384  # samples of one cycle
+_NOTHING = 1e-9  # share of the number of cylinders: smaller sums of their phases are zero up to rounding
 
 
 class SquareOfSpeed(float):
-    """A number that grows with the square of the speed; its value is that at the model's speed."""
+    """A number that grows with the square of the speed; as a float it has the value at the model's speed."""
 
     per_square: float
 
@@ -50,7 +50,7 @@ class SquareOfSpeed(float):
         return made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what makes an equal one, for copies and pickles."""
+        """Return how to make an equal number, for copies and pickles."""
         return _square, (float(self), self.per_square)
 
 
@@ -92,7 +92,7 @@ class Engine(Table):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: no cycle, a rod too short, a firing angle missing, no units."""
+        """Yield breaches: trace without a whole cycle, rod too short, firing angle missing, dimensionless model."""
         if dimensionless:
             yield Breach((), ..., "an engine needs units: this model is dimensionless", "give harmonics instead")
             return
@@ -103,7 +103,7 @@ class Engine(Table):
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        """Refuse a trace that is no whole cycle, and a rod too short to turn."""
+        """Refuse a trace that is not a whole cycle, and a rod too short for the crank to turn."""
         if rule := missing(self.pressure):
             raise breach(rule)
         if self.rod <= 0.5 * self.stroke:
@@ -112,11 +112,11 @@ class Engine(Table):
 
     @property
     def firing_angles(self) -> tuple[float, ...]:
-        """Crank angle at which each cylinder is where the trace begins [rad]."""
+        """For every cylinder, the crank angle at which its pressure trace begins [rad]."""
         return self.firing or tuple(k * CYCLE / self.cylinders for k in range(self.cylinders))
 
     def piston(self, angle: Array) -> tuple[Array, Array]:
-        """First and second derivative of a piston's way by crank angle [m]; angles [rad]."""
+        """First and second derivative of a piston's position by crank angle [m], at crank angles [rad]."""
         import numpy as np
 
         radius = 0.5 * self.stroke
@@ -129,7 +129,7 @@ class Engine(Table):
         return first, second
 
     def gas_torque(self, angle: Array) -> Array:
-        """Gas torque of one cylinder over its crank angle [N m, rad]."""
+        """Gas torque of one cylinder [N m] at its crank angles [rad]."""
         area = 0.25 * math.pi * self.bore**2
         return (pressure_at(self.pressure, angle) - self.crankcase) * area * self.piston(angle)[0]
 

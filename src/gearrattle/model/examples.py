@@ -1,6 +1,6 @@
 """The examples that come with the package: model files by name.
 
-A wheel carries the folder ``examples`` of the source tree inside the package; in a source tree it stands at the top.
+A wheel has a copy of the folder ``examples`` inside the package; in a source tree this folder is at the top level.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def example(name: str) -> Model:
     Parameters
     ----------
     name
-        of its file without ending, such as "case3" or "manual_transmission". The manual's page "Examples"
-        describes all of them; ``gearrattle examples`` lists them, and copies the files.
+        name of the file without ending, such as "case3" or "manual_transmission". The page "Examples" of the
+        documentation describes all examples; ``gearrattle examples`` lists them and copies the files.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def example(name: str) -> Model:
     Raises
     ------
     ModelError
-        there is no example of this name; the message lists all names.
+        no example has this name; the message lists all names.
 
     Examples
     --------
@@ -50,13 +50,13 @@ def example(name: str) -> Model:
 
 
 def example_files() -> dict[str, Path]:
-    """Return the examples' model files by name, in alphabetical order; ModelError where the package has none."""
+    """Return the examples' model files by name, in alphabetical order; ModelError if they are not installed."""
     folder = examples_folder()
     return dict(sorted((path.stem, path) for pattern in _MODELS for path in folder.glob(pattern)))
 
 
 def examples_folder() -> Path:
-    """Return the folder of the examples; ModelError where the package was installed without it."""
+    """Return the folder of the examples; ModelError if it is not installed."""
     for folder in (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples"):
         if (folder / "paper").is_dir():
             return folder

@@ -77,7 +77,7 @@ class Torque(Shown):
     """An engine that gives the mean and the sines; with mean = "balance" the sines alone."""
 
     def to_plain(self, *, at_speed: bool = False) -> TomlTable:
-        """Return the table; at a speed an engine is replaced by the mean and the sines that it gives."""
+        """Return the table; with ``at_speed``, mean and sines replace the engine from which they are computed."""
         plain = super().to_plain(at_speed=at_speed)
         if at_speed and self.engine is not None:
             del plain["engine"]
@@ -87,7 +87,7 @@ class Torque(Shown):
 
     @model_validator(mode="after")
     def _driven(self, info: ValidationInfo) -> Self:
-        """Let an engine give sines, and the mean unless that balances; sines of masses grow with the speed squared."""
+        """Compute the sines from the engine, and the mean unless it is "balance"; sines of masses grow with speed^2."""
         if self.engine is not None:
             gas, masses = self.engine.waves()
             omega = (info.context or {}).get(OMEGA) or 0.0
@@ -139,7 +139,7 @@ class Motion(Shown):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: not exactly one of speed, angle and harmonics; no harmonic; a mean speed of harmonics."""
+        """Yield breaches: not exactly one of speed, angle and harmonics; no harmonic; ``about`` with harmonics."""
         keys_set = [key for key in ("speed", "angle", "harmonics") if table.get(key) is not None]
         if len(keys_set) != 1:
             value = table[keys_set[-1]] if keys_set else ...
@@ -184,7 +184,7 @@ class Excitation(Shown):
 
     @property
     def omega(self) -> float:
-        """Reference speed Omega, that at the start [rad/s]; dimensionless in a dimensionless model."""
+        """Reference speed Omega at the start [rad/s]; dimensionless in a dimensionless model."""
         if self.sweep is not None:
             return self.sweep.begin
         if self.speed is not None:
@@ -200,7 +200,7 @@ class Excitation(Shown):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: more than one or none of speed, frequency and sweep."""
+        """Yield breaches: none, or more than one, of speed, frequency and sweep."""
         keys = ("speed", "frequency", "sweep")
         keys_set = [key for key in keys if table.get(key) is not None]
         if len(keys_set) > 1:

@@ -1,6 +1,6 @@
-"""Factors of values of a model: ``gr.factor(3)``, in a file ``{ factor = 3 }``, in a command ``x3``.
+"""Factors of values of a model: ``gr.factor(3)`` in Python, ``{ factor = 3 }`` in a file, ``x3`` in a command.
 
-``paths.resolved`` multiplies the value at the path by it.
+``paths.resolved`` multiplies the value at the path by the factor.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
 
 FACTOR = "factor"
-"""The only key of a table that stands for a factor."""
+"""The only key of a table that represents a factor."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Factor:
     Attributes
     ----------
     times
-        by which the value is multiplied.
+        number by which the value of the model is multiplied.
 
     Examples
     --------
@@ -35,17 +35,17 @@ class Factor:
     times: float
 
     def of(self, own: float) -> float:
-        """Return the value that it makes of the model's own: of a whole number a whole one, where it is one."""
+        """Return the product with the value of the model; an int if the value is one and the product is whole."""
         value = self.times * own
         return int(value) if isinstance(own, int) and float(value).is_integer() else value
 
 
 Written = float | str | Factor
-"""A number of a model as it is written: in SI, with its unit, or as a factor."""
+"""A number as users write it: in SI, as a text with its unit, or as a factor."""
 
 
 def factor(times: float) -> Factor:
-    """Return a value that is a multiple of what the model says, for ``Model.with_`` and studies.
+    """Return a factor of the model's own value, for ``Model.with_`` and studies.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def factor(times: float) -> Factor:
     Raises
     ------
     ModelError
-        no finite number.
+        ``times`` is not a finite number.
 
     Examples
     --------
@@ -70,10 +70,10 @@ def factor(times: float) -> Factor:
 
 
 def is_factor(value: object) -> bool:
-    """Return whether a value is a factor, or a table that stands for one: ``{ factor = ... }``."""
+    """Return whether a value is a factor, or a table that represents one: ``{ factor = ... }``."""
     return isinstance(value, Factor) or (isinstance(value, Mapping) and set(value) == {FACTOR})
 
 
 def factor_in(value: Any) -> Factor:
-    """Return the factor that a value is or a table stands for, see ``is_factor``; ModelError: no valid number."""
+    """Return the factor of a value for which ``is_factor`` is true; ModelError if it is not a valid number."""
     return value if isinstance(value, Factor) else factor(value[FACTOR])

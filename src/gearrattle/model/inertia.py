@@ -14,7 +14,7 @@ from gearrattle.model.value_kinds import GROUND, Label, Quantity
 if TYPE_CHECKING:
     from gearrattle.model.drag_parts import DragPart
 else:
-    DragPart = Any  # imported when a file has one
+    DragPart = Any  # the class is imported when a file has a drag part
 
 
 class Inertia(Shown):

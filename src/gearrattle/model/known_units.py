@@ -1,6 +1,6 @@
-"""The unit symbols of nearly every file, in SI: exact factor, and powers of kg, m, s and rad.
+"""The most frequent unit symbols in SI: exact factor, and powers of kg, m, s and rad.
 
-pint gives the same, but takes half a second to import and to read its own file of units; it converts all others.
+pint has the same values, but takes half a second to import and to read its file of units. It converts all other units.
 """
 
 from __future__ import annotations
@@ -65,4 +65,4 @@ _SYMBOLS: tuple[tuple[str, Fraction | int, Exponents], ...] = (
 KNOWN_UNITS: dict[str, tuple[Fraction, Exponents]] = {
     name: (Fraction(factor), exponents) for names, factor, exponents in _SYMBOLS for name in names.split()
 }
-"""Symbol or name -> its factor and powers."""
+"""Factor and powers by symbol or name."""

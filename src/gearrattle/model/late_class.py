@@ -1,4 +1,4 @@
-"""Keys whose classes are imported when a file has them: most files do not, and every start would pay for them."""
+"""Keys whose classes are imported only when a file has them, because most files do not and the import takes time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LateClass:
-    """What a key holds: the annotation of that name in a module."""
+    """The type of a key, by the name of an annotation in a module."""
 
     module: str
     name: str

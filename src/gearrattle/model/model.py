@@ -36,7 +36,7 @@ from gearrattle.model.written_units import keep_written_units, written_units
 if TYPE_CHECKING:
     from gearrattle.model.oil import Oil
 else:
-    Oil = Any  # imported when a file has one
+    Oil = Any  # the class is imported when a file has the table
 
 
 class Model(Table):
@@ -95,15 +95,15 @@ class Model(Table):
         tables
             the content of a model file, e.g. ``{"schema": 1, "inertia": [{...}], ...}``.
         positions
-            where each key stands, for messages; None if the tables come from no file. Paths in the tables
-            are relative to the file, or to the working directory.
+            line of every key, for messages; None if the tables do not come from a file. Paths in the tables are
+            relative to the folder of the file, or to the working directory.
         stored
-            points of signals by their digest, as ``to_stored`` gives them.
+            points of signals by their digest, as returned by ``to_stored``.
 
         Raises
         ------
         ModelError
-            carrying every problem of the tables.
+            with all problems of the tables.
         """
         model = cls._read(tables, positions, stored)
         keep_written_units(model, tables)
@@ -130,11 +130,11 @@ class Model(Table):
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """All elements: of couplings, of meshes, and so on in the order of ``COMPONENTS``; last, of drag parts."""
+        """All elements: of couplings, meshes and so on in the order of ``COMPONENTS``, then of drag parts."""
         return _elements(self)
 
     def to_tables(self, *, at_speed: bool = False) -> TomlTable:
-        """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
+        """Return the tables of the file format with quantities as plain numbers, without keys that the file left out.
 
         Parameters
         ----------
@@ -148,9 +148,9 @@ class Model(Table):
         return toml_text(self.to_tables())
 
     def to_stored(self) -> tuple[str, Points]:
-        """Return the model as a text in which the points of signals are only named, and the points by these names.
+        """Return the model as a text with digests instead of the points of signals, and the points by digest.
 
-        A record may be far longer than a model file. ``loads(text, stored=points)`` gives an equal model.
+        A record may be far longer than a model file. ``loads(text, stored=points)`` returns an equal model.
         """
         tables = self.to_tables()
         points = {}
@@ -168,15 +168,15 @@ class Model(Table):
         Parameters
         ----------
         changes
-            path to value: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. Named tables go by
-            name; torques, harmonics and stages by their 0-based index. Values as in a file; None leaves a key out.
-            ``*`` in a path stands for any text: all values that are set there are changed (``paths`` lists them).
-            ``gr.factor(3)`` is three times what this model says.
+            values by path: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. A path contains the names of
+            named tables, and 0-based indices of torques, harmonics and stages. Values as in a file; None removes a key.
+            ``*`` in a path stands for any text: all matching values that are set are changed (``paths`` lists them).
+            ``gr.factor(3)`` is three times the value of this model.
 
         Raises
         ------
         ModelError
-            a path that does not exist, or a value that the file format refuses.
+            the path does not exist, or the file format refuses the value.
 
         Examples
         --------
@@ -189,7 +189,7 @@ class Model(Table):
         return model
 
     def with_simulation(self, settings: Mapping[str, object]) -> Self:
-        """Return a new model with some simulation settings changed; it shares all other tables with this one.
+        """Return a new model with some simulation settings changed; it shares all other tables with this model.
 
         Parameters
         ----------
@@ -229,12 +229,12 @@ class Model(Table):
         return self.with_({f"criteria.negligible.{key}": value for key, value in negligible.items()})
 
     def paths(self, pattern: str = "*") -> tuple[str, ...]:
-        """Return the paths of the values that are set, as ``with_`` takes them.
+        """Return the paths of all values that are set, for ``with_``.
 
         Parameters
         ----------
         pattern
-            what they must match; ``*`` stands for any text.
+            pattern that the paths must match; ``*`` stands for any text.
 
         Examples
         --------
@@ -244,18 +244,18 @@ class Model(Table):
         return path_names(self.to_tables(), pattern)
 
     def __getitem__(self, path: str) -> Any:
-        """Return what the model has at a path.
+        """Return the value or the object at a path.
 
         Parameters
         ----------
         path
-            of a value: a number in SI, a text or a list, its default where the file is silent; or of a table: the
-            object that holds it, such as a ``Mesh``; of an array of tables all of them.
+            of a value (a number in SI, a text or a list; the default if the file does not state it); of a table, for
+            which its object is returned, such as a ``Mesh``; or of an array of tables, for all its objects.
 
         Raises
         ------
         ModelError
-            a path that leads nowhere, or a pattern.
+            the path does not exist, or is a pattern.
 
         Examples
         --------
@@ -273,7 +273,7 @@ class Model(Table):
     @model_validator(mode="wrap")
     @classmethod
     def _settle_units(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Tell the excitation whether its frequency is Omega itself."""
+        """In a dimensionless model, read the excitation again, with its frequency as Omega itself."""
         model = handler(data)
         if model.units == "dimensionless":
             model.__dict__["excitation"] = model.excitation.without_units()
@@ -281,7 +281,7 @@ class Model(Table):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: names used twice, names that do not exist, a start state of the wrong length."""
+        """Yield breaches: names used twice, names that do not exist, an initial state of the wrong length."""
         inertias = _rows(table, "inertia")
         if table.get("inertia") in ([], ()):
             yield Breach(("inertia",), table["inertia"], "a model needs at least one inertia")
@@ -304,7 +304,7 @@ class Model(Table):
 
 
 def _held(node: Any, key: int | str, path: str) -> Any:
-    """Return what an object of a model holds under a key of its table, or an array under an index."""
+    """Return the value of a key of an object of the model, or the entry of an array at an index."""
     if isinstance(key, int):
         return node[key]
     if isinstance(node, Table):
@@ -332,7 +332,7 @@ def _elements(model: Model) -> tuple[Element, ...]:
 
 
 def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:
-    """Return the speed that an excitation says, and that at the end of a sweep; None where nothing is understood."""
+    """Return the speed of an excitation, and the speed at the end of a sweep; None for values that cannot be read."""
     try:
         excitation = Excitation.model_validate(table, context={"dimensionless": dimensionless})
     except ValidationError:
@@ -342,7 +342,7 @@ def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | N
 
 
 def _rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
-    """Return an array of tables as mappings, whatever stands there."""
+    """Return an array of tables as mappings; empty if the value is something else."""
     rows = table.get(key)
     if not isinstance(rows, (list, tuple)):
         return []
@@ -377,7 +377,7 @@ def _elements_twice(table: Mapping[str, Any]) -> Iterator[Breach]:
 def _bodies(
     location: tuple[str, int], component: type[Component], row: Mapping[str, Any], names: Mapping[str, None]
 ) -> Iterator[Breach]:
-    """Yield breaches of the bodies that a component names: those that do not exist, or stand there twice."""
+    """Yield breaches for bodies of a component that do not exist or that it names twice."""
     seen: dict[str, None] = {}
     bodies = list(component.bodies(row))
     several = "two different" if len(bodies) == 2 else "different"
@@ -395,12 +395,12 @@ def _bodies(
 
 
 def _dangling(location: tuple[str | int, ...], name: str, names: Collection[str]) -> Breach:
-    """Return the breach of a name that no inertia has."""
+    """Return the breach for a name that is not the name of an inertia."""
     return Breach(location, name, f"no inertia has this name; there are {listed(names)}", did_you_mean(name, names))
 
 
 def _start_length(simulation: object, count: int) -> Iterator[Breach]:
-    """Yield breaches of a start state that has not one entry per inertia."""
+    """Yield breaches of an initial state that does not have one entry per inertia."""
     initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
     for key in ("angle", "velocity"):
         entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
@@ -410,7 +410,7 @@ def _start_length(simulation: object, count: int) -> Iterator[Breach]:
 
 
 def check_model(value: object) -> None:
-    """Refuse what is no model, such as the path of one (ModelError with how to get one)."""
+    """Refuse a value that is not a model, such as a path; the ModelError says how to get a model."""
     if isinstance(value, Model):
         return
     is_path = isinstance(value, str | os.PathLike)

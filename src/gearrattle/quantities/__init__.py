@@ -1,8 +1,9 @@
-"""Quantities of a motion: criteria, which judge it, and metrics, which measure it.
+"""Quantities of a motion: criteria, on which the verdict rests, and metrics.
 
-``quantity_table.QUANTITIES`` is the one table; ``CRITERIA`` and ``METRICS`` are chosen from it. A criterion and a
-metric of one kind (contact, transmissibility) share a file. A new quantity is its file, one line in the table, and its
-test. Transmissibility and peak-to-peak values of criteria are of the last eight cycles; all else is of the steady part.
+All quantities are in the table ``quantity_table.QUANTITIES``; ``CRITERIA`` and ``METRICS`` are parts of it. A criterion
+and a metric for the same effect (contact, transmissibility) share a file. A new quantity needs a file, one line in the
+table, and a test. The criteria transmissibility and peak-to-peak use the last eight cycles; all other quantities use
+the steady part.
 """
 
 from gearrattle.quantities.metric_sources import recording_of

@@ -1,4 +1,4 @@
-"""Sums over the chunks of a long motion, added one after the other; no chunk is kept."""
+"""Sums over the chunks of a long motion, which are read one after the other and not kept."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def add_chunks(
     Parameters
     ----------
     purpose
-        what is to be done with the sums, in words ("judged").
+        use of the sums in words ("judged"), for error messages.
     orders
         of the engine's torque; None takes those of the model's torques.
 
     Raises
     ------
     ModelError
-        chunks that do not follow each other, or none of which a cycle is not discarded.
+        chunks are not consecutive, or all their cycles are discarded.
     """
     sums: Sums | None = None
     end = None
@@ -53,7 +53,7 @@ def add_chunks(
 
 
 def orders_of(model: Model, orders: Sequence[float] | None = None) -> Array:
-    """Return the engine's orders, ascending: these, or those of torques and prescribed motions that are not zero."""
+    """Return the engine's orders, ascending: ``orders``, or the non-zero orders of torques and prescribed motions."""
     if orders is None:
         harmonics = [h for t in model.torques for h in t.harmonics] + [h for m in model.motions for h in m.harmonics]
         orders = [h.order for h in harmonics if h.amplitude and h.order]

@@ -1,16 +1,17 @@
 """Contact share: the part of the steady time that a clearance is in contact, and its share of time in each region.
 
-share_r = (1/t_w) sum of the stays in region r, from the event times of [discard T, end], not from samples; contact is
-every region but the centre. For a gap (no stiffness at the centre) the contact share is the mean slope of its law,
-scaled to 1 in contact: the stiffness contact ratio as a time average of df/d(delta) (Padmanabhan et al. 1995, sec. 6).
+share_r = (1/t_w) (sum of the times spent in region r), from the event times of [discard T, end], not from samples; an
+element is in contact in every region except the centre. For a gap (no stiffness at the centre) the contact share is the
+mean slope of its law, scaled to 1 in contact: the stiffness contact ratio as a time average of df/d(delta) (Padmanabhan
+et al. 1995, sec. 6).
 
-Sides of contact: where a gap spends its time, and whether its impacts change flanks. Shares of time on the drive side,
-on the coast side and free come from the event times of a simulated motion, else from the
-samples of a deflection, which are blind to what happens between two of them, and say so.
+Sides of contact: the shares of time of a gap on the drive side, on the coast side and free, and whether its impacts
+change flanks. They are computed from the event times of a simulated motion, otherwise from the samples of a deflection.
+Samples miss events between two of them, and a note says so.
 
-An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
-gear that hammers one flank with an occasional hit of the other is distinguished from one that crosses its backlash
-every time, which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
+An impact is *double-sided* if the contact before it was on the other flank, and *single-sided* if it was on the same
+flank. This distinguishes a gear that mostly hits one flank from a gear that crosses its backlash every time; both have
+a double-sided regime. The first impact in a record counts as single-sided, because the contact before it is unknown.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class ContactShare(CrossingQuantity):
     merging: str = "exact: times add up"
 
     def occasional(self, layout: Layout) -> list[Row]:
-        """Return the contact share of every clearance: a part that has none in some variant is always in contact."""
+        """Return the contact share of every clearance; a part without a corner in some variant is always in contact."""
         return [self.row(name, "contact share", 1.0) for name in layout.clearance_names]
 
     def values(self, state: State, layout: Layout, _cycles: int, duration: Array) -> Values:
@@ -73,7 +74,7 @@ def _label(region: int) -> str:
 
 @dataclass(frozen=True)
 class ContactSides(Quantity[Inputs]):
-    """Shares of time by side, and impacts by whether they change flanks."""
+    """Shares of time by side, and rates of single-sided and double-sided impacts."""
 
     name: str = "contact_sides"
     title: str = "Sides of contact"
@@ -87,7 +88,7 @@ class ContactSides(Quantity[Inputs]):
     merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return shares and rates of every clearance with a true gap."""
+        """Return shares of time and rates of impacts for every clearance that is a gap."""
         # gaps with a deflection
         layout = inputs.known_layout
         deflections = inputs.of("deflection")
@@ -120,7 +121,7 @@ class ContactSides(Quantity[Inputs]):
 
 
 def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
-    """The same from samples: an impact lies between two of them that pass from the centre into contact."""
+    """Shares and impacts from samples: an impact is between a sample in the centre and the next one in contact."""
     first = int(layout.region_of_first_piece[clearance])
     inner = centre(layout, clearance)
     region = np.searchsorted(layout.corners[clearance], deflection, side="right") + first
@@ -137,6 +138,6 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
 
 
 def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
-    """(I,) whether the contact before each impact was on the drive side; ``drive`` (I,) whether the impact is."""
+    """(I,) whether the contact before an impact was on the drive side; ``drive`` (I,) whether the impact itself is."""
     first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
     return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

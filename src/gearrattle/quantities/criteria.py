@@ -21,24 +21,24 @@ from gearrattle.trajectory import NegligibleImpacts
 def criteria(
     run: Run | Iterable[Run], *, negligible: Mapping[str, float | str] | None = None, kind: str | None = None
 ) -> Verdict:
-    """Judge a run by every criterion: does it rattle, where, how badly.
+    """Evaluate every criterion of a run: whether it rattles, where, and how badly.
 
     Parameters
     ----------
     run
         from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
-        ``open_stream``: they are judged as one motion, and none of them is kept.
+        ``open_stream``: they are evaluated as one motion, and are not kept in memory.
     negligible
-        below which sizes an impact is a touch, as ``[criteria] negligible`` of a model file; what is left out is as
-        the model says.
+        sizes below which an impact is a touch, as ``[criteria] negligible`` of a model file; sizes left out are those
+        of the model.
     kind
-        "steady", or "transient": when it hits first and hardest, and peak torques. None: transient where a torque has
-        ramps or is a record, which chunks of a long motion never are.
+        "steady"; or "transient", with the first impact, the hardest impact and peak torques. None: transient if a
+        torque has ramps or is a record; chunks of a long motion are always steady.
 
     Raises
     ------
     ModelError
-        if no cycle remains after the discarded ones, if chunks do not follow each other, or for what is no threshold.
+        if no cycle remains after the discarded ones, if chunks are not consecutive, or for a wrong threshold.
 
     Examples
     --------
@@ -67,11 +67,11 @@ def criteria(
 
 
 def check_negligible(negligible: object) -> None:
-    """Raise ModelError for thresholds that are no table; their values are judged with a model."""
+    """Raise ModelError for thresholds that are not a table; their values are checked together with a model."""
     if negligible is not None:
         check_arguments(negligible=(AnyTable(), negligible))
 
 
 def _limits(model: Model, negligible: Mapping[str, float | str] | None) -> NegligibleImpacts | None:
-    """Return the thresholds of a call, with those of the model; None: those of the model alone."""
+    """Return the thresholds of a call, completed by those of the model; None if the call has none."""
     return None if negligible is None else negligible_of(model.with_negligible(negligible))

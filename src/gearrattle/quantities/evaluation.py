@@ -1,8 +1,9 @@
 """Sums over the chunks of a motion, its verdict, and the rows of its metrics.
 
-``add`` extends the sums over a motion by its next chunk, each sum once for all quantities that read it; a whole run is
-one chunk. ``verdict_of`` gives the verdict on sums, ``rows_of`` the rows of metrics of their inputs, which are made of
-a motion, of sums over its chunks, or of a recording.
+``add`` extends the sums over a motion by its next chunk; a whole run is one chunk. A sum is computed once for all
+quantities that read it. ``verdict_of`` evaluates the criteria from the sums and returns the verdict. ``rows_of``
+returns the rows of metrics from ``Inputs``, which are made from a motion, from sums over its chunks, or from a
+recording.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _STEADY_SUMS: Mapping[str, Callable[[Trajectory, State | None], State]] = {
     "peaks": add_peaks,
     "spectra": add_spectra,
 }
-"""What adds the steady part of a chunk to a sum; "crossings" and "signals" read discarded cycles as well."""
+"""By sum: the function that adds the steady part of a chunk. "crossings" and "signals" also read discarded cycles."""
 
 
 def add(
@@ -51,16 +52,16 @@ def add(
     *,
     engine_orders: Array | None = None,
 ) -> Sums:
-    """Return the sums over a chunk of a motion and all chunks before it, each sum once for all that read it.
+    """Return the sums over a chunk of a motion and all chunks before it.
 
     Parameters
     ----------
     chunk
-        the next one, of whole cycles; a whole motion is one chunk.
+        the next chunk, of whole cycles; a whole motion is one chunk.
     before
-        sums over the chunks before it, of the same quantities; None at the first.
+        sums over the chunks before it, of the same quantities; None for the first chunk.
     engine_orders
-        orders of the torques, ascending, which metrics ask for.
+        orders of the torques, ascending, which metrics need.
 
     Raises
     ------
@@ -86,11 +87,11 @@ def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts |
     Parameters
     ----------
     sums
-        of all criteria over its chunks, of which some cycle is not discarded.
+        of all criteria over the chunks of the motion; at least one cycle is not discarded.
     units
-        "SI", or "dimensionless" for a model without units: then every unit reads "1".
+        "SI", or "dimensionless" for a model without units, for which every unit is "1".
     negligible
-        which impacts are touches; None: as the layout says.
+        sizes below which impacts are touches; None takes those of the layout.
     """
     if negligible is not None:
         layout = dataclasses.replace(sums.steady.layout, negligible=negligible)
@@ -114,7 +115,7 @@ def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts |
 
 
 def _assumption(parts: Sequence[Part], limits: NegligibleImpacts) -> list[str]:
-    """Say that a threshold is assumed where the severity of some part depends on it."""
+    """Note that a threshold is assumed, if some part touches and so depends on it."""
     touching = [part.name for part in parts if part.severity == "touches"]
     if not (touching and limits.is_assumed):
         return []
@@ -126,7 +127,7 @@ def judge(trajectory: Trajectory, *, units: str = "SI", negligible: NegligibleIm
 
     ModelError if no cycle remains after the discarded ones, GearRattleError if the log of corner crossings has a gap.
     """
-    steady(trajectory)  # refuses a motion of which nothing remains
+    steady(trajectory)  # refuses a motion whose cycles are all discarded
     return verdict_of(add(trajectory), units=units, negligible=negligible)
 
 
@@ -137,9 +138,9 @@ def rows_of(
     *,
     units: str = "SI",
 ) -> list[Row]:
-    """Return every value of the metrics; those that lack something give one row that says what.
+    """Return every value of the metrics; a metric without the inputs it needs has one row that says what is missing.
 
-    ``quantities`` are those wanted, None for all; ``units`` as of ``verdict_of``.
+    ``quantities`` are the names of the quantities to return, None for all; ``units`` as in ``verdict_of``.
     """
     rows = []
     if quantities is not None:
@@ -158,7 +159,7 @@ def rows_of(
 
 
 def _in_units(rows: Iterable[Row], units: str) -> list[Row]:
-    """Return rows as a model has them: without units, a dimension reads "1"."""
+    """Return rows with the units of the model; in a model without units, every dimension is "1"."""
     is_si = units == "SI"
     return [row if is_si or row.unit in WITHOUT_DIMENSION else dataclasses.replace(row, unit="1") for row in rows]
 

@@ -1,7 +1,7 @@
-"""Figures of a transient: its first and its hardest impact, its duration, and the peak torques.
+"""Characteristic numbers of a transient event: its first and hardest impact, its duration, and the peak torques.
 
-Averages over cycles say nothing of an event, such as a tip-in. It is described by the first impact, the hardest one,
-the number of impacts until the driveline is at rest again, and the largest torque of every element.
+Averages over cycles have no meaning for an event, such as a tip-in. It is described by the first impact, the hardest
+impact, the number of impacts until the torques have settled, and the largest torque of every element.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
 from gearrattle.wording import counted, engineering
 
 _BAND = 0.05
-"""Share of the largest change of a torque within which it has settled."""
+"""Share of the largest change of a torque: the torque has settled when it stays this close to its final mean."""
 
 
 class PeakTorque(NamedTuple):
-    """The largest torque of an element, at its first end: value [N m] with its sign, and time [s]."""
+    """The largest torque at the first end of an element: value with sign [N m], and time [s]."""
 
     value: float
     time: float
@@ -31,18 +31,18 @@ class PeakTorque(NamedTuple):
 
 @dataclass(frozen=True)
 class HardestImpact:
-    """The impact of most energy.
+    """The impact with the largest energy.
 
     Attributes
     ----------
     time
         [s].
     approach_speed
-        of the gap [m/s, of a coupling rad/s].
+        v of the gap [m/s, for a coupling rad/s].
     energy
         m v^2 / 2 [J].
     momentum
-        m v [N s, of a coupling N m s].
+        m v [N s, for a coupling N m s].
     """
 
     part: str
@@ -54,23 +54,23 @@ class HardestImpact:
 
 @dataclass(frozen=True)
 class Event:
-    """Figures of a motion that does not repeat, over the cycles that are judged.
+    """Characteristic numbers of a motion that does not repeat, over the cycles that are not discarded.
 
     Attributes
     ----------
     first_impact
-        when a gap is first closed, however softly [s]; None: no gap is.
+        time at which the first gap closes, negligible impacts included [s]; None if no gap closes.
     hardest
-        the impact of most energy; None without one.
+        the impact with the largest energy; None without impacts.
     impacts
         number of impacts of all gaps that are not negligible.
     last_impact
-        when the last of these begins [s]; None without one.
+        time at which the last of these impacts begins [s]; None without such impacts.
     settled
-        time from which on every torque stays within 5 % of its largest change about its mean of the last cycle [s];
-        None: not before that.
+        time from which on every torque stays near its mean over the last cycle, within 5 % of its largest change [s];
+        None if it does so only in the last cycle.
     peak_torque
-        by element.
+        largest torque of every element, by name.
     """
 
     first_impact: float | None
@@ -82,7 +82,7 @@ class Event:
     is_si: bool = True
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it in plain numbers."""
+        """Return the event as a dictionary of numbers."""
         peaks = {name: {"value": peak.value, "time": peak.time} for name, peak in self.peak_torque.items()}
         hardest = None if self.hardest is None else asdict(self.hardest)
         times = {"first_impact": self.first_impact, "last_impact": self.last_impact, "settled": self.settled}
@@ -109,7 +109,7 @@ class Event:
 
 
 def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
-    """Return the figures of the judged part of a motion."""
+    """Return the event of a motion, without its discarded cycles."""
     layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
     counted_times = impacts.time[~are_touches(impacts, layout)]
@@ -125,13 +125,13 @@ def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bo
 
 
 def _of_gaps(trajectory: Trajectory, impacts: Impacts) -> Impacts:
-    """Return the impacts of gaps: springs that change stage do not rattle."""
+    """Return the impacts of gaps, without the stage changes of springs."""
     gaps = np.array([is_gap(trajectory.layout, k) for k in range(trajectory.layout.clearance.size)], dtype=np.bool_)
     return impacts.where(gaps[impacts.clearance])
 
 
 def _hardest(trajectory: Trajectory, impacts: Impacts) -> HardestImpact | None:
-    """Return the impact of most energy."""
+    """Return the impact with the largest energy."""
     if not len(impacts):
         return None
     energy = np.where(np.isfinite(impacts.energy), impacts.energy, 0.0)
@@ -177,7 +177,7 @@ def _exact_peaks(trajectory: Trajectory) -> dict[str, float]:
 
 
 def _settled(trajectory: Trajectory) -> float | None:
-    """Return when the last torque enters its band for good; None if only within the last cycle."""
+    """Return the time after which all torques stay within their bands; None if it is in the last cycle."""
     judged = steady(trajectory)
     time = judged.closed(trajectory.time)
     torque = judged.closed(trajectory.element_torque)
@@ -191,7 +191,7 @@ def _settled(trajectory: Trajectory) -> float | None:
 
 
 def times_of(event: Event) -> Array:
-    """Return the instants that a figure marks: first, hardest and last impact [s]."""
+    """Return the times to be marked in plots: first, hardest and last impact [s]."""
     hardest = None if event.hardest is None else event.hardest.time
     marks = (event.first_impact, hardest, event.last_impact)
     return np.array([mark for mark in marks if mark is not None])

@@ -1,8 +1,8 @@
-"""Metrics of an event: impacts and their energy loss, peak and rms torques and accelerations while it lasts.
+"""Metrics of an event: impacts and their energy loss, and peak and rms torques and accelerations during the event.
 
-Most metrics are averages over cycles, which mean nothing for a tip-in: their value depends on how long the run goes on
-after it. An event is measured from its start, the first ramp (else the start of the judged part), until every torque
-has settled (``quantities.event``), or to the end of the run where it has not.
+Most metrics are averages over cycles. They have no meaning for a tip-in, because they depend on the length of the run
+after it. An event is measured from its start until every torque has settled (``quantities.event``), or to the end of
+the run if they do not settle. It starts at the first ramp, or else at the end of the discarded cycles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gearrattle.signals.summaries import summary_of
 from gearrattle.trajectory import Array
 
 WHOLE = "driveline"
-"""The subject of what is of no single part."""
+"""The subject of rows about no single part."""
 _LEVELS = ("torque", "acceleration")
 _UNITS = {"torque": "N m", "acceleration": "rad/s^2"}
 _WORDS = {"torque": "torque", "acceleration": "angular acceleration"}
@@ -30,7 +30,7 @@ _WORDS = {"torque": "torque", "acceleration": "angular acceleration"}
 
 @dataclass(frozen=True)
 class EventMetric(Quantity[Inputs]):
-    """Figures of an event in numbers, from its begin [s]; None: from that of the judged part."""
+    """Numbers of an event from its begin [s]; None: from the end of the discarded cycles."""
 
     begin: float | None = None
     of_events: bool = True
@@ -44,7 +44,7 @@ class EventMetric(Quantity[Inputs]):
     merging: str = "not of chunks: a long motion is no event"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return impacts of every gap, and levels of every torque and acceleration; of a recording the levels alone."""
+        """Return impacts of every gap, and levels of every torque and acceleration; for a recording only levels."""
         first = float(inputs.time[0]) if self.begin is None else max(self.begin, float(inputs.time[0]))
         last = float(inputs.time[-1])
         rows = []
@@ -65,7 +65,7 @@ class EventMetric(Quantity[Inputs]):
         return rows
 
     def _of_the_whole(self, event: Event, length: float, interval: float) -> list[Row]:
-        """Return the instants of impacts, and their number."""
+        """Return times and number of impacts."""
         none = "no gap is closed"
         hardest = event.hardest
         where = none if hardest is None else f"the hardest impact is of {hardest.part}"
@@ -82,7 +82,7 @@ class EventMetric(Quantity[Inputs]):
         ]
 
     def _of_gaps(self, inputs: Inputs) -> list[Row]:
-        """Return how hard every gap is hit, and the energy that its impacts lose."""
+        """Return for every gap the hardness of its impacts and the energy that they lose."""
         layout = inputs.known_layout
         rows = []
         for k, name in enumerate(layout.clearance_names):
@@ -102,7 +102,7 @@ class EventMetric(Quantity[Inputs]):
     def _levels(
         self, inputs: Inputs, signal: tuple[str, str, str], inside: NDArray[np.bool_], exact: float | None
     ) -> list[Row]:
-        """Return peak, its instant, and rms of a signal over the event."""
+        """Return peak, time of the peak, and rms of a signal over the event."""
         quantity, subject, unit = signal
         word = _WORDS[quantity]
         samples = np.asarray(inputs.signals[quantity, subject])[inside]

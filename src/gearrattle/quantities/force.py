@@ -3,7 +3,7 @@
 Over the window, with means by the trapezoidal rule,
 
     standard deviation s = <(F - <F>)^2>^(1/2)            crest factor c = max |F| / <F^2>^(1/2)
-    kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: the |F| that 5 % of the time lie above
+    kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: level that |F| exceeds for 5 % of the time
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
 raises it. The force is that on the line of action, of a bearing that on its body
@@ -23,7 +23,7 @@ from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary
 
 EXCEEDED = "force exceeded 5 % of the time"
-_SHARE = 0.05  # of the time
+_SHARE = 0.05  # share of the time for the exceedance
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def _kurtosis(summary: Summary) -> float:
 
 
 def _exceeded(inputs: Inputs, name: str) -> tuple[float, float, str]:
-    """Return the force exceeded 5 % of the time, its error, and why there is none."""
+    """Return the force exceeded for 5 % of the time, its error, and a note on why it is missing."""
     exact = inputs.exceeded("force", name, _SHARE)
     if exact is not None:
         return exact, 0.0, ""

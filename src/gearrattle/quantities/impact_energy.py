@@ -1,4 +1,4 @@
-"""Energy that is lost in impacts, and the work of contacts.
+"""Energy lost in impacts, and work dissipated in contacts.
 
 From the event log: the loss of relative kinetic energy between the start and the end of each contact,
 
@@ -22,7 +22,7 @@ from gearrattle.signals import is_gap, reduced_inertia
 
 @dataclass(frozen=True)
 class ImpactLoss(Quantity[Inputs]):
-    """Relative kinetic energy that is lost in impacts."""
+    """Relative kinetic energy lost in impacts."""
 
     name: str = "impact_loss"
     title: str = "Energy lost in impacts"

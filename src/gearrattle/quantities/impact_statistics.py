@@ -6,10 +6,10 @@ deflection rate at the crossing, v' that at the end of the contact, and m_eff th
 
     approach speed |v|,    momentum m_eff |v|,    energy m_eff v^2 / 2,    exchanged momentum m_eff (|v| + |v'|),
 
-the last being the integral over the contact of the force above the quasi-static load (``gearrattle.signals.impacts``,
-which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
-it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
-motion cuts short has v' = 0 and the contact impulse up to then, and is noted.
+The exchanged momentum is the integral over the contact of the force above the quasi-static load
+(``gearrattle.signals.impacts`` has every impact with its sign). The contact impulse is the integral of the whole force,
+static load included: it grows with the length of the contact and does not measure how hard an impact is. For a contact
+that is still closed at the end of the motion, v' = 0, the contact impulse is that up to the end, and a note says so.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ _HARDNESS = {
     "exchanged momentum": ("exchanged", "m_eff (|delta'| at the start + |delta'| at the end of the contact)"),
     "contact impulse": ("impulse", "|integral of the force over the contact|"),
 }
-"""Measures of how hard impacts are: quantity, its name in ``signals.Hardness``, formula."""
+"""Measures of the hardness of impacts: name of the quantity, field of ``signals.Hardness``, formula."""
 
 
 @dataclass(frozen=True)
 class ImpactStatistics(CrossingQuantity):
-    """Rate of impacts, and how hard they are."""
+    """Rate and hardness of impacts."""
 
     name: str = "impacts"
     title: str = "Impacts"
@@ -53,7 +53,7 @@ class ImpactStatistics(CrossingQuantity):
     merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
 
     def occasional(self, layout: Layout) -> list[Row]:
-        """Return rates, 0 without a clearance, and how hard impacts are: the largest of none is 0, their mean NaN."""
+        """Return rates (0 without a clearance) and hardness; without impacts the largest is 0 and the mean NaN."""
         rows = []
         for clearance, name in zip(layout.clearance.tolist(), layout.clearance_names, strict=True):
             rows += [self.row(name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
@@ -65,7 +65,7 @@ class ImpactStatistics(CrossingQuantity):
         return rows
 
     def values(self, state: State, layout: Layout, cycles: int, duration: Array) -> Values:
-        """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""
+        """Return rates and hardness for every clearance; without impacts the largest is 0 and the mean NaN."""
         values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
             count = state["count"][..., k]
@@ -116,7 +116,7 @@ def _unit(layout: Layout, element: int, what: str) -> str:
 
 
 def _note(state: State, scope: Scope, clearance: int, what: str) -> str:
-    """Say what there is to know about contacts that are cut short, and values that do not exist."""
+    """Note contacts that are still closed at the end, and values that do not exist."""
     name = scope.layout.clearance_names[clearance]
     summary = summarise_impacts(state, scope.layout, clearance)
     if what == "contact impulse":

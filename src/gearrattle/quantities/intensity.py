@@ -1,12 +1,12 @@
 """Restitution and mean intensity of impacts, from the velocities in the log of crossings.
 
-Two bodies of the reduced inertia m along the deflection meet at the rate v and part at v'; e = |v'| / |v|:
+Two bodies with the reduced inertia m along the deflection begin a contact at the rate v and end it at v'; e = |v'|/|v|:
 
     p = m (1 + e) |v|,      I = (1/t_w) sum of p over the contacts that begin in the window  [N or N m]
 
-p is the momentum that an impact exchanges, the integral over the contact of the force above the quasi-static load
-(``gearrattle.signals.impacts``); the criterion "impacts" has its mean and largest value. A contact that the end of the
-motion cuts short has e = 0, and no restitution. The intensity is the mean force of the impacts.
+p is the exchanged momentum, the integral over the contact of the force above the quasi-static load
+(``gearrattle.signals.impacts``); the criterion "impacts" has its mean and largest value. A contact that is still closed
+at the end of the motion has e = 0 and does not count for the restitution. The intensity is the mean force of impacts.
 """
 
 from __future__ import annotations

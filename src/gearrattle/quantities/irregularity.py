@@ -2,8 +2,8 @@
 
     irregularity = (n_max - n_min) / n_mean,        peak to peak of an order: 2 |V(o)|  [rad/s]
 
-of every body; the gearbox input is one of them. The mean speed is that of a channel that holds it, else the reference
-speed times the ratio of the gears between. The peak to peak of an order is twice its amplitude, by least squares.
+of every body, such as the gearbox input. The mean speed is the mean of a channel "speed", otherwise the reference speed
+times the gear ratio. The peak to peak of an order is twice its amplitude, by least squares.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class SpeedIrregularity(Quantity[Inputs]):
     merging: str = "exact: extremes are the largest and the smallest, least squares add up"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return irregularity, speed range, and the range of every engine order."""
+        """Return irregularity, peak to peak of the speed, and peak to peak of every engine order."""
         rows: list[Row] = []
-        # swing of the speed over its mean
+        # peak to peak of the speed over its mean
         for quantity, name, average in _speeds(inputs):
             signal = inputs.signals[quantity, name]
             summary = inputs.summary(quantity, name)
@@ -65,7 +65,7 @@ class SpeedIrregularity(Quantity[Inputs]):
 
 
 def _speeds(inputs: Inputs) -> Iterator[tuple[str, str, float | None]]:
-    """Yield quantity, name and mean speed of all that turns."""
+    """Yield quantity, subject and mean speed of every signal of a speed."""
     for name in inputs.of("speed"):
         yield "speed", name, inputs.summary("speed", name).mean
     plate = inputs.layout

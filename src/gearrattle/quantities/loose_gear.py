@@ -1,17 +1,18 @@
 """Loose-gear test: the torque that an unloaded gear needs to follow its driver, over its drag torque.
 
-To follow its driver through the mesh rigidly, a loose gear of inertia J needs the torque J (R_d/R_l) |theta_d''|; the
-only torque that presses it to the flank is its drag T_d. The ratio
+To follow its driver through the mesh rigidly, a loose gear of inertia J_l needs the torque J_l (R_d/R_l) |theta_d''|;
+the only torque that presses it to the flank is its drag torque T_d. The torque ratio
 
-    J_l (R_d/R_l) peak |theta_d''| / T_d,      margin = 20 log10 of it  [dB]
+    J_l (R_d/R_l) peak |theta_d''| / T_d,      margin = 20 log10 of the ratio  [dB]
 
-is the classical rattle threshold: above 0 dB the gear lifts off. The *driver's* acceleration is taken, for the loose
-gear's own would measure the impacts instead (Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj,
-Zhao 2001, Proc. IMechE D 215, 241-258). It is the ratio in the motion as it is, and no design target: once gears
-rattle, the driver's acceleration contains their impacts, and far less drag than the ratio says may do.
+is the classical rattle threshold: above 0 dB the gear lifts off. The test uses the acceleration of the *driver*,
+because the acceleration of the loose gear itself contains its impacts (Singh, Xie, Comparin 1989, J. Sound Vib. 131,
+177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258). The ratio describes the motion with its rattle; it is not
+a design target. When gears rattle, the driver's acceleration contains impacts, and a much smaller increase of the drag
+torque than the ratio suggests may stop the rattle.
 
-A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body. Along a
-sweep on which the drag torque changes, the ratio is the largest of all instants, each with its own drag torque.
+A gear is *loose* if it has a drag torque and the mesh is the only element with stiffness on its body. Along a sweep
+over which the drag torque changes, the ratio is the largest ratio of all times, with the drag torque at that time.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from gearrattle.signals.levels import extreme_errors
 from gearrattle.signals.torque_ratios import changes_drag, largest_ratios
 from gearrattle.trajectory import Trajectory
 
-_FINE = 1e-3  # smaller sampling errors are not noted
+_FINE = 1e-3  # share of the peak: smaller sampling errors are not noted
 
 
 @dataclass(frozen=True)
@@ -105,17 +106,17 @@ class LooseGear(Quantity[Sums]):
 
 
 def _short(element: str, what: str, beyond: float) -> str:
-    """Say by which share a value may be too low; empty for a small one."""
+    """Note by which share a value may be too low; empty for a small share."""
     return f"{element}: by samples; {what} may lie {100.0 * beyond:.2g} % higher" if beyond > _FINE else ""
 
 
 def add_peaks(trajectory: Trajectory, before: State | None) -> State:
-    """Return the sum "peaks" over a chunk and all before it.
+    """Return the state "peaks" over a chunk and all chunks before it.
 
-    peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
-
-    Of the drivers of loose gears the peak is that of the exact motion, where it is known. Where drag torques of loose
-    gears change, also ratio and ratio_miss (n,): the largest torque ratio of each, and by how much it may be passed.
+    Its arrays are peak (n,), the largest |theta''| of every inertia, and miss (n,), the amount by which the true peak
+    of a driver may be larger [rad/s^2]. For drivers of loose gears, the peak is that of the exact motion if it is
+    known. If drag torques of loose gears change, there are also ratio (n,), the largest torque ratio of every loose
+    gear, and ratio_miss (n,), the amount by which the true ratio may be larger.
     """
     samples = steady(trajectory).closed(trajectory.acceleration)
     peak = np.max(np.abs(samples), axis=0)
@@ -137,7 +138,7 @@ def add_peaks(trajectory: Trajectory, before: State | None) -> State:
 
 
 def _exact_peaks(trajectory: Trajectory) -> dict[int, float]:
-    """Return the largest |theta''| of every loose gear's driver that is known between samples, by inertia [rad/s^2]."""
+    """Return by inertia the largest |theta''| of drivers of loose gears that are known between samples [rad/s^2]."""
     if trajectory.exact is None:
         return {}
     names = trajectory.layout.inertia_names

@@ -1,7 +1,7 @@
-"""Acceleration of every loose gear: rms and peak, in full band and above the engine's orders.
+"""Acceleration of every loose gear: rms and peak, in the full band and above the engine's orders.
 
-The mean is taken out. Above the engine's orders: the window's discrete Fourier transform without the lines up to the
-highest order of the engine's torque. Impacts act in this band; the torque does not excite it directly.
+The mean is removed. The band above the engine's orders is the discrete Fourier transform of the window without the
+lines up to the highest order of the engine's torque. Impacts excite this band; the torque does not excite it directly.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class LooseMotion(Quantity[Inputs]):
 
 
 def _summary_above(inputs: Inputs, signal: Array) -> tuple[Summary, float]:
-    """Return the summary of an acceleration above the engine's orders, with its miss, and the error of its rms."""
+    """Return the summary of an acceleration above the engine's orders, with the sampling error of its peak and rms."""
     summary, *parts = (
         summary_of(_above(inputs, samples - np.mean(samples[:-1])))
         for samples in (signal, *(closed(some) for some in thinned(signal[:-1])))

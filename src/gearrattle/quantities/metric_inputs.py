@@ -1,9 +1,9 @@
 """Inputs of metrics, the same for simulated motions and for recordings.
 
-A metric does not ask where a motion came from. Its inputs are uniform samples by quantity and subject over one window,
-the reference speed and the orders of the engine where they are known, the driveline's layout where a model is at
-hand, and the motion itself, with its exact log of crossings, where it was simulated. Where an input is missing that a
-metric ``needs``, its row has no value and says why; nothing is guessed.
+A metric does not depend on the source of a motion. Its inputs are uniform samples by quantity and subject over one
+window; the reference speed and the orders of the engine, if known; the layout of the driveline, if there is a model;
+and the motion with its exact log of crossings, if it was simulated. If an input is missing that a metric ``needs``, the
+row of the metric has no value and a note with the reason.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ SAMPLES = "the samples of the window"
 EXACT = "the window; of a simulated motion between its samples too"
 LOG = "the log of crossings over the window"
 WHOLE = "needs the samples of the whole motion at once, and these came in chunks"
-_LONG = 0.1  # of the time in contacts: they are no blows any more
-FINE = 1e-3  # of a peak: smaller sampling errors are not noted
+_LONG = 0.1  # share of the time in contacts, above which they are too long to count as impacts
+FINE = 1e-3  # share of a peak: smaller sampling errors are not noted
 Signal = Array | Summary
 """Samples (N + 1,), or their sums over chunks."""
 _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
@@ -45,12 +45,12 @@ class Inputs:
     time
         (N + 1,) uniform sample times over the window, both bounds included [s].
     signals
-        (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or what was
-        their sums over chunks.
+        (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or the summaries from their
+        sums over chunks.
     window
-        which part of the source that is, in words.
+        the part of the source that the samples cover, in words.
     omega
-        reference speed [rad/s]; None where it is unknown or not one.
+        reference speed [rad/s]; None if it is unknown or changes.
     period
         common period of the excitation [s]; None without a speed.
     engine_orders
@@ -58,11 +58,11 @@ class Inputs:
     motion
         the simulated motion with its log of crossings; None for a measurement.
     units
-        of a recording's signals, by quantity and subject; empty where the layout says them.
+        of a recording's signals, by quantity and subject; empty if they follow from the layout.
     wanted
-        quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
+        names of the quantities to compute; None for all. A metric may skip the others if they take long.
     speeds
-        (N + 1,) reference speed at the samples of a recording, where it was recorded [rad/s]; else None.
+        (N + 1,) reference speed at the samples of a recording [rad/s]; None if it was not recorded.
     """
 
     source: str
@@ -81,7 +81,7 @@ class Inputs:
     known_crossings: Sums | None = None
 
     def wants(self, quantity: str) -> bool:
-        """Whether a quantity is asked for."""
+        """Whether a quantity is to be computed."""
         return self.wanted is None or quantity in self.wanted
 
     @property
@@ -96,7 +96,7 @@ class Inputs:
 
     @property
     def known_layout(self) -> Layout:
-        """The layout, to metrics that need one."""
+        """The layout, for metrics that need one."""
         assert self.layout is not None
         return self.layout
 
@@ -121,7 +121,7 @@ class Inputs:
 
     @property
     def work(self) -> tuple[Array, float, float] | None:
-        """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
+        """(m,) work done on the elements [J], the time of this work [s], and its share before the window; or None."""
         motion = self.motion
         if motion is None or motion.energy is None:
             return None
@@ -130,20 +130,20 @@ class Inputs:
 
     @property
     def speed(self) -> float:
-        """The reference speed [rad/s], to metrics that need one."""
+        """The reference speed [rad/s], for metrics that need one."""
         assert self.omega is not None
         return self.omega
 
     @cached_property
     def orders(self) -> Array:
-        """All orders of the excitation: the engine's, and those of the layout."""
+        """All orders of the excitation: the orders of the engine and of the layout."""
         known = [] if self.layout is None else self.layout.orders.tolist()
         return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
 
     def summary(self, quantity: str, subject: str) -> Summary:
-        """Return mean, moments and extremes of a signal over the window: of the exact motion where it is known.
+        """Return mean, moments and extremes of a signal over the window, from the exact motion if it is known.
 
-        Mean and moments of an exact velocity are NaN: no metric needs them.
+        Mean and moments of an exact velocity are NaN, because no metric needs them.
         """
         if quantity not in self._exact:
             self._exact[quantity] = {} if self.motion is None else exact_summaries(self.motion, quantity)
@@ -153,9 +153,9 @@ class Inputs:
         return summary_of(signal) if isinstance(signal, np.ndarray) else signal
 
     def largest_torque_ratio(self, gear: LooseGear) -> LargestRatio:
-        """Return the torque that a loose gear needs over its drag torque, to metrics that know its driver.
+        """Return the torque that a loose gear needs over its drag torque, for metrics that know its driver.
 
-        Where the drag torque follows the speed, every sample has its own; NaN where that speed is not known.
+        If the drag torque depends on the speed, every sample has its own drag torque; NaN if the speed is unknown.
         """
         layout = self.known_layout
         driver = layout.inertia_names[gear.driver]
@@ -176,13 +176,13 @@ class Inputs:
         return largest_ratios(self.motion)
 
     def is_exact(self, quantity: str, subject: str) -> bool:
-        """Whether the summary of a signal is of the exact motion, between samples too."""
+        """Whether the summary of a signal is exact, the motion between samples included."""
         self.summary(quantity, subject)
         return subject in self._exact[quantity]
 
     @cached_property
     def thinned(self) -> tuple[Inputs, ...]:
-        """Summaries of every second and every fourth sample, to estimate errors of sampling; none of chunks."""
+        """Inputs with every second and every fourth sample, to estimate sampling errors; none for chunks."""
         return tuple(
             replace(self, time=self.time[::step], signals={k: np.asarray(x)[::step] for k, x in self.signals.items()})
             for step in (2, 4)
@@ -190,7 +190,7 @@ class Inputs:
         )
 
     def summary_error(self, quantity: str, subject: str, level: Callable[[Summary], float]) -> float:
-        """Return the error of a level of a signal that its samples leave, by ``thinned`` ones; 0 where it is exact."""
+        """Return the sampling error of a level of a signal, estimated from ``thinned``; 0 if the level is exact."""
         if self.is_exact(quantity, subject):
             return 0.0
         signal = self.signals[quantity, subject]
@@ -200,7 +200,7 @@ class Inputs:
         return max((abs(other - whole) for other in levels), default=math.nan)
 
     def velocity_errors(self, subject: str) -> Array:
-        """Return (o,) by how much ``velocities_at`` may be off, by every second and every fourth sample [rad/s]."""
+        """Return (o,) the sampling error of ``velocities_at``, from every second and every fourth sample [rad/s]."""
         fine = self.velocities_at(subject)
         coarse = [inputs.velocities_at(subject) for inputs in self.thinned]
         apart = [np.abs(fine - other) for other in coarse if fine is not None and other is not None]
@@ -208,11 +208,11 @@ class Inputs:
 
     @cached_property
     def _exact(self) -> dict[str, dict[str, Summary]]:
-        """Summaries of the exact motion that were asked for, by quantity and subject."""
+        """Summaries of the exact motion computed so far, by quantity and subject."""
         return {}
 
     def exceeded(self, quantity: str, subject: str, share: float) -> float | None:
-        """Return what the modulus of a signal exceeds for a share of the time, where the exact motion is known."""
+        """Return the level that a signal's modulus exceeds for a share of the time; None if only samples are known."""
         motion = self.motion
         if motion is None or motion.exact is None or (quantity, subject) not in motion.exact.signals(motion):
             return None
@@ -224,16 +224,16 @@ class Inputs:
         return {subject: values for (kind, subject), values in self.signals.items() if kind == quantity}
 
     def lacks(self, need: str) -> str:
-        """Say why a need is not met; empty where it is."""
+        """Return the reason why a need is not met; empty if it is met."""
         return "" if _NEEDS[need][0](self) else _NEEDS[need][1]
 
     def velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
-        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None if no signal gives it.
+        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None without a suitable signal.
 
-        By an angle, a velocity or an acceleration, times a power of i o Omega: at one order that is exact. The
-        smoothest serves best, for impacts make spikes of an acceleration, steps of a velocity and kinks of an angle,
-        and the less of them aliases down to the orders. Drifts are no orders and are taken out: where angle and
-        velocity are both inputs, such that both join end to end, else by least squares.
+        They are the amplitudes of an angle, a velocity or an acceleration times a power of i o Omega, which is exact at
+        one order. The smoothest signal is best, because its aliases at the orders are smallest: impacts are spikes in
+        an acceleration, steps in a velocity and kinks in an angle. Drift is removed: if angle and velocity are both
+        inputs, such that both are equal at begin and end, otherwise by least squares.
         """
         if subject not in self._kept:
             self._kept[subject] = self._velocities_at(subject)
@@ -246,7 +246,7 @@ class Inputs:
     def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
         known = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
         if known["velocity"] is None:
-            known["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
+            known["velocity"] = self.signals.get(("speed", subject))  # the mean does not matter at the orders
         angle = known["angle"]
         velocity = known["velocity"]
         if isinstance(angle, np.ndarray) and isinstance(velocity, np.ndarray):
@@ -269,7 +269,7 @@ class Inputs:
         shown = resolved(self.orders, self.speed, self.interval)
         if shown.any():
             periods = 1 if self.period is None else max(1, round(self.duration / self.period))
-            # a mean would cost digits
+            # a large mean would reduce the accuracy
             away = samples[:-1, None] - np.mean(samples[:-1])
             time = self.time[:-1]
             sums = order_sums(away, time, self.speed, self.orders[shown], periods=periods)
@@ -277,19 +277,19 @@ class Inputs:
         return amplitudes
 
     def movers(self) -> list[str]:
-        """Return the subjects whose motion is known: angles, velocities, speeds or accelerations, each once."""
+        """Return the subjects with an angle, velocity, speed or acceleration, without repetitions."""
         present = dict.fromkeys(subject for quantity, subject in self.signals if quantity in (*_DERIVATIVES, "speed"))
         known = () if self.layout is None else self.layout.inertia_names
         return [name for name in dict.fromkeys([*known, *present]) if name in present]
 
 
 def closed(samples: Array) -> Array:
-    """Return samples (N,) of whole periods with the first one after the last."""
+    """Return samples (N,) of whole periods with the first sample appended."""
     return np.append(samples, samples[:1])
 
 
 def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
-    """Return quantity and subject of the signals that metrics ask of an exact motion, where known between samples.
+    """Return quantity and subject of the signals that metrics need between samples, if the motion has exact values.
 
     All velocities, forces of meshes and bearings, accelerations of loose gears and their drivers.
     """
@@ -306,7 +306,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 
 
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
-    """Return exact summaries of a quantity for metrics, by subject; empty where nothing is known between samples.
+    """Return exact summaries of a quantity for metrics, by subject; empty if the motion has no exact values.
 
     The quantity is "velocity", whose mean and moments are NaN, "acceleration" or "force".
     """
@@ -357,7 +357,7 @@ _NEEDS: dict[str, tuple[Any, str]] = {
 
 
 def sampled(name: str, summary: Summary, peak: float) -> str:
-    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %."""
+    """Note how far a peak may be above the largest sample; empty if it is exact or accurate to 0.1 %."""
     if not summary.miss > FINE * abs(peak):
         return ""
     return f"{name}: a peak of samples, which may lie about {100.0 * summary.miss / abs(peak):.2g} % higher"
@@ -369,7 +369,7 @@ def order_word(order: float) -> str:
 
 
 def about(name: str, contacts: Contacts, duration: float) -> str:
-    """Say what a sum over contacts of one clearance leaves out; empty where all are short and have ended.
+    """Note what a sum over contacts of one clearance leaves out; empty if all contacts are short and have ended.
 
     ``duration`` is the length of the window [s].
     """

@@ -1,9 +1,9 @@
 """Inputs of metrics made from a simulated motion, from its chunks, or from a recording.
 
-Of a simulated motion the steady part [discard T, end] is taken. Of a recording with a known speed its last whole
-periods are taken; without a known speed, all of it. Both bounds are included: for a motion that repeats itself they
-are the same phase. A motion in chunks is described by its sums (``signals.chunk_moments``,
-``signals.crossing_sums``); no chunk is kept.
+The window is the steady part [discard T, end] of a simulated motion; the last whole periods of a recording with a known
+speed; or the whole of a recording without one. Both ends of the window are included; in a periodic motion they have the
+same phase. A motion in chunks is described by its sums (``signals.chunk_moments``, ``signals.crossing_sums``); chunks
+are not kept.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
 from gearrattle.trajectory import Array, Layout, Sideways, Trajectory
 from gearrattle.wording import counted
 
-_WHOLE = 1e-6  # of a period: shorter remainders are rounding
-_ROUNDED = 0.01  # of a sample interval: times that stray by less are rounded ones
+_WHOLE = 1e-6  # share of a period: shorter remainders are rounding
+_ROUNDED = 0.01  # share of a sample interval: times that differ by less from a uniform grid are rounded
 
 
 def recording_of(trajectory: Trajectory) -> Recording:
-    """Return the steady part of a simulated motion as a recording: all that sensors without noise could see of it.
+    """Return the steady part of a simulated motion as a recording, as if by sensors without noise.
 
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
     meshes, torques of all elements that turn bodies, displacements, forces of bearings on their bodies. The log of
@@ -67,9 +67,9 @@ def recording_of(trajectory: Trajectory) -> Recording:
 
 
 def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
-    """Return the inputs of metrics of a simulated motion; the orders of the torques ascend.
+    """Return the inputs of metrics for a simulated motion; ``engine_orders`` ascend.
 
-    ModelError if no cycle remains after the discarded ones.
+    ModelError if all cycles are discarded.
     """
     window = steady(trajectory)
     recording = recording_of(trajectory)
@@ -88,7 +88,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class ChunkInputs(Inputs):
-    """Inputs of metrics of a motion in chunks."""
+    """Inputs of metrics for a motion in chunks."""
 
     sums: Sums | None = None
 
@@ -110,7 +110,7 @@ class ChunkInputs(Inputs):
 
     @property
     def work(self) -> tuple[Array, float, float] | None:
-        """(m,) work done on the elements [J], the time of that [s], and the share of it before the window; or None."""
+        """(m,) work done on the elements [J], the time of this work [s], and its share before the window; or None."""
         state: SignalSums = self._states["signals"]
         share = state.discarded / (state.discarded + state.cycles)
         return None if state.loss is None else (state.loss, state.time, share)
@@ -139,7 +139,7 @@ class ChunkInputs(Inputs):
 
 
 def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders: Array) -> SignalSums:
-    """Return the sum "signals" over a chunk and all before it, None at the first; the orders of the torques ascend."""
+    """Return the state "signals" over a chunk and all chunks before it (None for the first); the orders ascend."""
     orders = np.unique(np.array([*engine_orders.tolist(), *trajectory.layout.orders.tolist()], dtype=np.float64))
     if trajectory.discard < trajectory.cycles:
         signals = np.stack([channel.values for channel in recording_of(trajectory).channels], axis=1)
@@ -149,7 +149,7 @@ def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders
 
 
 def _exactly(trajectory: Trajectory) -> Exactly | None:
-    """Return which signals of a chunk are known between samples, and their statistics; None for none."""
+    """Return the signals of a chunk that are known between samples, with their statistics; None if none is."""
     if trajectory.exact is None or trajectory.discard == trajectory.cycles:
         return None
     names = _channel_names(trajectory.layout)
@@ -160,9 +160,9 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
 
 
 def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
-    """Return the inputs of metrics of a motion in chunks.
+    """Return the inputs of metrics for a motion in chunks.
 
-    The sums are over chunks of which some cycle is not discarded, "crossings" and "signals" among them.
+    The sums include "crossings" and "signals"; at least one cycle of the chunks is not discarded.
     """
     state: SignalSums = sums.states["signals"]
     assert state.moments is not None
@@ -182,7 +182,7 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
 
 @dataclass(frozen=True, eq=False)
 class CrossingInputs(Inputs):
-    """Inputs of metrics that need no samples: the sums over the crossings of a simulated motion."""
+    """Inputs of metrics that need no samples: only the sums over the crossings of a simulated motion."""
 
     @property
     def has_log(self) -> bool:
@@ -197,9 +197,9 @@ class CrossingInputs(Inputs):
 
 
 def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[float, float]) -> Inputs:
-    """Return the inputs of metrics that need no samples; its deflections are known, and empty.
+    """Return the inputs of metrics that need no samples; deflections are present but empty.
 
-    ``span`` is the steady part, its first and its last sample [s].
+    ``span`` is the time of the first and last sample of the steady part [s].
     """
     return CrossingInputs(
         source="exact",
@@ -247,17 +247,17 @@ def _sideways_channels(layout: Layout, sideways: Sideways, window: Window) -> li
 def inputs_of_recording(
     recording: Recording, layout: Layout | None, omega: float | None, engine_orders: Sequence[float] | Array
 ) -> Inputs:
-    """Return the inputs of metrics of a recording.
+    """Return the inputs of metrics for a recording.
 
     Parameters
     ----------
     omega
-        reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
+        reference speed [rad/s]; None takes the mean of a channel "speed", if the recording has one.
 
     Raises
     ------
     ModelError
-        samples that are not uniform, not finite, or fewer than three.
+        samples are not uniform, not finite, or fewer than three.
     """
     # uniform, finite samples
     time, interval, noted = _uniform(recording)
@@ -265,7 +265,7 @@ def inputs_of_recording(
     if ill:
         rule = "must be finite at every sample"
         raise ModelError(Problem(recording.source, ", ".join(ill), rule, "cut the gaps out, or fill them"))
-    # reference speed: given, or the mean of its channel
+    # reference speed: the argument, or the mean of its channel
     speed = recording.find("speed")
     speeds = None
     if omega is None and speed is not None:
@@ -304,9 +304,9 @@ def inputs_of_recording(
 
 
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
-    """Return uniform times, their interval, and a note where the recorded ones are rounded.
+    """Return uniform times, their interval, and a note if the recorded times are rounded.
 
-    ModelError: fewer than three samples, or times that stray from a line by more than rounding.
+    ModelError for fewer than three samples, or for times that are not uniform within rounding.
     """
     time = recording.time
     if time.size < 3:
@@ -324,7 +324,7 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
 
 
 def _period(layout: Layout | None, omega: float, orders: Array) -> float:
-    """The common period of the excitation: the layout's at this speed; else one revolution, two for half orders."""
+    """The common period of the excitation: from the layout at this speed; else one revolution, two for half orders."""
     if layout is not None:
         return layout.period * layout.omega / omega
     whole = bool(np.all(np.abs(orders - np.rint(orders)) < 1e-9))
@@ -332,7 +332,7 @@ def _period(layout: Layout | None, omega: float, orders: Array) -> float:
 
 
 def _whole_periods(time: Array, interval: float, period: float) -> tuple[int, str, tuple[str, ...]]:
-    """Number of samples of the last whole periods, both bounds included; the same in words; notes."""
+    """Number of samples in the last whole periods, both ends included; the window in words; notes."""
     span = float(time[-1] - time[0])
     cycles = int(np.floor(span / period + _WHOLE))
     if cycles < 1:

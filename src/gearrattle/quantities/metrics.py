@@ -1,8 +1,9 @@
-"""``metrics``: rattle metrics of a run, of the chunks of a long one, or of a recording, as a table.
+"""``metrics``: rattle metrics of a run, of the chunks of a long run, or of a recording, as a table.
 
-Of a run everything is known; of chunks all that adds up, and ``merging`` of each metric says what does not. Of a
-recording, what a model, a speed and orders say beside it; a metric that lacks something gives one row that says what.
-An event is measured by ``event_metric``, and by the few metrics that are no averages over cycles.
+A run has all inputs of metrics. Chunks have those that are sums; ``merging`` of a metric says which values are not. A
+recording has its signals, and the caller may add a model, a speed and orders. A metric without an input that it needs
+has one row that says what is missing. An event is measured by ``event_metric``, and by the few metrics that are not
+averages over cycles.
 """
 
 from __future__ import annotations
@@ -50,43 +51,43 @@ def metrics(
     kappa: float | None = None,
     kind: str | None = None,
 ) -> pd.DataFrame:
-    """Measure a run or a recording by every rattle metric, or by some.
+    """Compute all rattle metrics, or some, for a run or a recording.
 
     Parameters
     ----------
     source
         from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
-        ``open_stream``, measured as one, and none of them kept; or a ``Recording`` of measured signals, uniformly
-        sampled.
+        ``open_stream``, measured as one motion and not kept in memory; or a ``Recording`` of measured signals,
+        uniformly sampled.
     model
-        the driveline of a recording: inertias, radii, drag torques, orders, speed; None without. A run brings
-        its own.
+        the driveline of a recording, for inertias, radii, drag torques, orders and speed; None if there is none. A run
+        has its own model.
     names
         of metrics (column ``metric``); None takes all.
     speed
-        reference speed of a recording [rad/s]; None takes the mean of its channel "speed", then the model's, which a
-        sweep does not have.
+        reference speed of a recording [rad/s]; None takes the mean of its channel "speed", or else the speed of the
+        model if it is constant.
     orders
         of the engine's torque; None takes those of the model's torques.
     base_level
         level of the gearbox without rattle, for the rattle level [dB]; None leaves it uncalibrated.
     kappa
-        what makes a level of the intensity of impacts [1/N]; None leaves it uncalibrated.
+        factor from the intensity of impacts to sound, for the rattle level [1/N]; None leaves it uncalibrated.
     kind
-        "steady", or "transient": impacts, peak and rms torques and accelerations of an event (metric "event") in place
-        of averages over cycles. None: transient where a torque has ramps or is a record, as in ``criteria``; a
+        "steady"; or "transient", with impacts, peak and rms torques and accelerations of an event (metric "event")
+        instead of averages over cycles. None: transient if a torque has ramps or is a record, as in ``criteria``; a
         recording and chunks of a long motion are steady.
 
     Returns
     -------
     pd.DataFrame
-        One row per value: metric, subject, quantity, value, unit, window, source, note. What there is not is NaN, with
-        a note. ``attrs["notes"]`` holds what there is to know about all of them.
+        One row per value: metric, subject, quantity, value, unit, window, source, note. A missing value is NaN and has
+        a note. ``attrs["notes"]`` holds the notes on all values together.
 
     Raises
     ------
     ModelError
-        a name there is not, an ill recording, a speed that is not positive.
+        unknown name of a metric, recording with faults, speed that is not positive.
 
     Examples
     --------
@@ -97,7 +98,7 @@ def metrics(
     """
     import pandas as pd
 
-    # metrics that are asked for
+    # metrics to compute
     if kind is not None:
         check_arguments(kind=(Choice(KINDS), kind))
     event = event_metric_of(source) if _is_event(source, kind) else None
@@ -127,14 +128,14 @@ def metrics(
 
 
 def metrics_of_run(run: Run) -> tuple[Row, ...]:
-    """Return every metric of a run; of an event the metrics that apply to one."""
+    """Return every metric of a run; for an event only the metrics that apply to events."""
     event = event_metric_of(run) if _is_event(run, None) else None
     chosen = _chosen(None, None, None, event)
     return tuple(_measured(inputs_of(run), chosen, run.model.units, is_event=event is not None))
 
 
 def _is_event(source: object, kind: str | None) -> bool:
-    """Return whether a source is measured as an event; ModelError for chunks of a long motion that are to be."""
+    """Return whether a source is measured as an event; ModelError for chunks with ``kind`` "transient"."""
     if isinstance(source, Run):
         return is_driven_over_time(source.model) if kind is None else kind == TRANSIENT
     if kind == TRANSIENT and not isinstance(source, Recording):
@@ -143,7 +144,7 @@ def _is_event(source: object, kind: str | None) -> bool:
 
 
 def event_metric_of(source: object) -> EventMetric:
-    """Return the metric of an event: it begins with the first ramp of a run."""
+    """Return the metric of an event, which begins at the first ramp of a run."""
     if not isinstance(source, Run):
         return EventMetric()
     begins = [begin for torque in source.model.torques for begin, _ in spans_of(torque.ramps)]
@@ -151,7 +152,7 @@ def event_metric_of(source: object) -> EventMetric:
 
 
 def _measured(inputs: Inputs, chosen: Sequence[Quantity[Inputs]], units: str, *, is_event: bool) -> list[Row]:
-    """Return the rows of metrics; of an event those that average over cycles are one row each that says so."""
+    """Return the rows of metrics; for an event, metrics that average over cycles have one row that says so."""
     rows: list[Row] = []
     for metric in chosen:
         if is_event and not metric.of_events:
@@ -163,22 +164,22 @@ def _measured(inputs: Inputs, chosen: Sequence[Quantity[Inputs]], units: str, *,
 
 
 def _left_out() -> str:
-    """Say which metrics do not apply to an event."""
+    """Note which metrics do not apply to an event."""
     names = listed([metric.name for metric in METRICS if not metric.of_events], "and")
     return f'an event is not measured by averages over cycles ({names}); kind = "steady" gives them'
 
 
 def inputs_of(run: Run, orders: Sequence[float] | None = None) -> Inputs:
-    """Return the inputs of metrics of a run. ModelError if no cycle remains after the discarded ones."""
+    """Return the inputs of metrics for a run; ModelError if all cycles are discarded."""
     model = run.model
     trajectory = run.trajectory
     return inputs_of_motion(trajectory, orders_of(model, orders))
 
 
 def _inputs_of_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Inputs, str]:
-    """Return the inputs of metrics of the chunks of one motion, and the units of its model.
+    """Return the inputs of metrics for the chunks of one motion, and the units of its model.
 
-    ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
+    ModelError if chunks are not consecutive, or if all their cycles are discarded.
     """
     sums, engine, model = add_chunks(chunks, METRICS, "measured", orders)
     return inputs_of_chunks(sums, engine), model.units
@@ -200,7 +201,7 @@ def _inputs_of_recording(
 def _chosen(
     names: Sequence[str] | None, base_level: float | None, kappa: float | None, event: EventMetric | None
 ) -> list[Quantity[Inputs]]:
-    """Return the metrics of these names, the rattle level with its calibration; of an event those that apply."""
+    """Return the metrics with these names, the rattle level with its calibration; for an event those that apply."""
     if kappa is not None and not 0.0 < kappa < float("inf"):
         raise ModelError(Problem("kappa", f"{kappa}", "must be positive [1/N]", "leave it out without a calibration"))
     known: dict[str, Quantity[Inputs]] = {metric.name: metric for metric in METRICS}

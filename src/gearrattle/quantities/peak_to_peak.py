@@ -1,7 +1,8 @@
 """Peak-to-peak acceleration of every inertia, the paper's measure against experiment (its Table 5).
 
-pp(theta_i'') = max - min over the last eight cycles (Padmanabhan et al. 1995, sec. 8, over samples); of an exact motion
-between its samples too, both limits at every crossing included. A value of samples carries an estimate of its error.
+pp(theta_i'') = max - min over the last eight cycles (Padmanabhan et al. 1995, sec. 8, over samples). For an exact
+motion it includes the motion between samples, with both limits at every crossing. A value from samples has an estimate
+of its error.
 """
 
 from __future__ import annotations

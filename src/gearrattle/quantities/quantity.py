@@ -1,13 +1,13 @@
-"""Quantity: the base of criteria and metrics, the sums that it reads, and the rows that it gives.
+"""Quantity: the base class of criteria and metrics, the sums that quantities read, and the rows that they return.
 
-A quantity measures one thing and gives *rows*: one number (or word) each, about one inertia, mesh or coupling, with
-its unit and source. It says its formula, what it needs, and how its values over consecutive chunks become those of the
-whole. Criteria, which judge a motion, read ``Sums`` over its chunks; metrics read ``Inputs``, which recordings have as
-well. A new quantity is a file in this package with a frozen dataclass derived from ``Quantity``, one line in the
-table of ``__init__``, and its test; the laws over the table hold for each.
+A quantity returns *rows*: a row is one number (or word) about one inertia, mesh or coupling, with its unit and source.
+A quantity states its formula, the inputs it needs, and how values of consecutive chunks merge into the value of the
+whole motion. Criteria read ``Sums`` over the chunks of a motion; metrics read ``Inputs``, which recordings have as
+well. A new quantity is a file in this package with a frozen dataclass derived from ``Quantity``, one line in
+``quantity_table``, and its test.
 
-A sum over a motion is a *state*: named arrays that ``add`` extends by the next chunk and whose size does not grow with
-the number of chunks. Quantities that name the same sum share it.
+A sum over a motion is a *state*: named arrays that ``add`` extends by the next chunk. Its size does not grow with the
+number of chunks. Quantities that name the same sum share it.
 """
 
 from __future__ import annotations
@@ -26,42 +26,42 @@ PAPER = "Padmanabhan, Barlow, Rook, Singh 1995, ASME J. Mech. Des. 117, 185-192"
 SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
 PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's restitution between two bodies"
 WITHOUT_DIMENSION = frozenset({"", "1", "1/cycle", "dB"})
-"""Units that a dimensionless model has as well."""
+"""Units that are the same in a dimensionless model."""
 
 State = Mapping[str, Array]
-"""A sum over the chunks so far: named arrays, whose size does not grow with the number of chunks."""
+"""A sum over the chunks so far, as named arrays."""
 Values = Mapping[tuple[str, str], Array]
-"""Values by subject and quantity: one number each, or one for each of many motions along leading axes."""
+"""Values by subject and quantity: one number, or an array over many motions along leading axes."""
 Data_contra = TypeVar("Data_contra", contravariant=True)
 
 
 @dataclass(frozen=True)
 class Row:
-    """One value of a quantity, with where it comes from.
+    """One value of a quantity with its formula and source.
 
     Attributes
     ----------
     name
         of the criterion or metric in the table.
     subject
-        name of the inertia, mesh, coupling or place it is about; empty where a metric has nothing.
+        name of the inertia, mesh, coupling or measuring point; empty in a row for a metric without values.
     quantity
-        what the value is, in words.
+        name of the value in words.
     value
-        the number, NaN where it does not exist; or a word (a regime).
+        the number, NaN if it does not exist; or a word (a regime).
     unit
         SI unit; "1" for pure numbers, "" for words.
     formula
-        how it is computed.
+        formula of the value.
     window
-        over what it was taken; empty for criteria, whose formula says it.
+        part of the motion that was used; empty for criteria, whose formula states it.
     source
-        where the formula comes from.
+        source of the formula.
     note
         what the user must know about this value; may be empty.
     error
-        by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
-        exact motion or of the log of crossings, NaN where there is no estimate.
+        estimated sampling error of the value, in its unit: 0 for a value from the exact motion or from the log of
+        crossings, NaN without an estimate.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Row:
     error: float = 0.0
 
     def table_row(self, kind: str) -> dict[str, Any]:
-        """Return the row as tables have it: of a "criterion" with its formula, of a "metric" with its window."""
+        """Return the row for a table: of a "criterion" with its formula, of a "metric" with its window."""
         where = {"formula": self.formula} if kind == "criterion" else {"window": self.window}
         of = {kind: self.name, "subject": self.subject, "quantity": self.quantity, "value": self.value}
         return of | {"unit": self.unit} | where | {"source": self.source, "note": self.note, "error": self.error}
@@ -84,9 +84,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Scope:
-    """Driveline and steady part that sums are over.
+    """The driveline and the steady part that sums cover.
 
-    The window is that of all chunks together, with sample indices as if they were one.
+    The window covers all chunks together, with sample indices as if they were one motion.
     """
 
     layout: Layout
@@ -99,7 +99,7 @@ class Scope:
 class Sums:
     """Sums over the chunks of a motion so far; their size does not grow with the number of chunks.
 
-    The scope is None while every cycle was discarded.
+    The scope is None as long as all cycles are discarded.
     """
 
     scope: Scope | None
@@ -107,12 +107,12 @@ class Sums:
 
     @property
     def steady(self) -> Scope:
-        """The scope, where some cycle is not discarded."""
+        """The scope, if at least one cycle is not discarded."""
         assert self.scope is not None
         return self.scope
 
     def packed(self) -> dict[str, NDArray[Any]]:
-        """Return the same as named arrays, for a file; without a window while every cycle was discarded."""
+        """Return the sums as named arrays for a file; without a window as long as all cycles are discarded."""
         flat = {f"{name}/{key}": array for name, state in self.states.items() for key, array in state.items()}
         if self.scope is None:
             return flat
@@ -123,7 +123,7 @@ class Sums:
 
     @classmethod
     def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Sums | None:
-        """Return the sums that were packed, from arrays of ``packed``; None for empty ones."""
+        """Return the sums from the arrays of ``packed``; None if they are empty."""
         if not arrays:
             return None
         states: dict[str, dict[str, NDArray[Any]]] = {}
@@ -147,26 +147,26 @@ class Quantity(Generic[Data_contra]):
     title
         heading in reports.
     formula
-        what is computed.
+        formula of its values.
     unit
-        of its main quantity.
+        unit of its main value.
     source
-        where the formula comes from, or that it is a definition or folklore.
+        source of the formula; or that it is a definition, or practice without a source.
     merging
-        how the values of consecutive chunks become those of the whole, and what of them cannot.
+        how the values of consecutive chunks merge into the value of the whole motion, and which values cannot.
     sums
-        names of the sums over a motion that it reads; each is added once for all quantities that name it. Inputs
-        of a motion in chunks are made of those of crossings and signals.
+        names of the sums that it reads; quantities that name the same sum share it. Inputs of a motion in chunks are
+        made from the sums "crossings" and "signals".
     needs
-        of a metric, what its inputs must hold.
+        for a metric, the inputs that it needs.
     of_crossings
-        of a metric, whether it follows from the crossings of a simulated motion, without any sample.
+        for a metric, whether it follows from the crossings of a simulated motion without samples.
     of_events
-        of a metric, whether it means something of an event, that is, averages over no cycles.
+        for a metric, whether it applies to events: it is then no average over cycles.
     window
-        of a metric, over what it is taken.
+        for a metric, the part of the motion that it uses.
     sampling
-        of a metric, what sampling it asks for.
+        for a metric, the sampling that it needs.
     """
 
     name: str
@@ -183,14 +183,14 @@ class Quantity(Generic[Data_contra]):
     sampling: str = ""
 
     def rows(self, data: Data_contra) -> list[Row]:
-        """Return the values, in element or inertia order; only asked where every need is met."""
+        """Return the values, in element or inertia order; only called if all ``needs`` are met."""
         raise NotImplementedError
 
     def occasional(self, _layout: Layout) -> list[Row]:
         """Return the rows that only some motions or variants of a driveline have.
 
-        ``value`` is what stands where a motion lacks the row: the largest of no impacts is 0, their mean is NaN.
-        ``note`` says what it lacks ("no impact"); empty where that need not be said.
+        ``value`` of such a row is the value for a motion without it: without impacts, the largest is 0 and the mean
+        NaN. ``note`` says what the motion lacks ("no impact"); it may be empty.
         """
         return []
 
@@ -205,7 +205,7 @@ class Quantity(Generic[Data_contra]):
         *,
         formula: str | None = None,
     ) -> Row:
-        """Return a row of this quantity; unit and formula are its own unless they are named."""
+        """Return a row of this quantity; unit and formula default to those of the quantity."""
         return Row(
             name=self.name,
             subject=subject,
@@ -221,38 +221,35 @@ class Quantity(Generic[Data_contra]):
 
 
 class CrossingQuantity(Quantity[Sums]):
-    """A criterion of the crossings alone: its values can be computed of many motions at once."""
+    """A criterion that depends on the crossings alone; its values can be computed for many motions at once."""
 
     sums: tuple[str, ...] = ("crossings",)
 
     def values(self, state: State, layout: Layout, cycles: int, duration: Array) -> Values:
-        """Return every value, NaN where it does not exist, in the order of the rows.
+        """Return all values in the order of the rows, NaN where a value does not exist.
 
         Parameters
         ----------
         state
             sums over the crossings of one motion, or of many along leading axes.
         layout
-            the driveline's layout; of many, that of any one of them.
+            the driveline's layout; for many motions, the layout of any of them.
         cycles
             length of the steady part in periods.
         duration
-            the same [s], with the leading axes.
+            length of the steady part [s], with the leading axes.
         """
         raise NotImplementedError
 
     def values_of(self, sums: Sums) -> Values:
-        """Return the values of one motion."""
+        """Return the values for one motion."""
         scope = sums.steady
         duration = np.asarray(scope.window.duration)
         return self.values(sums.states["crossings"], scope.layout, scope.window.cycles, duration)
 
 
 def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
-    """Return the scope of a chunk's steady part and of all chunks before it.
-
-    ModelError if no cycle remains after the discarded ones.
-    """
+    """Return the scope of a chunk's steady part and of all chunks before it; ModelError if all cycles are discarded."""
     window = steady(trajectory)
     per_cycle = trajectory.samples_per_cycle
     end = (trajectory.first_cycle + trajectory.cycles) * per_cycle
@@ -276,7 +273,7 @@ def judged_elements(layout: Layout) -> list[tuple[int, int | None]]:
     """Return every mesh and every element with a corner, in element order, with its index into ``layout.clearance``;
     a bearing without clearance is none.
 
-    The index is None for a mesh that has no corner: it cannot rattle, but it is judged all the same.
+    The index is None for a mesh without a corner: it cannot rattle, but the verdict lists it.
     """
     index = {int(element): k for k, element in enumerate(layout.clearance)}
     meshes = layout.is_mesh & ~layout.is_bearing

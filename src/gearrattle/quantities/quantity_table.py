@@ -47,12 +47,12 @@ QUANTITIES: tuple[Quantity[Any], ...] = (
 """Every quantity, in the order of reports."""
 
 CRITERIA: tuple[Quantity[Sums], ...] = tuple(quantity for quantity in QUANTITIES if not quantity.needs)
-"""The criteria: they need nothing but a simulated motion."""
+"""The criteria: they need only a simulated motion."""
 
 METRICS: tuple[Quantity[Inputs], ...] = tuple(quantity for quantity in QUANTITIES if quantity.needs)
-"""The metrics: each says what its inputs must hold."""
+"""The metrics: quantities that state the inputs they need."""
 
 CROSSING_CRITERIA: Mapping[str, CrossingQuantity] = {
     quantity.name: quantity for quantity in QUANTITIES if isinstance(quantity, CrossingQuantity)
 }
-"""The criteria whose values come from the crossings alone, and of many motions at once, by name."""
+"""By name, the criteria whose values depend on the crossings alone and can be computed for many motions at once."""

@@ -1,10 +1,10 @@
-"""The rattle level: a sound pressure level from the intensity of impacts, once a gearbox has been calibrated.
+"""The rattle level: a sound pressure level from the intensity of impacts, for a calibrated gearbox.
 
     L = 10 log10( 10^(0.1 L_0) + kappa I )  [dB]
 
-L_0 is the level of the gearbox that does not rattle, I the mean intensity of the impacts of its meshes [N] (see
-``intensity``), kappa [1/N] the factor of gearbox and room. Both constants must be measured; no model gives them.
-Uncalibrated (L_0 = 0 dB, kappa = 1/N) only differences of a gearbox from itself mean anything.
+L_0 is the level of the gearbox without rattle, I the mean intensity of the impacts of its meshes [N] (see
+``intensity``), and kappa a factor for gearbox and room [1/N]. L_0 and kappa must be measured; no model contains them.
+Without calibration (L_0 = 0 dB, kappa = 1/N) the level only compares motions of the same gearbox.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ ALL = "all meshes"
 
 @dataclass(frozen=True)
 class RattleLevel(Quantity[Inputs]):
-    """Level by the intensity of impacts.
+    """Sound pressure level from the intensity of impacts.
 
     Attributes
     ----------
     base
         L_0, level without rattle [dB].
     kappa
-        calibration [1/N].
+        factor for gearbox and room [1/N].
     """
 
     base: float | None = None
@@ -48,7 +48,7 @@ class RattleLevel(Quantity[Inputs]):
     merging: str = "exact: the sums of momenta add up; a contact across chunks is one contact"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return the level of every mesh with backlash by itself, and of all together."""
+        """Return the level of every single mesh with backlash, and of all meshes together."""
         layout = inputs.known_layout
         intensities = {}
         for k, name in enumerate(layout.clearance_names):
@@ -63,11 +63,11 @@ class RattleLevel(Quantity[Inputs]):
 
     @property
     def calibrated(self) -> bool:
-        """Whether the constants are known."""
+        """Whether both constants are known."""
         return self.base is not None and self.kappa is not None
 
     def level(self, intensity: float) -> float:
-        """Return the level [dB] of an intensity [N]."""
+        """Return the level [dB] for an intensity [N]."""
         base = 0.0 if self.base is None else self.base
         kappa = 1.0 if self.kappa is None else self.kappa
         return 10.0 * math.log10(10.0 ** (0.1 * base) + kappa * intensity)

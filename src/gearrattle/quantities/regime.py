@@ -1,10 +1,10 @@
 """Impact regime of every mesh and clearance: quiet, single-sided or double-sided.
 
-From the corner crossings of the steady part, exactly: no crossing is "quiet" (the element may be in contact all the
-time, or float free), crossings of drive-side corners only or of coast-side ones only are "single-sided", of both
-"double-sided" (Padmanabhan et al. 1995, sec. 6 and Fig. 3: no impact, single- and double-sided impact). Of a gap only
-the corners of its centre count, where it separates: a gap that is not quiet rattles. Of a spring with stiffness in all
-its stages every corner counts: it changes stage, which is no rattle.
+The regime follows exactly from the corner crossings of the steady part: "quiet" without crossings (the element may be
+in contact all the time, or free all the time); "single-sided" if it crosses corners on the drive side only or on the
+coast side only; "double-sided" if it crosses corners on both sides (Padmanabhan et al. 1995, sec. 6 and Fig. 3: no
+impact, single- and double-sided impact). For a gap only the corners of its centre count, where it separates. For a
+spring with stiffness in all its stages every corner counts: it changes stage, which is not rattle.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class ImpactRegime(CrossingQuantity):
     merging: str = "exact: a side crossed in any chunk is crossed"
 
     def occasional(self, layout: Layout) -> list[Row]:
-        """Return the regime of every part: one that has no corner in some variant is quiet there."""
+        """Return the regime of every part; a part without a corner in some variant is quiet there."""
         return [self.row(layout.element_names[element], "regime", "quiet") for element, _ in judged_elements(layout)]
 
     def values(self, state: State, layout: Layout, _cycles: int, _duration: Array) -> Values:
-        """Return the regime of every mesh and clearance, by its severity; a mesh without a corner is quiet."""
+        """Return the regime of every mesh and clearance as a number; a mesh without a corner is quiet."""
         sides = state["sides"] > 0.0
         code = sides.sum(axis=-1)
         return {
@@ -56,6 +56,6 @@ class ImpactRegime(CrossingQuantity):
 
 
 def _centre(layout: Layout, element: str) -> str:
-    """Say what the centre of an element is; nothing for one without corners."""
+    """Return in words what the centre of an element is; empty for an element without corners."""
     names = layout.clearance_names
     return centre_words(layout, names.index(element)) if element in names else ""

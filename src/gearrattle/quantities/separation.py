@@ -1,13 +1,15 @@
-"""Separation ratio: the torque that a loose gear needs to follow its driver, over its drag torque, order by order too.
+"""Separation ratio: torque that a loose gear needs to follow its driver over its drag torque, in total and by order.
 
-To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only its drag T presses it to the flank:
+To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only its drag torque T presses it to the
+flank:
 
     ratio = J (R_d/R_l) peak |theta_d''| / T,        margin = 20 log10 ratio  [dB]
 
-Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose gear's own would measure the impacts.
-A drag torque that is a table over the speed follows it: every instant of a sweep, and every sample of a recorded speed,
-has its own, and the ratio is the largest of all instants. In harmonic form the ratio is of one order's amplitude,
-(o Omega)^2 times that of the angle: it shows which order lifts the gear off.
+If the ratio is above 1 (0 dB), the gear lifts off. The driver's motion is used, because the motion of the loose gear
+itself contains its impacts. If the drag torque is a table over the speed, its value at the current speed is used at
+every time of a sweep and at every sample of a recorded speed; the ratio is the largest over time. The harmonic ratio
+uses the amplitude of the driver's acceleration at one order, (o Omega)^2 times the amplitude of its angle; it shows
+which order makes the gear lift off.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from gearrattle.signals.driveline_constants import LooseGear
 
 @dataclass(frozen=True)
 class SeparationRatio(Quantity[Inputs]):
-    """Inertia torque of a loose gear over its drag torque, by the peak acceleration of its driver."""
+    """Inertia torque of a loose gear over its drag torque, from the peak acceleration of its driver."""
 
     name: str = "separation"
     title: str = "Separation ratio"
@@ -40,7 +42,7 @@ class SeparationRatio(Quantity[Inputs]):
     sums: tuple[str, ...] = ("crossings", "signals", "peaks")
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return ratio and margin of every loose gear."""
+        """Return ratio and margin for every loose gear."""
         rows = list[Row]()
         accelerations = inputs.of("acceleration")
         for gear in loose_gears(inputs.known_layout):
@@ -61,7 +63,7 @@ class SeparationRatio(Quantity[Inputs]):
         return rows
 
     def _note(self, inputs: Inputs, gear: LooseGear, ratio: float, missed: float) -> str:
-        """Say what a ratio leaves out; empty for nothing."""
+        """Note what a ratio leaves out; empty if nothing."""
         layout = inputs.known_layout
         mesh = layout.element_names[gear.mesh]
         loose = layout.inertia_names[gear.loose]
@@ -76,7 +78,7 @@ class SeparationRatio(Quantity[Inputs]):
 
 @dataclass(frozen=True)
 class HarmonicSeparation(Quantity[Inputs]):
-    """The same of every order of the driver's motion by itself."""
+    """Separation ratio for every single order of the driver's motion."""
 
     name: str = "harmonic_separation"
     title: str = "Separation ratio by order"
@@ -89,7 +91,7 @@ class HarmonicSeparation(Quantity[Inputs]):
     merging: str = "exact, to rounding: the products that least squares rest on add up"
 
     def rows(self, inputs: Inputs) -> list[Row]:
-        """Return the ratio of every order, and the order of the largest, of every loose gear."""
+        """Return for every loose gear the ratio of every order, and the order with the largest ratio."""
         rows: list[Row] = []
         for gear in loose_gears(inputs.known_layout):
             mesh = inputs.known_layout.element_names[gear.mesh]

@@ -1,10 +1,10 @@
 """Severity of every mesh and clearance: quiet, touches or rattles.
 
-The regime says where corners are crossed, however softly. Severity says how hard the impacts are: a gap that separates
-*rattles* if one of its impacts is as large as every threshold that applies to it (``Layout.negligible``), and *touches*
-if none is. The energy m_eff v^2 / 2 of an element and its speed |v| rise together, so the fastest impact decides for
-all. A gap that separates and is not hit again has a largest impact of 0. What does not separate is quiet; so is a
-staged spring that changes stage.
+The regime says on which sides corners are crossed, also by negligible impacts. Severity says how hard the impacts are:
+a gap that separates *rattles* if one of its impacts reaches every threshold that applies to it (``Layout.negligible``),
+and *touches* if no impact does. For one element, the energy m_eff v^2 / 2 increases with the speed |v|, so it is enough
+to check the fastest impact. A gap that separates and does not close again has a largest impact of 0. A gap that does
+not separate is quiet; so is a staged spring that changes stage.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _QUIET, _TOUCHES, _RATTLES = range(3)
 
 @dataclass(frozen=True)
 class ImpactSeverity(CrossingQuantity):
-    """Severity of impacts against the thresholds."""
+    """Severity of impacts by the thresholds for negligible impacts."""
 
     name: str = "severity"
     title: str = "Severity"
@@ -35,11 +35,11 @@ class ImpactSeverity(CrossingQuantity):
     merging: str = "exact: the largest impact of all chunks decides"
 
     def occasional(self, layout: Layout) -> list[Row]:
-        """Return the severity of every part: one that has no corner in some variant is quiet there."""
+        """Return the severity of every part; a part without a corner in some variant is quiet there."""
         return [self.row(layout.element_names[element], "severity", "quiet") for element, _ in judged_elements(layout)]
 
     def values(self, state: State, layout: Layout, _cycles: int, _duration: Array) -> Values:
-        """Return the severity of every mesh and clearance by its code; a mesh without a corner is quiet."""
+        """Return the severity of every mesh and clearance as a number; a mesh without a corner is quiet."""
         separates = state["sides"].max(axis=-1) > 0.0
         values: dict[tuple[str, str], Array] = {}
         for element, clearance in judged_elements(layout):

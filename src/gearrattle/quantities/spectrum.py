@@ -1,10 +1,10 @@
-"""Spectra of the accelerations: power density, amplitudes at the excited orders, super- and sub-harmonics.
+"""Spectra of the accelerations: power spectral density, amplitudes at excited orders, super- and sub-harmonics.
 
-Power spectral density by Welch's method over whole cycles; amplitudes at the excited orders by Fourier sums over the
-whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
-(the rule is stated in ``gearrattle.signals.subharmonics``). All are of samples: nothing beyond half the sampling rate
-is seen, and what a response holds beyond it folds back. Along a sweep nothing is said of orders, which have no one
-frequency.
+The power spectral density is computed by Welch's method over whole cycles; amplitudes at the excited orders by Fourier
+sums over the whole steady part. Super- and sub-harmonics are spectral lines higher than their neighbourhood at orders
+that nothing excites (rule in ``gearrattle.signals.subharmonics``). All are computed from samples: they cover
+frequencies up to half the sampling rate, and contain aliases of higher frequencies. Along a sweep there are no values
+by order, because an order has no fixed frequency.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class AccelerationSpectrum(Quantity[Sums]):
     )
 
     def occasional(self, layout: Layout) -> list[Row]:
-        """Return the density's peak, which takes four samples, and the strongest lines that nothing excites."""
+        """Return the peak of the density, which needs four samples, and the strongest lines that nothing excites."""
         rows = []
         nan = float("nan")
         for inertia in layout.inertia_names:
@@ -101,7 +101,7 @@ class AccelerationSpectrum(Quantity[Sums]):
                 words = "a of a sin(order Omega t + phase), least squares over [discard T, end]"
                 rows.append(self.row(inertia, f"amplitude at order {order:g}", amplitude, formula=words, note=note))
             rows += self._unexcited(scope, inertia, state["last"][:, i])
-        return [replace(row, error=math.nan) for row in rows]  # of samples, without an estimate
+        return [replace(row, error=math.nan) for row in rows]  # from samples, without an estimate of the error
 
     def _density(self, layout: Layout, inertia: str, spectrum: Spectrum, column: int) -> list[Row]:
         density = spectrum.density[:, column]
@@ -162,10 +162,11 @@ class AccelerationSpectrum(Quantity[Sums]):
 
 
 def add_spectra(trajectory: Trajectory, before: State | None) -> State:
-    """Return the sum "spectra" over a chunk and all before it.
+    """Return the state "spectra" over a chunk and all chunks before it.
 
-    gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): start of the
-    segments that wait for more; last (samples, n): as many last cycles as the longest chunk has.
+    Its arrays are: gram and moments (see ``order_sums``); density (f, n), the sum over segments, and segments, their
+    number; rest (samples, n), samples of segments that are not complete yet; last (samples, n), the last cycles, as
+    many as in the longest chunk.
     """
     window = steady(trajectory)
     layout = trajectory.layout
@@ -189,12 +190,12 @@ def add_spectra(trajectory: Trajectory, before: State | None) -> State:
 
 
 def _shown(layout: Layout, per_cycle: int) -> NDArray[np.bool_]:
-    """Return (o,) which orders the samples can show."""
+    """Return (o,) whether an order is below half the sampling rate."""
     return resolved(layout.orders, layout.omega, layout.period / per_cycle)
 
 
 def _segments(signal: Array, per_cycle: int, period: float, before: State | None) -> dict[str, Array]:
-    """Return the sum of the densities of all whole segments so far, their number, and the samples still needed."""
+    """Return the sum of the densities of all complete segments so far, their number, and samples for later segments."""
     if before is not None:
         signal = np.concatenate([before["rest"], signal])
     length = CYCLES_PER_SEGMENT * per_cycle

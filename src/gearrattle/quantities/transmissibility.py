@@ -1,17 +1,17 @@
-"""Transmissibility: acceleration of each inertia over that of the driven one.
+"""Transmissibility: acceleration of every inertia over the acceleration of the reference inertia.
 
 TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
-r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
-taken as they are, mean included. Of an exact motion extremes and means are taken between its samples. Of a sampled
-motion they come from the samples, the rms by the trapezoidal rule over whole periods, with an estimate of the error.
+where r is the inertia with the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the mean of the accelerations is
+included. For an exact motion, extremes and means include the motion between samples. For a sampled motion they are
+computed from samples, the rms by the trapezoidal rule over whole periods, with an estimate of the error.
 
-Transmissibility by order: the amplitude of each body over that of the reference body at one order,
+Transmissibility by order is the amplitude of a body over the amplitude of the reference body at one order,
 
     T_i(o) = |Theta_i(o)| / |Theta_r(o)|,
 
-the same for angles, velocities and accelerations. Only orders of the engine count: what a transmission error excites
-elsewhere is not transmitted from the reference. An order at which the reference moves by less than 1e-9 of its
-strongest has no transmissibility.
+the same for angles, velocities and accelerations. Only orders of the engine count, because motion that a transmission
+error excites is not transmitted from the reference body. An order at which the amplitude of the reference body is less
+than 1e-9 of its largest amplitude has no transmissibility.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ class Transmissibility(Quantity[Sums]):
         return rows
 
 
-_STILL = 1e-9
+_STILL = 1e-9  # share of the largest amplitude of the reference body
 
 
 @dataclass(frozen=True)
 class OrderTransmissibility(Quantity[Inputs]):
-    """Quotient of amplitudes at every engine order."""
+    """Ratio of amplitudes to those of the reference body, at every engine order."""
 
     name: str = "order_transmissibility"
     title: str = "Transmissibility by order"

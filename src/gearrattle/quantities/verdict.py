@@ -1,4 +1,4 @@
-"""The verdict on one motion: its parts, worst first, every value of every criterion, and a sentence."""
+"""The verdict on one motion: its parts from the worst to the best, every value of every criterion, and a sentence."""
 
 from __future__ import annotations
 
@@ -31,14 +31,21 @@ TRANSIENT: Kind = "transient"
 class Verdict(Result):
     """What the criteria say of one motion.
 
+    ``verdict`` and ``headline`` can differ. ``verdict`` is the worst regime of all parts that separate, those with
+    negligible impacts included (``verdict_parts.regime_of_all``); ``headline`` is the worst regime of the parts that
+    rattle (``verdict_parts.headline_of``). Example: the gear separates on both sides, but all its impacts are
+    negligible; the clutch separates on the drive side only, and one of its impacts is not negligible. Then ``verdict``
+    is "double-sided" and ``headline`` is "single-sided". If the gear alone separates, ``headline`` is "touches". The
+    regime of one part comes from ``signals.regions.regime_of``.
+
     Attributes
     ----------
     verdict
-        "quiet", "single-sided" or "double-sided", the worst regime of the parts that separate, however softly.
+        "quiet", "single-sided" or "double-sided": the worst regime of the parts that separate.
     severity
-        "quiet", "touches" or "rattles", the worst of the parts.
+        "quiet", "touches" or "rattles": the worst severity of the parts.
     rule
-        by which rule.
+        the rule of the verdict in words, with its thresholds.
     parts
         every mesh and clearance, worst first.
     entries
@@ -48,13 +55,13 @@ class Verdict(Result):
     window
         the steady part that was judged.
     negligible
-        which impacts are touches.
+        the sizes below which an impact is a touch.
     spectra
         power spectral density of the accelerations, density (f, n inertias); None for too few samples.
     kind
-        "steady", or "transient": of a motion that does not repeat.
+        "steady", or "transient" for a motion that does not repeat.
     event
-        what happens in a transient; None of a steady motion.
+        what happens in a transient; None for a steady motion.
 
     Examples
     --------
@@ -80,22 +87,22 @@ class Verdict(Result):
 
     @property
     def headline(self) -> Headline:
-        """The verdict in one word: the worst regime of the parts that rattle; "touches" or "quiet" if none does."""
+        """The verdict in one word: the worst regime of the parts that rattle; "touches" or "quiet" if none rattles."""
         return headline_of(self.parts)
 
     @property
     def sentence(self) -> str:
-        """The verdict in words: what rattles, where, how badly; of a transient when it hits, and how hard."""
+        """The verdict in words: what rattles, where, how badly; for a transient, when the impacts are and how hard."""
         return sentence(self.parts, self.window.cycles) if self.event is None else self.event.sentence
 
     @property
     def first_impact(self) -> float | None:
-        """When a gap is first closed in a transient [s]; None where none is, and of a steady motion."""
+        """Time at which the first gap closes in a transient [s]; None if no gap closes, and for a steady motion."""
         return None if self.event is None else self.event.first_impact
 
     @property
     def peak_torque(self) -> Mapping[str, PeakTorque]:
-        """Of every element of a transient the largest torque [N m] and its time [s]; empty of a steady motion."""
+        """Largest torque [N m] of every element in a transient, and its time [s]; empty for a steady motion."""
         return {} if self.event is None else self.event.peak_torque
 
     def __str__(self) -> str:
@@ -143,7 +150,7 @@ class Verdict(Result):
         return pd.DataFrame(rows, columns=columns).set_index("name").astype(dict.fromkeys(numbers, float))
 
     def of(self, criterion: str, subject: str | None = None) -> tuple[Row, ...]:
-        """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
+        """Return the entries of one criterion; with ``subject``, only those of this inertia, mesh or coupling."""
         return tuple(e for e in self.entries if e.name == criterion and subject in (None, e.subject))
 
     def to_dict(self) -> dict[str, Json]:

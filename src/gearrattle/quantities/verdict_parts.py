@@ -1,6 +1,7 @@
-"""The parts of the verdict: every mesh and clearance, judged by regime and severity in the steady part.
+"""The parts of the verdict: every mesh and clearance with its regime and severity in the steady part.
 
-The whole is the worst of the parts. The rule is stated in words (``rule_of``) wherever the verdict is shown.
+The verdict on the driveline is the worst of its parts. The rule is stated in words (``rule_of``) wherever the verdict
+is shown.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ RULE = (
 
 REGIME_RANKS: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
 Headline = Literal["quiet", "touches", "single-sided", "double-sided"]
-"""The verdict in one word: the regime of what rattles, else how severe the worst is."""
+"""The verdict in one word: the worst regime of the parts that rattle, otherwise the worst severity."""
 ASSUMED = (
     "this energy is assumed, for the model says nothing of it: "
     "[criteria] negligible = { impact_energy = ... } changes it"
@@ -45,7 +46,7 @@ ASSUMED = (
 
 @dataclass(frozen=True)
 class Part:
-    """One mesh or clearance, judged over the steady part.
+    """One mesh or clearance in the steady part.
 
     Attributes
     ----------
@@ -54,20 +55,19 @@ class Part:
     kind
         "mesh", "coupling" or "bearing".
     gap
-        whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
-        spring.
+        whether its centre has no stiffness, so that it can separate; otherwise it is a staged spring.
     regime
-        "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
+        "quiet", "single-sided" or "double-sided", by the sides on which it crosses corners (of a gap, of its centre).
     severity
-        "quiet", "touches" or "rattles": whether its impacts matter.
+        "quiet", "touches" (all its impacts are negligible) or "rattles".
     impacts_per_cycle, impacts_per_second
         rate of impacts.
     drive_impacts_per_cycle, coast_impacts_per_cycle
-        the same, side by side.
+        rate of impacts on the drive side and on the coast side.
     max_approach_speed
         ``|v|`` of the fastest impact [m/s or rad/s]; None without impacts.
     max_impact_momentum
-        ``m_eff |v|`` of the same [N s or N m s]; None without impacts, or if no body is free.
+        ``m_eff |v|`` of the fastest impact [N s or N m s]; None without impacts, or if no body is free.
     mean_impact_energy, max_impact_energy
         m_eff v^2 / 2 [J]; None as above. The largest one ranks parts.
     mean_exchanged_momentum, max_exchanged_momentum
@@ -78,10 +78,10 @@ class Part:
     contact_share
         share of time in contact, 0 to 1.
     margin_db
-        of the loose-gear test [dB]: the torque ratio in the motion as it is, no design target; None where there is no
-        loose gear.
+        margin of the loose-gear test [dB]; it describes this motion and is not a design target. None without a loose
+        gear.
     impulse_unit, energy_unit, speed_unit
-        units of the above.
+        units of momenta and impulses, energies, and approach speeds.
     """
 
     name: str
@@ -109,17 +109,17 @@ class Part:
 
     @property
     def rattles(self) -> bool:
-        """Whether it separates, and an impact of it matters."""
+        """Whether the part separates, and at least one of its impacts is not negligible."""
         return self.severity == "rattles"
 
     @property
     def separates(self) -> bool:
-        """Whether it separates, however softly it meets again: a gap that is not quiet."""
+        """Whether the part separates, that is, whether it is a gap that is not quiet; its impacts may be negligible."""
         return self.gap and self.regime != "quiet"
 
 
 Key = tuple[str, str, str]
-"""Name of the criterion, quantity, subject."""
+"""Name of the criterion, quantity, and subject."""
 
 
 def measure_parts(rows: Sequence[Row], scope: Scope, impacts: State) -> list[Part]:
@@ -165,7 +165,7 @@ def _part(
 
 
 def _unbroken(layout: Layout, element: int, margins: Mapping[str, float]) -> Part:
-    """Return the part of a mesh that has no corner: in contact for good."""
+    """Return the part for a mesh without a corner, which is always in contact."""
     name = layout.element_names[element]
     return Part(
         name=name,
@@ -193,7 +193,7 @@ def _kind(layout: Layout, element: int) -> str:
 
 
 def _hardness(hardness: Hardness | None) -> dict[str, float | None]:
-    """Return how hard its impacts are, by the names of a part; None for what does not exist."""
+    """Return the hardness of impacts by the names of attributes of ``Part``; None for values that do not exist."""
     names = {
         "max_approach_speed": "largest_speed",
         "max_impact_momentum": "largest_momentum",
@@ -209,7 +209,7 @@ def _hardness(hardness: Hardness | None) -> dict[str, float | None]:
 
 
 def worst_first(parts: list[Part]) -> tuple[Part, ...]:
-    """Return parts by falling severity, regime, and largest impact energy; element order decides ties."""
+    """Return parts by decreasing severity, regime, and largest impact energy; ties in the order of elements."""
 
     def mildness(part: Part) -> tuple[int, int, float]:
         return (-RANKS[part.severity], -REGIME_RANKS[part.regime], -(part.max_impact_energy or 0.0))
@@ -229,7 +229,7 @@ def severity_of_all(parts: Sequence[Part]) -> Severity:
 
 
 def headline_of(parts: Sequence[Part]) -> Headline:
-    """Return the worst regime of the parts that rattle; else whether some part touches."""
+    """Return the worst regime of the parts that rattle; if none rattles, "touches" or "quiet"."""
     rattling = [part for part in parts if part.rattles]
     if not rattling:
         return "touches" if severity_of_all(parts) == "touches" else "quiet"

@@ -1,8 +1,8 @@
-"""Sentence of the verdict: the parts that rattle or touch, their regimes, and how hard they hit.
+"""Sentence of the verdict: the parts that rattle or touch, their regimes, and the hardness of their impacts.
 
-A gap that separates *rattles*, or *touches* if all its impacts are negligible; a staged spring that crosses its
-corners, or a gap that crosses outer ones alone, changes *stage*. Neither is called rattle. Only the worst parts are
-spelt out; the others are named.
+A gap that separates *rattles*, or *touches* if all its impacts are negligible. A staged spring that crosses its
+corners, or a gap that crosses only outer corners, changes *stage*, which is not rattle. Only the worst parts are
+described; the others are only named.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _side(part: Part) -> str:
 
 
 def _percent(share: float) -> str:
-    """Return a share in per cent that reads 0 % or 100 % only where it is."""
+    """Return a share in per cent; only exact shares 0 and 1 are shown as 0 % and 100 %."""
     percent = 100.0 * share
     if 0.0 < percent < 0.1:
         return "less than 0.1 %"

@@ -1,12 +1,12 @@
-"""The report: every result as a page for people, a file for machines, and a file of numbers.
+"""The report: every result as an HTML page, a summary in JSON, and a file of numbers.
 
 ``save`` puts into a folder:
 
     report.html     one self-contained page, the answer first
-    summary.json    the same for machines
+    summary.json    the content of the page for other programs
     results.nc      every number, netCDF-4
     figures/        every figure as SVG, and the charts themselves, for ``figures``
 
-all of it or nothing. What kinds of results there are stands in ``kinds``, ``saved`` writes them, ``notebook_view``
-shows one in a notebook. Nothing is imported here: a result on a terminal needs neither figures nor templates.
+either completely or not at all. ``result_kinds`` lists the kinds of results, ``saved`` writes them, ``notebook_view``
+shows a result in a notebook. This file imports nothing, because a result on a terminal needs no figures or templates.
 """

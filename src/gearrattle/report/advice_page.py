@@ -83,7 +83,7 @@ class AdvicePage(Presentation[Advice]):
         return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
 
     def _clearances(self) -> Table:
-        """One row per clearance, where they are too many for a line: regime, mean slope, what linear response says."""
+        """One row per clearance, if they are too many for a line: regime, mean slope, forecast of linear response."""
         columns: dict[str, dict[str, str]] = {"regime": {}, "mean slope": {}, "corners": {}}
         for forecast in self.result.forecasts:
             value = forecast.value

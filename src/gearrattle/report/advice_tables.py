@@ -24,7 +24,7 @@ def scores_sentence(findings: Findings) -> str:
 
 
 def scores_table(findings: Findings) -> Table:
-    """Return every forecast and what happened."""
+    """Return every forecast with the value in the run."""
     rows = tuple(
         (
             s.forecast.quantity,
@@ -42,7 +42,7 @@ def scores_table(findings: Findings) -> Table:
 
 
 def value_words(forecast: Forecast, value: float | str) -> str:
-    """Write what is forecast, or what happened, with the unit of the forecast."""
+    """Write the value of a forecast, or the value in the run, with the unit of the forecast."""
     if isinstance(value, str):
         return value
     if math.isinf(value):

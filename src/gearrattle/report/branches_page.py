@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_ORBITS = 9
-_FAMILY = 3  # jumps near each other that are shown as a range
-_MOST_EVENTS = 40  # rows, by which options name events, on a terminal
+_FAMILY = 3  # neighbouring jumps, from which number on they are shown as a range
+_MOST_EVENTS = 40  # rows of events on a terminal
 _MOST_DIGITS = 10
-_NARROW = 1e-3  # of a range: a gap that is not shown
+_NARROW = 1e-3  # share of the range: narrower gaps are not shown
 _MULTIPLIER = "multiplier"
 _SO_FAR = ", as far as the time sufficed"
 
@@ -50,7 +50,7 @@ class BranchesPage(ModelPresentation[Branch]):
     is_interactive = True
 
     def __init__(self, result: Branch, deviations: Sequence[float] | None = None) -> None:
-        """Present branches; with the standard deviations of their events [SI], if tolerances were named."""
+        """Present branches; with tolerances, also the standard deviations of their events [SI]."""
         super().__init__(result)
         self._deviations = deviations
 
@@ -64,7 +64,7 @@ class BranchesPage(ModelPresentation[Branch]):
 
     @cached_property
     def sentence(self) -> str:
-        """How many stable motions there are where, and where the driveline jumps."""
+        """The number of stable motions by range of the value, and the values at which the motion jumps."""
         branch = self.result
         counts = counts_of(branch, self._ranges)
         so_far = branch.sweeps is not None and not branch.sweeps.is_complete
@@ -81,7 +81,7 @@ class BranchesPage(ModelPresentation[Branch]):
 
     @property
     def further(self) -> tuple[str, ...]:
-        """What changes at the jumps, and what moves them."""
+        """Sentences on the changes at the jumps, and on the parameters that shift the jumps."""
         sweeps = self.result.sweeps
         changes = [] if sweeps is None else changes_words(self.result, sweeps)
         return (*changes, *([self._moved_by] if self._moved_by else []))
@@ -164,7 +164,7 @@ class BranchesPage(ModelPresentation[Branch]):
         )
 
     def _branch_figures(self) -> Iterator[Section]:
-        """Figures of what was followed."""
+        """Figures of the branches that were followed."""
         branch = self.result
         yield Section("branches", "Branches", charts=tuple(branch_charts(branch)))
         yield from figure_sections([modulus_chart(branch)])
@@ -172,7 +172,7 @@ class BranchesPage(ModelPresentation[Branch]):
         yield from figure_sections([circle_chart(branch)])
 
     def page(self) -> Page:
-        """Return the page; below the branches it shows the motion at the point that is pointed at."""
+        """Return the page; below the branches it shows the motion at the point under the pointer."""
         page = super().page()
         sections = (
             replace(section, inlay=motion_at_point(self.result)) if section.key == "branches" else section
@@ -189,7 +189,7 @@ class BranchesPage(ModelPresentation[Branch]):
         return *of_sweeps, shortened(ranges), shortened(events, _MOST_EVENTS)
 
     def tables_of_branch(self) -> tuple[Table, Table]:
-        """Return the ranges of one stability and the events, with all rows."""
+        """Return the ranges of constant stability and the events, with all rows."""
         return self._range_table(), self._event_table()
 
     def content(self) -> dict[str, Any]:
@@ -363,7 +363,7 @@ class BranchesPage(ModelPresentation[Branch]):
 
 
 def _swept(branch: Branch) -> dict[str, Any]:
-    """The sweeps for machines [SI]."""
+    """The sweeps for summary.json [SI]."""
     sweeps = branch.sweeps
     names = assemble(branch.model).layout.clearance_names
     assert sweeps is not None
@@ -399,7 +399,7 @@ def _swept(branch: Branch) -> dict[str, Any]:
 
 
 def _gaps(branch: Branch) -> list[tuple[float, float]]:
-    """The parts of the range through which no branch leads, those narrower than a thousandth of it left out."""
+    """The parts of the range without a branch, except parts narrower than ``_NARROW``."""
     low, high = sorted(branch.range)
     of_curves = [[*curve.points, *(event.point for event in curve.events)] for curve in branch.curves]
     values = [[point.parameter for point in points] for points in of_curves]
@@ -413,7 +413,7 @@ def _gaps(branch: Branch) -> list[tuple[float, float]]:
 
 
 def _wide_ranges(branch: Branch, ranges: Sequence[Range]) -> tuple[list[Range], int]:
-    """Ranges without those that are narrow; and how many these are. A branch keeps its widest in any case."""
+    """Ranges that are not narrow, and the number of the narrow ones. The widest range of a branch is always kept."""
     width = branch.narrow * abs(branch.range[1] - branch.range[0])
     widest = [
         max((one for one in ranges if one.branch == number), key=lambda one: abs(one.end - one.begin), default=None)
@@ -435,7 +435,7 @@ def _rows_words(rows: Sequence[int]) -> str:
 
 
 def _digits(low: float, high: float, least: int) -> int:
-    """Return the number of digits by which the ends of a range differ."""
+    """Return the number of digits with which the ends of a range can be distinguished."""
     return next((n for n in range(least, _MOST_DIGITS) if numeral(low, n) != numeral(high, n)), _MOST_DIGITS)
 
 

@@ -90,7 +90,7 @@ def diagram_section(diagram: Campbell) -> Section:
 
 
 def crossings_sentence(diagram: Campbell) -> str:
-    """Say how many crossings there are, and which is nearest to the model's speed."""
+    """Return a sentence with the number of crossings and the crossing nearest to the model's speed."""
     si = diagram.units == "SI"
     near = diagram.nearest()
     low, high = (turning(speed, si=si) for speed in diagram.speeds)

@@ -1,4 +1,4 @@
-"""Causes as a result: the response of a body to every order of every source by modes, and the linear driveline."""
+"""A cause as a result: the response of a body to every order of every source by modes, and the linear driveline."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class CausePage(ModelPresentation[Cause]):
-    """Presentation of a cause: the orders that accelerate a body, and the modes they act through."""
+    """Presentation of a cause: the orders that accelerate a body, and the modes through which they act."""
 
     kind = "cause"
 
@@ -115,7 +115,7 @@ class CausePage(ModelPresentation[Cause]):
 
 
 def _mode(item: Contribution) -> str:
-    """Name the mode that a contribution acts through."""
+    """Return the name of the mode through which a contribution acts."""
     if item.through is None:
         return "as prescribed"
     return " and ".join(item.through.elements) or "rigid motion"

@@ -1,4 +1,4 @@
-"""The comparison as a result: the recommendation first, then the numbers and figures it follows from."""
+"""A comparison of algorithms as a result: the recommendation first, then the numbers and figures behind it."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
 
 
 class ComparisonPage(Presentation[Comparison]):
-    """Algorithms side by side."""
+    """Presentation of a comparison of algorithms."""
 
     kind = "comparison"
 
     def __init__(self, result: Comparison | pd.DataFrame, precision: WorkPrecision | None = None) -> None:
-        """Present a comparison, or the table of ``gearrattle.compare``, perhaps with error against work."""
+        """Present a comparison, or the table of ``gearrattle.compare``; with ``precision`` also error against work."""
         super().__init__(result if isinstance(result, Comparison) else result.attrs["comparison"])
         self.precision = precision
 
@@ -97,7 +97,7 @@ class ComparisonPage(Presentation[Comparison]):
 
 
 def _with_distinct_labels(comparison: Comparison) -> Comparison:
-    """Return a comparison whose rows can be told apart by their labels: "exact" may be reference and contender."""
+    """Return a comparison with a different label in every row: "exact" may be both reference and contender."""
     seen: dict[str, int] = {}
     rows = []
     for row in comparison.rows:
@@ -123,7 +123,7 @@ def _labels(rows: Iterable[Row]) -> Any:
 
 
 def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
-    """Return the errors of every clearance and inertia, with how coherent and transmissible the inertias are."""
+    """Return the errors of every clearance and inertia, with coherence and transmissibility of the inertias."""
     import xarray as xr
 
     ended = [row for row in rows if row.error is not None]
@@ -135,7 +135,7 @@ def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
     moved = [row.transmissibility for row in ended]
     missing = np.full(len(first.inertias), np.nan)
     ratio = {"units": "1"}
-    # what does not exist of an algorithm is NaN
+    # values that an algorithm does not have are NaN
     coherences = [
         [np.nan if row.coherence is None else row.coherence[name].mean for name in first.inertias] for row in ended
     ]
@@ -156,7 +156,7 @@ def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
 
 
 def _histories(rows: tuple[Row, ...]) -> xr.Dataset:
-    """Return the largest error since the time before, over time."""
+    """Return the errors over time; a value is the largest error since the time before it."""
     import xarray as xr
 
     ended = [row for row in rows if row.history is not None]
@@ -171,7 +171,7 @@ def _histories(rows: tuple[Row, ...]) -> xr.Dataset:
 
 
 def _growths(rows: tuple[Row, ...]) -> xr.Dataset:
-    """Return the growth of a mode a step, of fixed steps, region by region."""
+    """Return by region the growth of a mode per step, for algorithms with fixed steps."""
     import xarray as xr
 
     fixed = [row for row in rows if row.growths]
@@ -186,7 +186,7 @@ def _growths(rows: tuple[Row, ...]) -> xr.Dataset:
 
 
 def _work_precision(precision: WorkPrecision) -> xr.Dataset:
-    """Return the points of all curves, that of the exact solution last."""
+    """Return the points of all curves; the point of the exact solution is last."""
     points = [{**vars(point), "algorithm": curve.algorithm} for curve in precision.curves for point in curve.points]
     points.append({**vars(precision.exact), "algorithm": "exact"})
     units = {"error": precision.unit, "function_calls": "1", "wall_time": "s"}
@@ -205,7 +205,7 @@ def _setting(comparison: Comparison) -> str:
 
 
 def on_statistics(comparison: Comparison, *, differ: bool) -> str:
-    """Return a sentence on statistics and the number of algorithms; only what was compared is said to agree."""
+    """Return a sentence on statistics and the number of algorithms; it mentions only statistics that were compared."""
     statistics = [row.statistics for row in comparison.rows[1:-1] if row.statistics is not None]
     motions = max((statistic.motions for statistic in statistics), default=0)
     if not any(statistic.decided for statistic in statistics):

@@ -11,7 +11,7 @@ from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
 _MOST_REGIONS = 12
-"""Columns of the table of growths; a train of twelve clearances visits hundreds of regions."""
+"""Largest number of columns in the table of growths: a train of twelve clearances visits hundreds of regions."""
 
 
 def short_table(comparison: Comparison) -> Table:
@@ -34,7 +34,7 @@ def short_table(comparison: Comparison) -> Table:
 
 
 def verdict_table(comparison: Comparison) -> Table:
-    """Who can be trusted, what it costs against the reference, and why not."""
+    """For every algorithm, whether it can be trusted or why not, and its cost relative to the reference."""
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")
     own = comparison.rows[0].cost
     rows = []
@@ -47,7 +47,7 @@ def verdict_table(comparison: Comparison) -> Table:
 
 
 def cost_table(comparison: Comparison) -> Table:
-    """Columns of the 1995 paper's Tables 3 and 4, and what they leave out."""
+    """The columns of Tables 3 and 4 in the 1995 paper, and further ones."""
     head = (
         "algorithm",
         "average step, s",
@@ -60,7 +60,7 @@ def cost_table(comparison: Comparison) -> Table:
         "time, s",
         "outcome",
     )
-    # a row an algorithm; the last row is the motion begun nearby
+    # one row per algorithm; the last row is the motion with a slightly different initial state
     rows = []
     for row in comparison.rows[:-1]:
         cost = row.cost
@@ -81,7 +81,7 @@ def cost_table(comparison: Comparison) -> Table:
                 outcome,
             )
         )
-    # what is counted and how
+    # definitions of the counts
     note = (
         "Trial steps are those tried, accepted or not. Function calls are those the algorithm asked for; samples and "
         "located crossings are not counted. Times are of one process, warm."
@@ -90,7 +90,7 @@ def cost_table(comparison: Comparison) -> Table:
 
 
 def truth_table(comparison: Comparison) -> Table:
-    """True errors inside the window, and where each motion goes wrong."""
+    """True errors inside the window, and the time from which a motion is wrong."""
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")
     head = (
         "algorithm",
@@ -143,7 +143,7 @@ def _chance(row: Row) -> str:
 
 
 def statistics_tables(comparison: Comparison) -> Iterator[Table]:
-    """One table a contender: the statistics that lie outside those of all exact motions."""
+    """One table per algorithm: the statistics that are outside the range of all exact motions."""
     head = ("quantity", "of", "exact, mean", "given", "measure", "value", "exact between")
     for row in comparison.rows[1:]:
         items = [] if row.statistics is None else [i for i in row.statistics.items if i.verdict == "different"]
@@ -164,7 +164,7 @@ def statistics_tables(comparison: Comparison) -> Iterator[Table]:
 
 
 def coherence_table(comparison: Comparison) -> Table:
-    """Kappa of every inertia, with what chance gives."""
+    """Kappa of every inertia, with the value for independent signals."""
     some = next((row.coherence for row in comparison.rows if row.coherence), {})
     names = list(some)
     first = next(iter(some.values()), None)
@@ -207,7 +207,7 @@ def transmissibility_table(comparison: Comparison) -> Table:
 
 
 def stability_table(comparison: Comparison) -> Table:
-    """Growth of a mode in a fixed step, region by region."""
+    """Growth of a mode per fixed step, by region."""
     shown = [row for row in comparison.rows if row.growths]
     largest: dict[str, float] = {}
     for row in shown:

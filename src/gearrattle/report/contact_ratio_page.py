@@ -1,4 +1,4 @@
-"""Contact ratios as a result: one slope for every clearance, with limits, or with every fixed point of a forecast."""
+"""Contact ratios as a result: the mean slope of every clearance, with limits or with all fixed points of a forecast."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
         return list(self.result.attrs.get("fixed_points", ()))
 
     def _limits(self) -> tuple[Array, Array]:
-        """Lower and upper limits of the ratios; NaN where there are none."""
+        """Lower and upper limits of the ratios; NaN for ratios without limits."""
         low, high = (
             np.array([self.result.attrs.get(name, {}).get(clearance, np.nan) for clearance in self.result.index])
             for name in ("low", "high")
@@ -103,7 +103,7 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
         return low, high
 
     def _ratios(self) -> Table:
-        """The ratios, with their limits if there are any."""
+        """The ratios, with their limits if they have any."""
         limits = self._limits()
         has_limits = bool(np.isfinite(limits).any())
         rows = []

@@ -1,4 +1,4 @@
-"""Contents of a measured file as a result: one row per channel; saved as .toml, a mapping file to begin with."""
+"""Contents of a measured file as a result: one row per channel; saved as .toml it is a first mapping file."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ContentsPage(Presentation[Contents]):
         return columns.assign(first=first).assign_attrs(attributes)
 
     def write(self, path: Path) -> None:
-        """Write the mapping file as .toml; or another of the ``endings``."""
+        """Write the mapping file (.toml), or a file with another of the ``endings``."""
         if path.suffix == ".toml":
             path.write_text(self.result.mapping(self.folder), encoding="utf-8")
         else:

@@ -1,7 +1,8 @@
-"""The drag of every body by its parts, and how far the straight line of each is from its law during a run.
+"""The drag of every body by its parts, with the error of linearising the law of a part during a run.
 
-A run has T + c delta in place of T(Omega + delta). The error is the largest difference over the fluctuation delta that
-the run shows, over T. It is one of the line alone; that of the law stands beside it.
+A run uses the straight line T + c delta instead of the law T(Omega + delta), where delta is the fluctuation of the
+speed. The error of the line is the largest difference between the two over the range of delta in the run, relative to
+T. The error of the law itself is in another column.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from gearrattle.report.tables import Table
 from gearrattle.trajectory import Trajectory
 from gearrattle.wording import engineering
 
-_POINTS = 65  # of the fluctuation
-_ROUNDING = 1e-6
+_POINTS = 65  # values of delta at which law and line are compared
+_ROUNDING = 1e-6  # relative error; smaller ones are rounding
 
 
 def drag_table(model: Model, trajectory: Trajectory | None = None) -> Table | None:
-    """Return the table; None without drag parts. Without a motion it has no error of the straight line."""
+    """Return the table; None for a model without drag parts. Without a motion it has no error of the straight line."""
     points = drag_points(model)
     if not points:
         return None
@@ -72,7 +73,7 @@ def _row(model: Model, point: DragPoint, trajectory: Trajectory | None) -> tuple
 
 
 def _error_words(error: float | None) -> str:
-    """The error of a straight line in words; below a millionth it is rounding."""
+    """The error of a straight line in words; an error below a millionth is rounding."""
     if error is None:
         return "–"
     if math.isinf(error):
@@ -83,8 +84,8 @@ def _error_words(error: float | None) -> str:
 def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) -> float | None:
     """Return the largest difference of law and straight line over the fluctuation, relative to the torque.
 
-    Infinite where the relative rotation changes its sense: there is no straight line through a torque that jumps. None
-    along a sweep, where the torque follows a table, and for a part without torque.
+    Infinite if the relative rotation changes its sense, because a drag torque then jumps and has no straight line. None
+    along a sweep, where the torque is a table over speed, and for a part without torque.
     """
     if trajectory.layout.ramp is not None or not point.torque:
         return None

@@ -1,4 +1,4 @@
-"""The energy balance of a run: work, losses by element with friction's share, stored energy, and the audit's error."""
+"""The energy balance of a run: work, losses of every element with the share of friction, stored energy, residual."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearrattle.report.tables import Table
 
 
 def energy_table(findings: Findings) -> Table | None:
-    """Return where the energy of the whole run went; None without an audit."""
+    """Return the energy balance of the whole run; None without an audit."""
     # work of torques, errors and prescribed motions
     energy = findings.motion.trajectory.energy
     layout = findings.motion.trajectory.layout
@@ -47,9 +47,9 @@ def energy_table(findings: Findings) -> Table | None:
 
 
 def energy_dict(findings: Findings) -> dict[str, Any] | None:
-    """Return the same by name [J]; inertias of prescribed motion stand outside the balance.
+    """Return the energy balance by name [J]; it does not contain inertias with prescribed motion.
 
-    ``error_work`` is what transmission errors and prescribed motions put in through each element.
+    ``error_work`` is the work of transmission errors and prescribed motions through every element.
     """
     energy = findings.motion.trajectory.energy
     layout = findings.motion.trajectory.layout
@@ -68,7 +68,7 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
 
 
 def _causes(model: Model) -> list[str]:
-    """Return in words what moves the ends of every element apart from its inertias."""
+    """Return in words the errors and prescribed motions that act on every element."""
     prescribed = {motion.on for motion in model.motions}
     causes = []
     for element in model.elements:
@@ -80,5 +80,5 @@ def _causes(model: Model) -> list[str]:
 
 
 def _friction(energy: EnergyAudit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(m,) friction's share; zero where none was recorded."""
+    """(m,) losses by friction; zero if the run did not record them."""
     return energy.friction_loss if energy.friction_loss.size else np.zeros(energy.element_loss.size)

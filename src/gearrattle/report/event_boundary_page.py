@@ -1,4 +1,4 @@
-"""An event of a branch over a second value as a result: a curve that bounds the existence of motions."""
+"""An event of a branch over a second value as a result: a curve that bounds the region where a motion exists."""
 
 from __future__ import annotations
 

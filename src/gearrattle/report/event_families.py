@@ -1,7 +1,7 @@
-"""Events that lie near each other as one family: "a cascade of 5 period doublings from 1187.4 to 1188.1 rpm".
+"""Neighbouring events as one family: "a cascade of 5 period doublings from 1187.4 to 1188.1 rpm".
 
-Events in the order of their values belong to one family while each is nearer to the one before it than a width. Two are
-no family: a fold with a grazing beside it is listed as both.
+Events are sorted by value. An event belongs to the family of the event before it if their values differ by less than a
+width. A family has at least three events; a fold and a grazing near each other are listed as two events.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from gearrattle.engine.periodic.events.event_record import DOUBLING
 from gearrattle.orbits import Branch
 from gearrattle.wording import counted, listed
 
-_FEWEST = 3  # events of a family
+_FEWEST = 3  # least number of events in a family
 
 
 @dataclass(frozen=True)
 class EventFamily:
-    """Neighbouring events, or one alone: rows in the table of events, ascending, and ends of their values [SI]."""
+    """Neighbouring events, or a single event: ascending rows in the table of events, and range of the values [SI]."""
 
     rows: tuple[int, ...]
     kinds: tuple[str, ...]
@@ -40,7 +40,7 @@ class EventFamily:
 
 
 def families_of(branch: Branch) -> list[EventFamily]:
-    """Return the events of a branch in families, those of three or more first merged, by their first row."""
+    """Return the families of the events of a branch, and its single events, in the order of their first rows."""
     values = branch.events["value"].to_numpy(np.float64)
     kinds = [str(kind) for kind in branch.events["kind"]]
     width = branch.narrow * abs(branch.range[1] - branch.range[0])
@@ -52,7 +52,7 @@ def families_of(branch: Branch) -> list[EventFamily]:
 
 
 def _near(values: np.ndarray, width: float) -> list[list[int]]:
-    """Rows in groups in which each value is nearer to the one before it than a width."""
+    """Rows in groups, in which neighbouring values differ by less than a width."""
     groups: list[list[int]] = []
     for row in np.argsort(values, kind="stable").tolist():
         if groups and values[row] - values[groups[-1][-1]] < width:

@@ -16,7 +16,7 @@ EVENT_HEADLINES = {
 
 
 def event_tiles(event: Event) -> list[Tile]:
-    """Return the numbers that are asked for first of an event."""
+    """Return the most important numbers of an event."""
     second, joule, torque = ("s", "J", "N m") if event.is_si else ("", "", "")
     tiles = []
     if event.hardest is not None and event.first_impact is not None:
@@ -35,7 +35,7 @@ def event_tiles(event: Event) -> list[Tile]:
 
 
 def event_parts(verdict: Verdict) -> Table:
-    """Return one row for every mesh and clearance, worst first: how often and how hard it hits."""
+    """Return one row for every mesh and clearance, worst first, with number and hardness of its impacts."""
     rows = tuple(
         (
             part.name,
@@ -53,7 +53,7 @@ def event_parts(verdict: Verdict) -> Table:
 
 
 def peak_torques(event: Event) -> Table:
-    """Return one row for every element: its largest torque, and when."""
+    """Return one row for every element with its largest torque and the time of it."""
     second, torque = ("s", "N m") if event.is_si else ("", "")
     rows = tuple(
         (name, engineering(peak.value, torque), engineering(peak.time, second, 4))

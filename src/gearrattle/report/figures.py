@@ -1,4 +1,4 @@
-"""``figures``: every figure of a result as a matplotlib figure, which can be changed and saved for print."""
+"""``figures``: the figures of a result as matplotlib figures, which can be changed and saved for print."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Figures(Mapping[str, "Figure"]):
-    """Figures by name, made when first asked for and then kept.
+    """Figures by name, drawn at the first access and then kept.
 
     Attributes
     ----------
     titles
-        what each figure shows, by name.
+        titles of the figures, by name.
     captions
-        how to read it, by name: a draft of the words below it.
+        explanations of the figures, by name: drafts of captions.
 
     Examples
     --------
@@ -64,18 +64,18 @@ class Figures(Mapping[str, "Figure"]):
         dpi: float = DPI,
         only: Sequence[str] | None = None,
     ) -> list[Path]:
-        """Save figures as NAME.FORMAT into a folder, as they are now; the same figure gives the same bytes.
+        """Save figures in their current state as NAME.FORMAT into a folder; the same figure gives the same bytes.
 
         Parameters
         ----------
         folder
-            where to; it need not exist, what else is in it stays.
+            the folder, which need not exist; other files in it remain.
         formats
-            of "pdf", "eps", "svg", "png", "tiff": one, or several.
+            one or several of "pdf", "eps", "svg", "png", "tiff".
         dpi
-            points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
+            pixels per inch of PNG and TIFF, and of pictures inside the other formats; 72 to 2400.
         only
-            names of those to be saved; None: all.
+            names of the figures to save; None: all.
 
         Returns
         -------
@@ -85,9 +85,9 @@ class Figures(Mapping[str, "Figure"]):
         Raises
         ------
         ModelError
-            an unknown format, a resolution out of range, or a name that is no figure.
+            unknown format, resolution out of range, or unknown name of a figure.
         OSError
-            the folder cannot be written; then nothing has changed.
+            the folder cannot be written; nothing has changed then.
         """
         kinds = known_formats(formats)
         resolution = checked_dpi(dpi)
@@ -100,7 +100,7 @@ class Figures(Mapping[str, "Figure"]):
         return [staging.destination / file for file in files]
 
     def named(self, only: Sequence[str] | None) -> list[str]:
-        """Return names that are asked for, all for None; ModelError for one that no figure has."""
+        """Return the names in ``only``, or all names for None; ModelError for a name that no figure has."""
         wrong = [name for name in only or () if name not in self._charts]
         if wrong:
             listed_names = ", ".join(f'"{name}"' for name in wrong)
@@ -126,10 +126,10 @@ def figures(
     Parameters
     ----------
     result
-        what a function of gearrattle returned: a run, study, comparison, ...; or a folder that a command
-        or ``save`` wrote; or a motion or labelled data saved as a file (.nc).
+        the returned object of a function of gearrattle (a run, study, comparison, ...); or a folder that a command or
+        ``save`` wrote; or a motion or labelled data saved as a file (.nc).
     width
-        of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
+        width of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
         60 to 500 mm.
     font
         "sans", "serif", or the name of an installed family.
@@ -141,7 +141,7 @@ def figures(
     Returns
     -------
     Figures
-        Figures by name. Settings of matplotlib's running session play no part in them.
+        Figures by name. They do not depend on the settings of matplotlib's current session.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A fit as a result: parameters with errors, the residual of every datum, undetermined combinations, other minima."""
+"""A fit as a result: parameters with errors, residuals of all data, undetermined combinations, further minima."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _RESPONSE = "response "
 _FREQUENCY = ": frequency"
 _PARTS = ", in phase", ", in quadrature"
-"""Ends of the labels of an order whose phase was compared."""
+"""Ends of the two labels of an order whose phase was compared."""
 
 
 class FitPage(ModelPresentation[Fit]):
@@ -202,7 +202,7 @@ class FitPage(ModelPresentation[Fit]):
 
 
 def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]) -> Chart | None:
-    """Draw a residual a row; None without one."""
+    """Draw one row per residual; None without residuals."""
     caption = "Fitted less measured, in standard errors of each datum. Most should lie between -2 and 2."
     values = np.array([residual for _, residual in residuals])
     return row_chart(
@@ -217,7 +217,7 @@ def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]
 
 
 def _unexplained(fit: Fit) -> str:
-    """Say that a fit does not explain the data."""
+    """Return a sentence if the fit does not explain the data; else an empty text."""
     size = f"{fit.rms_residual:.3g}"
     if fit.chance is None:
         return f"The model hardly explains the data: residuals are {size} times the standard errors that were assumed."

@@ -1,4 +1,4 @@
-"""Answers of a grid for the terminal and machines: probabilities, deciding values, counts, the boundary of regimes."""
+"""Answers of a grid for the terminal and summary.json: probabilities, deciding values, counts, boundary of regimes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MEASURES = ("total_order", "swing", "rank_regression")
-"""By what a value is said to decide: the first of these that the samples allow."""
+"""Measures of how much a value decides; the first one that the samples allow is used."""
 _TOLD = (
     "total_order",
     "total_order_half_width",
@@ -60,7 +60,7 @@ def answer(data: xr.Dataset) -> tuple[Table, ...]:
 
 
 def content(data: xr.Dataset) -> dict[str, Any]:
-    """Return the same for machines."""
+    """Return these answers for summary.json."""
     values: dict[str, Any] = {}
     output = chosen_codes(data)
     if output and _is_probable(data):
@@ -101,7 +101,7 @@ def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
 
 
 def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
-    """For every output and subject that vary: the values that decide it most, the strongest first."""
+    """For every output and subject that vary, the values with most effect, the strongest first."""
     deciding = []
     for output in outputs_in(data):
         result = sensitivities(data, output)
@@ -125,7 +125,7 @@ def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _deciding_table(data: xr.Dataset, deciding: list[dict[str, Any]]) -> Table:
-    """The values that decide most, one row per output and subject."""
+    """The values with most effect, one row per output and subject."""
     rows: list[tuple[str, ...]] = []
     for entry in deciding:
         unit = units_of(data, entry["output"])[entry["subject"]] if entry["by"] == "swing" else ""
@@ -138,14 +138,14 @@ def _deciding_table(data: xr.Dataset, deciding: list[dict[str, Any]]) -> Table:
 
 
 def _strength(value: dict[str, Any], by: str, unit: str) -> str:
-    """Return in words how strongly a value decides an output."""
+    """Return in words how strong the effect of a value on an output is."""
     text = numeral(value[by], 2) if value[by] is not None else "–"
     half = value.get(f"{by}_half_width")
     return f"{text} ± {numeral(half, 2)}" if half is not None else f"{text} {unit}".strip()
 
 
 def _boundary(data: xr.Dataset, output: str) -> list[dict[str, Any]]:
-    """Every place where the severity or the regime changes."""
+    """Every pair of neighbouring cases between which the severity or the regime changes."""
     boundary = regime_boundary(data, output)
     return [
         {str(name): json_value(boundary[name].values[i]) for name in boundary.data_vars}

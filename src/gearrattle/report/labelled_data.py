@@ -20,12 +20,12 @@ def is_si(data: Any) -> bool:
 
 
 def numbers_in(data: Any, name: str) -> list[float]:
-    """Return numbers that an attribute keeps, none if there is no such one; netCDF keeps a single one as a number."""
+    """Return the numbers in an attribute; empty if it does not exist. netCDF stores a list of one as a number."""
     return [float(value) for value in np.atleast_1d(data.attrs.get(name, []))]
 
 
 def channel_title(attributes: Mapping[Any, Any]) -> str:
-    """Return the channel, or the two, and where they come from."""
+    """Return the name of the channel, or of both channels, and their source."""
     pair = f" and {attributes['reference']}" if "reference" in attributes else ""
     return f"{attributes['channel']}{pair}, {' '.join(str(attributes['source']).split())}"
 

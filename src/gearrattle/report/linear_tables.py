@@ -1,4 +1,4 @@
-"""Tables of the linear driveline, which need no simulation: static equilibrium, modes and natural frequencies."""
+"""Tables of the linear driveline, without a simulation: static equilibrium, modes and natural frequencies."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from gearrattle.analysis.statics import Equilibrium, Modes
     from gearrattle.model import Model
 
-_MOST_NAMED = 16  # bodies in a mode shape
-_THIN = 0.03  # of a mode shape: drawn as a bar of this height, so that it is seen
+_MOST_NAMED = 16  # bodies; mode shapes of more bodies are given by names
+_THIN = 0.03  # share of the largest bar: least height, so that a bar can be seen
 _RIGID = 1e-6
-"""Below this share of the highest frequency a mode counts as rigid: no energy is stored."""
+"""A mode counts as rigid below this share of the highest frequency: it stores no energy."""
 
 
 def elements_table(model: Model, rest: Equilibrium, title: str, note: str = "") -> Table:
-    """Return the static deflection of every element, with the region it rests in."""
+    """Return the static deflection of every element, with its region."""
     si = model.units == "SI"
     units = {element.name: ("m" if element.along_line else "rad") if si else "" for element in model.elements}
     rows = tuple(
@@ -36,7 +36,7 @@ def elements_table(model: Model, rest: Equilibrium, title: str, note: str = "") 
 
 
 def rest_table(findings: Findings) -> Table:
-    """Return the static deflections, and where the means do not balance the accelerations."""
+    """Return the static deflections; if the means do not balance, also the accelerations."""
     layout = findings.motion.trajectory.layout
     si = findings.model.units == "SI"
     rest = findings.equilibrium
@@ -51,7 +51,7 @@ def rest_table(findings: Findings) -> Table:
 
 
 def _region_in_words(label: int | None) -> str:
-    """Return where an element is, by the label of its region; None for one without corners."""
+    """Return a region label in words; None is the label of an element without corners."""
     if not label:
         return "linear" if label is None else "centre"
     return f"drive side, stage {label}" if label > 0 else f"coast side, stage {-label}"
@@ -98,7 +98,7 @@ def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Tab
 
 
 def _shape(shape: Array, names: tuple[str, ...]) -> str:
-    """Draw a mode shape as vertical bars, one per body in file order; of many bodies name those that move most."""
+    """Draw a mode shape as vertical bars, one per body in file order; for many bodies, name those that move most."""
     largest = float(np.max(np.abs(shape))) or 1.0
     values = (shape / largest).tolist()
     step = 18 if len(names) <= _MOST_NAMED else 6

@@ -16,17 +16,17 @@ _HERE = Path(__file__).parent
 
 
 def chart_data(chart: Chart) -> Markup:
-    """Return a chart as data to stand in a page."""
+    """Return a chart as data to be embedded in a page."""
     return embedded(chart_json(chart))
 
 
 def embedded(content: Any) -> Markup:
-    """Return JSON as it can stand in the script element of a page: nothing in it ends the element."""
+    """Return JSON for the script element of a page, escaped so that nothing in it ends the element."""
     return Markup(json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def page_script() -> Markup:
-    """Return what makes a page's figures interactive, with the parts that draw them."""
+    """Return the script that makes the figures of a page interactive, with the parts that draw them."""
     return Markup(widgets.with_parts((_HERE / "page.js").read_text(encoding="utf-8")))
 
 

@@ -76,7 +76,7 @@ class LoopFitPage(Presentation[LoopFit]):
         )
 
     def write(self, path: Path) -> None:
-        """Write the coupling as .toml; or another of the ``endings``."""
+        """Write the coupling (.toml), or a file with another of the ``endings``."""
         if path.suffix == ".toml":
             path.write_text(self.result.toml, encoding="utf-8")
         else:

@@ -1,4 +1,4 @@
-"""Rattle metrics in tables, one a metric, with definition, window and source."""
+"""Rattle metrics in tables, one per metric, with definition, window and source."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearrattle.report.verdict_tables import errors_note, grid
 
 
 def metric_tables(measured: Sequence[Row]) -> list[Table]:
-    """Return one table a metric that has values; what the others lack stands in one last table."""
+    """Return one table per metric with values, and a last table with the reasons why other metrics have none."""
     metrics = {metric.name: metric for metric in (EventMetric(), *METRICS)}
     made = []
     lacking = []

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class MetricsPage(Presentation["pd.DataFrame"]):
-    """Every metric that a run or a recording was measured by."""
+    """Presentation of the metrics of a run or a recording."""
 
     kind = "metrics"
     is_data = True
@@ -93,7 +93,7 @@ def _table(data: xr.Dataset) -> pd.DataFrame:
 
 
 def _error(error: float, value: float) -> str:
-    """Return an estimated error in words: none for what is exact, a question mark for what has no estimate."""
+    """Return an estimated error in words: empty for an exact value, a question mark without an estimate."""
     if math.isnan(value):
         return ""
     return "none" if error == 0.0 else "?" if math.isnan(error) else f"± {error:.2g}"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def model_tables(findings: Findings) -> list[Table]:
-    """Return tables of the bodies, of the elements and of what drives them."""
+    """Return tables of the bodies, the elements and the excitation."""
     model = findings.model
     drag = drag_table(model, findings.motion.trajectory)
     return [_inertias(model), *([] if drag is None else [drag]), _elements(model), _excitation(findings)]
@@ -52,7 +52,7 @@ def _elements(model: Model) -> Table:
 
 
 def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
-    """One row: what it lies between, its law and its damping."""
+    """The row of an element: its two bodies, its law and its damping."""
     slope, deflection, damping = ("N/m", "m", "N s/m") if element.along_line else ("N m/rad", "rad", "N m s/rad")
     alike = element.coast == element.drive
     coast = "as drive" if alike else _stages(element.coast, unit(slope), unit(deflection))
@@ -141,7 +141,7 @@ def _unit(model: Model) -> Callable[[str], str]:
 
 
 def cost_table(findings: Findings) -> Table:
-    """Return what the simulation took."""
+    """Return the cost of the simulation."""
     trajectory = findings.motion.trajectory
     cost = trajectory.cost
     time_unit = "s" if findings.model.units == "SI" else ""
@@ -165,7 +165,7 @@ def cost_table(findings: Findings) -> Table:
 
 
 def _switched(trajectory: Trajectory) -> list[tuple[str, str]]:
-    """A row for switches of friction and of contact damping, where there are any."""
+    """A row with the number of switches of friction and of contact damping, if any."""
     count = sum(switches(trajectory).values())
     return [("switches of friction, clipped damping and tooth pairs", grouped(count))] if count else []
 
@@ -175,5 +175,5 @@ def _step(step: float, unit: str) -> str:
 
 
 def versions_table() -> Table:
-    """Return the versions of what made the numbers."""
+    """Return the versions of the software that computed the numbers."""
     return Table(("software", "version"), tuple(versions().items()), title="Versions")

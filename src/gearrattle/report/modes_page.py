@@ -42,9 +42,10 @@ class ModesPage(Presentation[Modes]):
     def __init__(
         self, result: Modes, diagram: Campbell | None = None, setting: str = "", *, lists_crossings: bool = False
     ) -> None:
-        """Present modes in one contact state, which ``setting`` says in words.
+        """Present modes in one contact state; ``setting`` is this state in words.
 
-        Without a diagram the one with every clearance closed is drawn, from 0 to twice the model's speed.
+        Without ``diagram``, the Campbell diagram with every clearance closed is drawn, from 0 to twice the model's
+        speed.
         """
         super().__init__(result)
         self.diagram = campbell(result.model) if diagram is None else diagram
@@ -141,7 +142,7 @@ def _elastic(modes: Modes) -> Any:
 
 
 def _modes_sentence(modes: Modes, si: bool) -> str:
-    """Say how many modes there are, and where."""
+    """Return a sentence with the number of modes and the range of their frequencies."""
     elastic = _elastic(modes)
     rigid = len(modes.frequencies) - len(elastic)
     if not elastic.size:

@@ -17,17 +17,17 @@ MOST_NAMES = 5
 
 
 def rate(frequency: float, *, si: bool) -> str:
-    """Write a natural frequency: in Hz, or as it is in a model without units."""
+    """Write a natural frequency in Hz; in a model without units, the number itself."""
     return f"{numeral(frequency / math.tau, 5)} Hz" if si else numeral(frequency, 5)
 
 
 def turning(speed: float, *, si: bool) -> str:
-    """Write a speed: in rpm, or as it is in a model without units."""
+    """Write a speed in rpm; in a model without units, the number itself."""
     return f"{numeral(speed * 30.0 / math.pi)} rpm" if si else numeral(speed)
 
 
 def percent(share: float) -> str:
-    """Write a share as a percentage; a dash where there is none."""
+    """Write a share in per cent; a dash if it does not exist."""
     if math.isnan(share):
         return "–"
     return "< 0.01 %" if 0.0 < share < 1e-4 else f"{numeral(100.0 * share, 3 if share >= 0.1 else 2)} %"
@@ -40,7 +40,7 @@ def listed(shares: Mapping[str, float]) -> str:
 
 
 def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
-    """One row per mode: how fast, how damped, and what works, moves and shakes."""
+    """One row per mode: frequency, damping, largest shares of strain and kinetic energy, and excitation."""
     # frequency, damping ratio and largest energy shares of every mode
     head = ("mode", "frequency" + (", Hz" if si else ""), "order", "damping", "works in", "moves", "excited by")
     rows = []
@@ -90,7 +90,7 @@ def frequencies_table(modes: Modes, *, si: bool) -> Table:
 
 
 def energies_in_words(modes: Modes) -> Table:
-    """One row per mode: what works in it and what excites it."""
+    """One row per mode: elements with its strain energy, and its excitation."""
     rows = []
     for mode, frequency in enumerate(modes.frequencies.tolist()):
         works = "rigid motion" if frequency == 0.0 else listed(modes.works_in(mode))
@@ -139,7 +139,7 @@ def _short(value: float) -> str:
 
 
 def crossings_table(diagram: Campbell, *, si: bool) -> Table:
-    """Every crossing by speed; of very many those that excite their mode most."""
+    """Every crossing, by speed; of very many crossings, those with the strongest excitation of their mode."""
     several = len(diagram.states) > 1
     strongest = set(sorted(diagram.crossings, key=lambda crossing: -crossing.share)[:MOST_CROSSINGS])
     shown = [crossing for crossing in diagram.crossings if crossing in strongest]

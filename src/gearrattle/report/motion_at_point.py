@@ -1,8 +1,8 @@
 """The motion at a selected point of the branches: its phase plane and its multipliers.
 
-The motions of at most 120 points travel with the page, and with the view of the workbench, as integers of 16 bits,
-each with as many samples as a screen shows; with many impacts the motions of fewer points travel. On the page
-``browser/motions.js`` draws them; without a pointer, a slider moves along the branches.
+The page, and the view of the workbench, contain the motions of at most 120 points as integers of 16 bits, with as many
+samples as a screen can show. If the motions have many impacts, the page contains the motions of fewer points.
+``browser/motions.js`` draws them; without a pointer, the user selects a point with a slider.
 """
 
 from __future__ import annotations
@@ -27,17 +27,14 @@ from gearrattle.report.plots.numerals import numeral
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
-_FEW = 120
-_MANY = 50
-"""Points: of motions with few and with many crossings."""
-_MANY_FROM = 8
-_MOST_CLEARANCES = 4
-"""Crossings that are many; clearances whose motions are shown."""
-_MOST_IMPACTS = 6
-"""Impacts of a motion that are named."""
-_WHOLE = 32767
-_RADIUS = 2.0
-_DIGITS = 6
+_FEW = 120  # points whose motions are shown, if motions have few crossings
+_MANY = 50  # points whose motions are shown, if motions have many crossings
+_MANY_FROM = 8  # crossings
+_MOST_CLEARANCES = 4  # clearances whose motions are shown
+_MOST_IMPACTS = 6  # impacts of a motion that are named
+_WHOLE = 32767  # largest integer of 16 bits
+_RADIUS = 2.0  # largest modulus of multipliers that is drawn
+_DIGITS = 6  # significant digits in JSON
 
 
 def motion_at_point(branch: Branch) -> Markup:
@@ -53,9 +50,9 @@ def motion_at_point(branch: Branch) -> Markup:
 
 
 def chosen_points(branch: Branch) -> list[int]:
-    """Return the points whose motions are shown, spread evenly over all that have every clearance of the model.
+    """Return the points whose motions are shown, spread evenly over the points with deflections of all clearances.
 
-    A model without a clearance has none.
+    Empty for a model without a clearance.
     """
     if not branch.data.sizes["clearance"]:
         return []
@@ -66,7 +63,7 @@ def chosen_points(branch: Branch) -> list[int]:
 
 
 def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
-    """Return what the script takes: words, stability and multipliers of every point, levels, curves."""
+    """Return the data of the script: words, stability and multipliers of every point, levels, curves."""
     # motions at the points, and the levels of the curves that they lie on
     orbits = [branch.orbit(i) for i in points]
     stable = branch.data["stable"].values[points]
@@ -97,7 +94,7 @@ def point_data(branch: Branch, points: list[int]) -> dict[str, Any]:
 
 
 def _words(branch: Branch, i: int, modulus: float, orbit: Orbit) -> str:
-    """Where a point is and what its motion does."""
+    """The value at a point and its motion, in words."""
     shown = measure(branch)
     data = branch.data.isel(point=i)
     number = int(data["branch"])

@@ -1,7 +1,7 @@
 """A motion in the phase plane of a clearance, with as few points as a smooth curve on a screen needs.
 
-The exact flow is sampled as finely as its most curved stay needs, and the crossings, which are known as times, stand
-between the samples: there the curve has its corners. Points that a screen does not show are left out
+The exact flow is sampled so finely that its most curved section is smooth. The crossings, whose times are exact, are
+inserted between the samples, because the curve has corners there. Points that a screen cannot show are removed
 (``plots/chords``).
 """
 
@@ -19,8 +19,8 @@ from gearrattle.report.plots.chords import distances
 from gearrattle.results import Run
 from gearrattle.trajectory import Array
 
-_BETWEEN = 0.1  # px: largest distance of the flow from chords between samples
-_FINEST = 16_384  # samples of a motion
+_BETWEEN = 0.1  # px, largest distance of the flow from chords between samples
+_FINEST = 16_384  # largest number of samples of a motion
 
 
 def fine_curves(orbit: Orbit, count: int, scales: Array) -> list[tuple[Array, Array]]:
@@ -29,18 +29,18 @@ def fine_curves(orbit: Orbit, count: int, scales: Array) -> list[tuple[Array, Ar
     Parameters
     ----------
     count
-        how many clearances, the first of the model.
+        number of clearances, counted from the first of the model.
     scales
-        (K, 2) pixels by unit of deflection and of rate.
+        (K, 2) pixels per unit of deflection and of rate.
 
     Returns
     -------
     list[tuple[Array, Array]]
-        Of every clearance (N,) times [s] and (N, 2) deflection and rate, its crossings among them.
+        For every clearance, (N,) times [s] and (N, 2) deflection and rate, its crossings included.
     """
     curves = [_with_crossings(orbit.run, orbit, k) for k in range(count)]
     bend = max(_bend(points * scale, own) for (_, points, own), scale in zip(curves, scales, strict=True))
-    if bend > _BETWEEN:  # corners of other clearances' impacts: a step of half the size misses half as much
+    if bend > _BETWEEN:  # at corners from impacts of other clearances, half the step gives half the error
         most = max(SAMPLES_PER_CYCLE, _FINEST // orbit.cycles)
         samples = min(most, SAMPLES_PER_CYCLE * 2 ** math.ceil(math.log2(bend / _BETWEEN)))
         run = sampled(orbit, samples)
@@ -49,7 +49,7 @@ def fine_curves(orbit: Orbit, count: int, scales: Array) -> list[tuple[Array, Ar
 
 
 def _with_crossings(run: Run, orbit: Orbit, k: int) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Times and points of a motion with its crossings of a clearance's corners, in order, and which are crossings."""
+    """Times and points of a motion with its crossings of a clearance's corners, and whether a point is a crossing."""
     trajectory = run.trajectory
     layout = trajectory.layout
     events = trajectory.events
@@ -70,6 +70,6 @@ def _with_crossings(run: Run, orbit: Orbit, k: int) -> tuple[Array, Array, NDArr
 
 
 def _bend(points: Array, at_corner: NDArray[np.bool_]) -> float:
-    """How far a curve may be from its chords: a quarter of what those of every other point miss between its corners."""
+    """Estimated distance of a curve from its chords: a quarter of its distance from chords of every other point."""
     away = distances(points[1:-1], points[:-2], points[2:])
     return 0.25 * float(away[~at_corner[1:-1]].max(initial=0.0))

@@ -1,4 +1,4 @@
-"""The map of motions over two values as a result: where rattle must be, where it may be, where none is found."""
+"""The map of motions over two values as a result: regions where all, some or none of the known motions rattle."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A motion as a result: the report of a run as a page; on the terminal its cost, where it has just been simulated.
+"""A motion as a result: its page is the report of a run; after a simulation the terminal shows its cost.
 
-The report, its judgement and its figures are imported when they are asked for: a motion that is only saved or listed on
-a terminal needs none of them.
+The report, its verdict and its figures are imported when they are needed: a motion that is only saved, or listed on a
+terminal, does not need them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class MotionReport(Presentation[Run]):
-    """A motion as it was simulated, perhaps saved and opened again: judged when it is shown, without advice."""
+    """A simulated motion, new or opened from a file; the verdict is computed when it is shown. It has no advice."""
 
     kind = "motion"
     is_interactive = True
@@ -79,7 +79,7 @@ class MotionReport(Presentation[Run]):
 
 
 class SimulationReport(MotionReport):
-    """A motion whose answer is what it cost and where corners were crossed; nothing is judged before a page is made."""
+    """A motion whose answer is its cost and its crossings; the verdict is computed only for a page."""
 
     @property
     def sentence(self) -> str:

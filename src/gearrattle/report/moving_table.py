@@ -1,7 +1,7 @@
-"""Sensitivity of the jumps of a branch: their shift when a number of the model grows by 10 %.
+"""Sensitivity of the jumps of a branch: their shift when a number of the model increases by 10 %.
 
-A jump is a fold at which stable motions end, or a hard loss of stability. One in a corner of the branch, where the
-motion or its gradient jumps, has no gradient, and is left out.
+A jump is a fold at which stable motions end, or a hard loss of stability. A jump at a corner of the branch, where the
+motion or its gradient jumps, has no gradient and is left out.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from gearrattle.report.tables import Table
 _MOST_JUMPS = 3
 _MOST_NUMBERS = 6
 _MOST_BODIES = 8
-_LEAST = 1e-4  # of what the most effective number does: less is left out
+_LEAST = 1e-4  # share of the largest shift: smaller shifts are left out
 
 
 def moving_table(branch: Branch) -> Table:
-    """Return what moves the first jumps of the first branch; no rows where there is none, or it would take long."""
+    """Return the shifts of the first jumps of the first branch; empty without jumps, or if it would take long."""
     shown = measure(branch)
     unit = f" [{shown.unit}]" if shown.unit else ""
     head = ("jump at" + unit, "event", "10 % more of", "moves it by" + unit)

@@ -1,7 +1,7 @@
 """A result in a notebook: its sentence, its first tables and its first figure, static and small.
 
-There is no script and no style sheet: a notebook that is not trusted runs and keeps neither. Text takes the notebook's
-own colours, light or dark; a figure stands on white.
+There is no script and no style sheet, because a notebook that is not trusted removes both. Text has the colours of the
+notebook, light or dark; a figure has a white background.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _TABLES = 3
 
 
 def notebook_view(result: Any) -> str:
-    """Return a result of any kind as HTML for a notebook, at most some 200 kB; ModelError for what is no result."""
+    """Return a result of any kind as HTML for a notebook, at most about 200 kB; ModelError if it is not a result."""
     presentation = presentation_of(result)
     tables = [shortened(table) for table in presentation.answer() if table.rows][:_TABLES]
     charts = presentation.charts()

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-_LARGEST_TABLE = 20_000_000
+_LARGEST_TABLE = 20_000_000  # numbers
 _NONE: Mapping[str, Any] = {}
 _STRINGS = np.dtype("O", metadata={"vlen": str})
-"""Text of any length in HDF5, as ``h5py.string_dtype()`` gives it."""
+"""Type of texts of any length in HDF5, equal to ``h5py.string_dtype()``."""
 
 
 class Arrays(NamedTuple):
@@ -28,9 +28,9 @@ class Arrays(NamedTuple):
     Attributes
     ----------
     variables
-        by name (dimensions, values) or (dimensions, values, attributes); a single dimension is a string.
+        by name, (dimensions, values) or (dimensions, values, attributes); a single dimension is a string.
     coordinates
-        by dimension its values, or a tuple as of a variable.
+        by dimension, the values of the coordinate, or a tuple as for a variable.
     """
 
     variables: Mapping[str, Any]
@@ -38,7 +38,7 @@ class Arrays(NamedTuple):
     attributes: Mapping[str, Any] = _NONE
 
     def dataset(self) -> xr.Dataset:
-        """Return them as a Dataset."""
+        """Return the arrays as a Dataset."""
         import xarray as xr
 
         return xr.Dataset(*self)
@@ -66,7 +66,7 @@ def _write_arrays(arrays: Arrays, path: Path) -> None:
                     file.dimensions[axis] = length
             if array.dtype.kind in "UO":
                 variable = file.create_variable(name, axes, _STRINGS, data=array.astype(object))
-            elif array.dtype.kind == "b":  # netCDF has no truth values; xarray reads this as one
+            elif array.dtype.kind == "b":  # netCDF has no booleans; xarray reads this as boolean
                 variable = file.create_variable(name, axes, np.int8, data=array.astype(np.int8))
                 variable.attrs["dtype"] = "bool"
             else:
@@ -78,8 +78,9 @@ def _write_arrays(arrays: Arrays, path: Path) -> None:
 def write_csv(data: xr.Dataset, path: Path) -> None:
     """Write a Dataset as one table.
 
-    Variables over the same dimensions are columns, their coordinates the first ones, units in the head. Otherwise every
-    number has a row: quantity, coordinates, value, unit. ModelError for more than twenty million numbers.
+    If all variables have the same dimensions, the columns are the coordinates and then the variables, with units in the
+    head. Otherwise every number has a row: quantity, coordinates, value, unit. ModelError for more than twenty million
+    numbers.
     """
     rows = sum(int(variable.size) for variable in data.data_vars.values())
     if rows > _LARGEST_TABLE:
@@ -97,7 +98,7 @@ def _wide(data: xr.Dataset) -> pd.DataFrame:
 
 
 def _long(data: xr.Dataset) -> pd.DataFrame:
-    """A row for every number: what it is, its coordinates, its value and its unit."""
+    """A row for every number: name of the quantity, coordinates, value and unit."""
     import pandas as pd
 
     frames = []

@@ -16,7 +16,7 @@ from gearrattle.signals import Impacts, find_impacts
 from gearrattle.wording import counted
 
 _NOTHING = 1e-12
-"""A multiplier below this is rounding: a disturbance in its direction is gone after one period."""
+"""A multiplier with a smaller modulus is zero up to rounding: its disturbance vanishes within one period."""
 _ONE = 1e-9
 RATTLE = {
     "quiet": "no rattle",
@@ -32,7 +32,7 @@ def unit_of(orbit: Orbit, unit: str) -> str:
 
 
 def multiplier_table(orbit: Orbit) -> Table:
-    """Return a row for every multiplier: where it is, and what becomes of a disturbance."""
+    """Return a row for every multiplier: its value, and whether its disturbance grows or decays."""
     rows = []
     for value in orbit.multipliers.tolist():
         size = abs(value)
@@ -52,7 +52,7 @@ def multiplier_table(orbit: Orbit) -> Table:
 
 
 def lasting(size: float, cycles: int) -> str:
-    """Say after how many periods T a disturbance is halved or doubled.
+    """Return a text on the number of periods T after which a disturbance is halved or doubled.
 
     ``size`` is the modulus of its multiplier over ``cycles`` periods T.
     """
@@ -99,7 +99,7 @@ def family_table(orbit: Orbit) -> Table:
     """Return a row for every free state of a motion that is one of a family, with the values that it may take."""
     rows = []
     for free in orbit.family:
-        unit = path_label(free.name, orbit.model).unit or unit_of(orbit, "rad")  # that of a slider
+        unit = path_label(free.name, orbit.model).unit or unit_of(orbit, "rad")  # rad for a slider
         rows.append((free.name, *engineering_column((free.low, free.value, free.high), unit, 6)))
     note = "In this range neighbouring motions repeat as well, with the same impacts."
     return Table(("free state", "from", "here", "to"), tuple(rows), frozenset({0}), "Family", note)
@@ -159,6 +159,6 @@ def motions_table(orbits: Sequence[Orbit]) -> Table:
 
 
 def _first_impact(orbit: Orbit) -> str:
-    """Return the instant of the first impact, by which copies of one motion shifted in time differ."""
+    """Return the time of the first impact, which distinguishes copies of one motion that are shifted in time."""
     time = impacts_of(orbit).time
     return numeral(float(time[0]) / orbit.run.trajectory.layout.period, 4) if time.size else "–"

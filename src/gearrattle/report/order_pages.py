@@ -1,7 +1,7 @@
-"""Orders and spectra along a change of speed as results: the strongest ones, and the map or the curves.
+"""Orders and spectra along a change of speed as results: the strongest orders, and the map or the curves.
 
-The attributes ``excited_orders`` and ``natural_frequencies`` [rad/s], which the command sets from the model, are drawn
-over a map.
+The orders and frequencies in the attributes ``excited_orders`` and ``natural_frequencies`` [rad/s], which the command
+sets from the model, are drawn over a map.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _LEAST = 0.01
 
 
 class _Along(Presentation["xr.Dataset"]):
-    """Common to what is labelled along a change of speed; one figure, which can be written alone."""
+    """Base of presentations of data along a change of speed; they have one figure, which can be saved as a file."""
 
     endings = (*NUMBER_ENDINGS, *FIGURE_ENDINGS)
     is_interactive = True
@@ -55,11 +55,11 @@ class _Along(Presentation["xr.Dataset"]):
         return self.result["amplitude"]
 
     def _largest(self) -> str:
-        """Say what is largest, and where."""
+        """Return a sentence with the largest value and its position."""
         raise NotImplementedError
 
     def _place(self, row: dict[str, float]) -> str:
-        """Say where a row stands."""
+        """Return the time or speed of a row in words."""
         if "speed" in row:
             return f"{row['speed'] * 30.0 / math.pi:.5g} rpm" if self.si else f"speed {row['speed']:.5g}"
         return f"{row['time']:.5g}{' s' if self.si else ''}"
@@ -100,7 +100,7 @@ class OrderCutsPage(_Along):
         return f"Order {row['order']:g} is the largest: {value} at {self._place(row)}."
 
     def _orders(self) -> list[dict[str, float]]:
-        """Say of some orders how large they become, and where."""
+        """Return for some orders their largest amplitude and its position."""
         data = self.result
         amplitude = self._values()
         rows = []
@@ -111,12 +111,12 @@ class OrderCutsPage(_Along):
         return rows
 
     def _chosen(self) -> list[int]:
-        """Return which orders the table has."""
+        """Return the indices of the orders in the table."""
         return list(range(self.result.sizes["order"]))
 
 
 class OrderMapPage(OrderCutsPage):
-    """Amplitudes of all orders along a change of speed: the strongest stand in the table."""
+    """Amplitudes of all orders along a change of speed; the table has the strongest."""
 
     kind = "order map"
 
@@ -124,7 +124,7 @@ class OrderMapPage(OrderCutsPage):
         return self._map()
 
     def _chosen(self) -> list[int]:
-        """Return the orders that stand above their neighbours, the strongest ones."""
+        """Return the strongest orders that are larger than their neighbours."""
         peak = self._values().values.max(axis=0)
         inner = (peak[1:-1] >= peak[:-2]) & (peak[1:-1] > peak[2:]) & (peak[1:-1] >= _LEAST * peak[1:].max())
         return sorted(sorted((inner.nonzero()[0] + 1).tolist(), key=lambda k: -peak[k])[:_MOST])
@@ -171,7 +171,7 @@ class WaterfallPage(_Along):
         return f"Largest: {value} at {where}, {self._place(peak)}."
 
     def _peak(self) -> dict[str, float]:
-        """Return where the map is largest; NaN stands where an order lies beyond the highest frequency."""
+        """Return the position of the largest value; the map is NaN for orders above the highest frequency."""
         data = self._map_values
         along = str(self._map_values.dims[1])
         row, column = divmod(int(np.nanargmax(data.values)), data.shape[1])

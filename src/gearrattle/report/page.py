@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing that is no chart: file name without suffix, words, SVG; a wide one has a row of its own."""
+    """A drawing that is not a chart: file name without suffix, words, SVG; a wide drawing takes a whole row."""
 
     key: str
     words: str
@@ -42,15 +42,15 @@ class Section:
     notes
         items of a list.
     charts
-        figures; those of one group are shown in tabs.
+        figures; figures of one group are shown in tabs.
     inlay
-        HTML that follows the figures and brings its own script, on an interactive page.
+        HTML with its own script, after the figures of an interactive page.
     tables
-        tables; those without rows are left out.
+        tables; tables without rows are left out.
     folds
-        whether a long table is collapsed until it is opened.
+        whether a long table is collapsed until the reader opens it.
     text
-        a title and a long text, collapsed.
+        title and text of a long text, which is collapsed until the reader opens it.
     """
 
     key: str
@@ -68,7 +68,7 @@ class Section:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing but a heading."""
+        """Whether the section has only a heading."""
         charts = any(chart.panels for chart in self.charts)
         tables = any(table.rows for table in self.tables)
         return not (self.lead or self.words or self.notes or charts or self.pictures or tables or self.text)
@@ -81,7 +81,7 @@ class Page:
     Attributes
     ----------
     brand
-        what kind of result it is, in a word or two.
+        kind of result in one or two words.
     sections
         in reading order; empty ones are left out.
     is_interactive
@@ -115,5 +115,5 @@ def figure_sections(charts: Iterable[Chart]) -> tuple[Section, ...]:
 
 
 def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:
-    """Return a section with the notes; nothing if there are none."""
+    """Return a section with the notes; empty without notes."""
     return (Section("notes", "Notes", notes=notes),) if notes else ()

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 class _Shown(NamedTuple):
-    """One period as the figures of a run take it."""
+    """One period of a motion in the form that the figures of a run need."""
 
     motion: Run
     verdict: Verdict
@@ -55,7 +55,7 @@ class _Shown(NamedTuple):
 
 
 class PeriodicMotionPage(ModelPresentation[Orbit]):
-    """One motion that repeats."""
+    """Presentation of one periodic motion."""
 
     kind = "periodic motion"
     is_interactive = True
@@ -145,7 +145,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         return data.assign(added).assign_attrs(facts)
 
     def write(self, path: Path) -> None:
-        """Write a new file; as CSV the samples of one period, as of a motion."""
+        """Write a new file; a CSV file has the samples of one period."""
         if path.suffix == ".csv":
             self.result.run.write(path)
         else:
@@ -170,7 +170,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
 
 
 class PeriodicMotionsPage(Presentation[PeriodicMotions]):
-    """Several motions of one driveline, side by side."""
+    """Presentation of several periodic motions of one driveline."""
 
     kind = "periodic motions"
     is_interactive = True
@@ -260,7 +260,7 @@ class PeriodicMotionsPage(Presentation[PeriodicMotions]):
             super().write(path)
 
     def _table(self) -> xr.Dataset:
-        """The same with a column for every number of a motion."""
+        """The data as a table with a row for every motion and a column for every number."""
         data = self.numbers()
         columns = {str(name): data[name] for name in data.data_vars if data[name].dims == ("motion",)}
         for name in ("peak_to_peak", "angle", "velocity", "multiplier_real", "multiplier_imaginary"):

@@ -1,8 +1,9 @@
-"""The presentation of a kind of result: its words, tables and figures, and its content for machines.
+"""The presentation of a kind of result: its words, tables, figures and numbers.
 
-A kind of result has one class, derived from ``Presentation``, and one line in ``kinds``. It says what stands on the
-page (``sections``), what the terminal shows (``answer``), what summary.json holds (``content``) and what results.nc
-holds (``data``). Page, files, command line, notebooks and figures for print are made from these for all kinds alike.
+A kind of result has one class, derived from ``Presentation``, and one line in ``result_kinds``. The class defines the
+content of the page (``sections``), of the terminal (``answer``), of summary.json (``content``) and of results.nc
+(``data``). Pages, files, command line, notebooks and figures for print are made from these in the same way for all
+kinds.
 """
 
 from __future__ import annotations
@@ -26,26 +27,26 @@ if TYPE_CHECKING:
 R = TypeVar("R")
 
 NUMBER_ENDINGS = (".nc", ".csv")
-"""Of files that hold the numbers of a result."""
+"""Endings of files with the numbers of a result."""
 FIGURE_ENDINGS = (".svg", ".pdf", ".eps", ".png", ".tiff")
-"""Of files that hold the figure of a result that has one."""
+"""Endings of files with the figure of a result that has exactly one."""
 
 
 class Presentation(Generic[R]):
-    """Base of all presentations; a kind overrides what it has more of.
+    """Base class of all presentations; the class of a kind overrides some of its methods.
 
     Attributes
     ----------
     kind
-        of result, its name in ``kinds`` and on the page.
+        name of the kind of result, in ``result_kinds`` and on the page.
     endings
-        of the files that can be written of it alone; without one of them a path is a folder.
+        endings of single files that can be written; a path with another ending is a folder.
     is_interactive
-        whether the figures of its page become interactive.
+        whether the figures of the page become interactive.
     is_data
-        whether the result is its Dataset, so that a saved one can be presented again.
+        whether the result is its Dataset, so that a saved Dataset can be presented again.
     folder
-        where the file that is written will stand.
+        final folder of the file that is being written.
     """
 
     kind: ClassVar[str]
@@ -60,28 +61,28 @@ class Presentation(Generic[R]):
 
     @property
     def title(self) -> str:
-        """Heading: what the result is of."""
+        """Heading of the page: the model or the source of the result."""
         raise NotImplementedError
 
     @property
     def sentence(self) -> str:
-        """What came out, in a sentence or two."""
+        """The answer in one or two sentences."""
         raise NotImplementedError
 
     @property
     def further(self) -> tuple[str, ...]:
-        """Sentences that a terminal shows below the first, a line each; by default none."""
+        """Further sentences for the terminal, one per line; by default none."""
         return ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user must know about the numbers; of labelled data a list or lines in ``attrs``."""
+        """What the user must know about the numbers; for labelled data, a list or the lines of a text in ``attrs``."""
         attributes = getattr(self.result, "attrs", None)
         notes = getattr(self.result, "notes", ()) if attributes is None else attributes.get("notes", ())
         return tuple(notes.splitlines() if isinstance(notes, str) else notes)
 
     def sections(self) -> tuple[Section, ...]:
-        """Return what stands on the page, in reading order; by default sentence and answer, figures, notes."""
+        """Return the sections of the page, in reading order; by default sentence and answer, figures, notes."""
         summary = Section("summary", "Summary", self.sentence, tables=self.answer())
         figures = figure_sections(self.figures())
         return summary, *figures, *notes_section(self.notes)
@@ -96,15 +97,15 @@ class Presentation(Generic[R]):
 
     @cached_property
     def created(self) -> str:
-        """When it was presented first: UTC, ISO 8601."""
+        """Time of the first presentation: UTC, ISO 8601."""
         return now()
 
     def content(self) -> Mapping[str, Any]:
-        """Return everything for machines: numbers, text, lists and mappings in SI units, by name."""
+        """Return the content of summary.json: numbers [SI], texts, lists and mappings, by name."""
         raise NotImplementedError
 
     def numbers(self) -> xr.Dataset | Arrays:
-        """Return every number with names and units: the result's Dataset, or arrays for one."""
+        """Return every number with names and units: the Dataset of the result, or arrays for a Dataset."""
         raise NotImplementedError
 
     def data(self) -> xr.Dataset:
@@ -125,7 +126,7 @@ class Presentation(Generic[R]):
         return Page(self.kind, self.title, self.sections(), is_interactive=self.is_interactive)
 
     def accompany(self, folder: Path) -> None:
-        """Write what stands next to the page and is no figure, into the folder of the page; by default nothing."""
+        """Write files other than figures into the folder of the page; by default none."""
 
     def write(self, path: Path) -> None:
         """Write a new file, of one of the ``endings``."""

@@ -1,4 +1,4 @@
-"""A proof of quiet as a result: shares of the box, the reasons against the rest, the largest proven boxes."""
+"""A proof of quiet as a result: shares of the box, reasons why other parts are not quiet, the largest proven boxes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _MOST_BOXES = 12
 
 
 def _percent(share: float) -> str:
-    """A share with a digit after the point; never rounded to all or nothing."""
+    """A share in per cent with one decimal; never rounded to 0 % or 100 %."""
     if 0.0 < share < 0.0005:
         return "< 0.1 %"
     if 0.9995 < share < 1.0 - 1e-12:
@@ -78,7 +78,7 @@ class QuietProofPage(ModelPresentation[QuietProof]):
         return words
 
     def _against(self, status: int) -> Iterator[tuple[str, str, float]]:
-        """Yield reason, element and share of parts of a status."""
+        """Yield reason, element and share of the box, for all parts with a status."""
         for (reason, element), share in self.result.shares(status).items():
             yield reason, element, share
 

@@ -1,4 +1,4 @@
-"""Records as a Dataset: one variable per field, one row per record."""
+"""Records (dataclasses or mappings) as a Dataset: one variable per field, one row per record."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def record_columns(
 
 
 def number_columns(name: str, word: str, values: Sequence[float | str], dimension: str) -> dict[str, Any]:
-    """Return values that are numbers or words as two variables: numbers, NaN for a word; and words, else empty."""
+    """Return numbers or words as two variables: numbers (NaN for words) and words (empty for numbers)."""
     return {
         name: (dimension, [math.nan if isinstance(value, str) else value for value in values]),
         word: (dimension, texts(value if isinstance(value, str) else "" for value in values)),
@@ -70,7 +70,7 @@ def number_columns(name: str, word: str, values: Sequence[float | str], dimensio
 
 
 def stacked(rows: Sequence[Any]) -> Any:
-    """Return rows of numbers as one array (m, longest), the shorter ones filled up with NaN."""
+    """Return rows of numbers as one array (m, longest), shorter rows filled with NaN."""
     table = np.full((len(rows), max((len(row) for row in rows), default=0)), math.nan)
     for target, row in zip(table, rows, strict=True):
         target[: len(row)] = row

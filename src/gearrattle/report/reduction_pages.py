@@ -1,4 +1,4 @@
-"""Smaller models as results: bodies lumped or modes kept, the reasons, and the distance from the full model."""
+"""Reduced models as results: bodies lumped or modes kept, the reasons, and the errors against the full model."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class ReductionPage(ModelPresentation[Reduction]):
 
 
 class CondensedPage(Presentation[Condensed]):
-    """A model in few coordinates: its matrices and their error."""
+    """Presentation of a model in few coordinates: its matrices and their error."""
 
     kind = "condensation"
     endings = (*NUMBER_ENDINGS, ".npz", ".mat")
@@ -159,7 +159,7 @@ class CondensedPage(Presentation[Condensed]):
 
 
 def _error_sentence(error: ReductionError, units: str) -> str:
-    """Say how far frequencies and responses in the band are from those of the full model."""
+    """Return a sentence with the errors of frequencies and responses in the band against the full model."""
     if math.isnan(error.at):
         sentences = ["No elastic mode lies in the band."]
     else:
@@ -184,7 +184,7 @@ def _frequencies(error: ReductionError, units: str) -> Table:
 
 
 def _frequency_charts(error: ReductionError, units: str) -> list[Chart]:
-    """Draw how far the natural frequencies in the band are off; empty without one."""
+    """Draw the errors of the natural frequencies in the band; empty if the band has none."""
     full = np.array(error.frequencies)
     smaller = np.array(error.reduced_frequencies)
     allowed = 100.0 * error.limit
@@ -216,7 +216,7 @@ def _error_columns(error: ReductionError, unit: str) -> dict[str, Any]:
 
 
 def _simulated(simulated: Simulated) -> tuple[Table, ...]:
-    """Return both verdicts, and the entries that differ; those of the spectra are only counted."""
+    """Return both verdicts, and the entries that differ; of entries from spectra only the number."""
     different = simulated.differences()
     listed = [entry for entry in different if entry.criterion != "spectrum"]
     title = f"{len(different)} of {len(simulated.entries)} quantities differ, numbers by more than 1 %"

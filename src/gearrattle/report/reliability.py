@@ -1,6 +1,7 @@
-"""Reliability of the numbers of a run: the facts by which an engineer judges it.
+"""Facts on the reliability of the numbers of a run.
 
-They are the method of computation, the part of the motion that was judged, and whether its first and second half agree.
+They are the method of computation, the part of the motion that the verdict uses, and the agreement of its first and
+second half.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _SENSITIVE = (
 
 
 def trust(findings: Findings) -> list[str]:
-    """Return what can be said about the reliability of the verdict, one sentence or two an item."""
+    """Return facts on the reliability of the verdict, as items of one or two sentences."""
     # the method
     trajectory = findings.motion.trajectory
     window = steady(trajectory)
@@ -64,7 +65,7 @@ def trust(findings: Findings) -> list[str]:
 
 
 def _predictable(horizon: float, period: float, end: float) -> str:
-    """Return how long the motion is predicted instant by instant."""
+    """Return a sentence on the time up to which the motion is predicted point by point."""
     if horizon > end:
         return (
             "Small perturbations stay small: over the whole run no perturbation grows ten-million-fold, so single "

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class RemediesPage(ModelPresentation[Remedies]):
-    """Changes of a driveline, the best first."""
+    """Presentation of remedies, the best first."""
 
     kind = "remedies"
 
@@ -65,7 +65,7 @@ class RemediesPage(ModelPresentation[Remedies]):
         return "J" if self.result.model.units == "SI" else ""
 
     def _where(self) -> str:
-        """At which speeds it was tried."""
+        """The speeds at which the changes were tried, in words."""
         result = self.result
         path = next(iter(model_paths(result)))
         unit = "rad/s" if result.model.units == "SI" else ""

@@ -1,6 +1,7 @@
-"""The charts that belong to a result: those of its page.
+"""The charts of a result, which are those of its page.
 
-A folder that a command wrote keeps its charts in figures/charts.npz, which are read without knowing the kind of result.
+A folder written by a command has its charts in figures/charts.npz, which can be read without knowing the kind of
+result.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ _RULE = "must be a folder that a command wrote, or a file that one saved (.nc)"
 
 
 def charts_of(result: Any) -> list[Chart]:
-    """Return the figures of a result, of a folder that a command wrote, or of a saved file (.nc) of data or a motion.
+    """Return the figures of a result, of a folder written by a command, or of a saved file (.nc) of data or a motion.
 
-    ModelError where it is none of these, or its kind has no figures; OSError where a file cannot be read.
+    ModelError if it is none of these or its kind has no figures; OSError if a file cannot be read.
     """
     if isinstance(result, str | os.PathLike):
         path = Path(result)
@@ -90,7 +91,7 @@ def _opened(path: Path) -> Presentation[Any]:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except MemoryError:
         raise
-    except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
+    except Exception as error:  # for a damaged file, h5py and the readers of its parts raise many types
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, _RULE)) from None
     # the kind of result, and whether its Dataset is all of it

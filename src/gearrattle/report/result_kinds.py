@@ -61,13 +61,13 @@ PRESENTATIONS: Mapping[str, str] = {
     "remedies": "gearrattle.report.remedies_page:RemediesPage",
     "contact ratio": "gearrattle.report.contact_ratio_page:ContactRatioPage",
 }
-"""Kind of result -> module and class."""
+"""Module and class of the presentation, by kind of result."""
 
 
 def presentation_of(result: Any) -> Presentation[Any]:
-    """Return the presentation of a result or of labelled data that gearrattle returned; a presentation stays itself.
+    """Return the presentation of a result or of labelled data from gearrattle; a presentation is returned unchanged.
 
-    ModelError for what is no result of gearrattle.
+    ModelError for any other object.
     """
     if isinstance(result, Presentation):
         return result

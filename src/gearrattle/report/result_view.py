@@ -1,6 +1,6 @@
-"""How a result is shown and saved: the functions that ``gearrattle.result`` calls (``result.View``).
+"""Functions that show and save results, called by ``gearrattle.result`` (``result.View``).
 
-Each function imports what it needs: a result on a terminal needs neither figures nor templates.
+Every function imports the modules it needs, because a result on a terminal needs no figures or templates.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ HEADLINES = {
 
 
 def headline_words(verdict: Verdict) -> str:
-    """Return the headline of a verdict, as a page has it."""
+    """Return the headline of a verdict for a page."""
     words = HEADLINES if verdict.event is None else EVENT_HEADLINES
     return words[verdict.headline]
 
@@ -173,13 +173,13 @@ def _sections(findings: Findings) -> tuple[Section, ...]:
 
 
 def _measured(findings: Findings, *, is_event: bool) -> list[Section]:
-    """Criteria and metrics; of an event the metrics alone, for criteria are averages over cycles."""
+    """Criteria and metrics; for an event only metrics, because criteria are averages over cycles."""
     criteria = Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True)
     metrics = Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True)
     return [metrics] if is_event else [criteria, metrics]
 
 
 def _model_text(model: Model) -> str:
-    """Return the model file; the points of a long record are only named."""
+    """Return the model file; it has digests instead of the points of long records."""
     text = model.to_toml()
     return text if len(text) <= _LONGEST_TEXT else model.to_stored()[0]

@@ -1,4 +1,4 @@
-"""Results as files: a file of numbers, or a folder with a page, a summary, numbers and figures; whole or not at all."""
+"""Results as files: a file of numbers, or a folder with page, summary, numbers and figures; complete or not at all."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ PAGE = "report.html"
 SUMMARY = "summary.json"
 NUMBERS = "results.nc"
 FIGURES = "figures"
-"""Names of what stands in a folder of a result."""
+"""Names of the files and the folder in the folder of a result."""
 _OTHERS = (".html", ".json", ".jpg", ".txt", ".xlsx", ".h5", ".hdf5", ".npz", ".mat", ".toml", ".zarr", ".wav")
 _FILE_ENDINGS = (*NUMBER_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)
-"""Endings of files, which no folder for a result should have."""
+"""Endings of files; a path with such an ending is not taken as a folder."""
 _OLD_PAGES = ("compare.html", "modes.html", "reproduction.html", "study.html")
 
 
 def save(result: object, path: str | os.PathLike[str]) -> Path:
-    """Save a result of any kind, whole or not at all.
+    """Save a result of any kind; if that fails, nothing changes on the disk.
 
     Parameters
     ----------
     result
-        what a function of gearrattle returned: a result, Dataset, DataArray, DataFrame or Series.
+        returned object of a function of gearrattle: a result, Dataset, DataArray, DataFrame or Series.
     path
-        a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them), or in what else its kind can be
-        written as (.toml of what holds a model, .svg and .pdf of a single figure); or a folder, which gets
-        report.html, summary.json, results.nc and figures/. It need not exist.
+        a file that ends in .nc (netCDF-4, all numbers), .csv (a table of them) or another ending of this kind of result
+        (.toml for a result with a model, .svg and .pdf for a single figure); or a folder, which gets report.html,
+        summary.json, results.nc and figures/. The folder need not exist.
 
     Returns
     -------
@@ -47,10 +47,9 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     ModelError
-        no result of gearrattle, another ending, or a folder that holds something else than a page of
-        gearrattle.
+        not a result of gearrattle, another ending, or a folder with files that are not a page of gearrattle.
     OSError
-        it cannot be written; then nothing has changed.
+        the path cannot be written.
 
     Examples
     --------
@@ -71,10 +70,10 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
 
 
 def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequence[Path] = ()) -> None:
-    """Refuse a path that a result cannot be saved as, before anything is computed.
+    """Refuse a path to which the result cannot be saved, before anything is computed.
 
-    ``option`` is what the path was given as, for the message. A ModelError refuses another ending, a folder or one of
-    the inputs where a file is written, and a file where a folder is.
+    ``option`` is the name of the option with this path, for the message. ModelError for another ending, for a folder or
+    one of the inputs at the path of a file, and for a file at the path of a folder.
     """
     suffix = path.suffix.lower()
     if suffix in endings:
@@ -90,12 +89,12 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
 
 
 def destination(path: Path, endings: Sequence[str]) -> Staging:
-    """Return where to write a result, checked by ``check_target``, before it is committed."""
+    """Return the staging folder for a result, whose path ``check_target`` has checked."""
     return Staging(path.parent) if path.suffix.lower() in endings else result_folder(path)
 
 
 def put_into(presentation: Presentation[Any], path: Path, staging: Staging) -> Path:
-    """Write a result into an open ``destination``, and return the path of the file or page to come."""
+    """Write a result into an open ``destination``, and return the final path of the file or page."""
     if path.suffix.lower() in presentation.endings:
         presentation.folder = path.parent
         presentation.write(staging.path / path.name)
@@ -115,7 +114,7 @@ def fill(presentation: Presentation[Any], folder: Path) -> None:
 
 
 def summary(presentation: Presentation[Any]) -> dict[str, Any]:
-    """Return what summary.json holds, and a command prints with --json."""
+    """Return the content of summary.json, which a command prints with --json."""
     return {
         "format": format_name("summary"),
         KIND: presentation.kind,
@@ -129,13 +128,13 @@ def summary(presentation: Presentation[Any]) -> dict[str, Any]:
 
 
 def result_folder(folder: str | os.PathLike[str]) -> Staging:
-    """Return a folder for a result; nothing is computed yet where it is refused.
+    """Return the staging folder for a result, before anything is computed.
 
-    A result has files of common names, which would replace those of others: a folder must be new, empty, or hold an
-    earlier page of gearrattle with its figures (else ModelError).
+    The files of a result have common names and could replace files of the user. Therefore the folder must be new, empty
+    or hold an earlier page of gearrattle with its figures; otherwise ModelError.
     """
     path = Path(folder)
-    sweep(path)  # a page that was being replaced when the program was killed
+    sweep(path)  # completes the replacement of a page if the program was killed meanwhile
     names = sorted(item.name for item in path.iterdir() if not is_left(item.name)) if path.is_dir() else []
     has_page = (path / FIGURES).is_dir() and not set(names).isdisjoint((PAGE, *_OLD_PAGES))
     if names and not has_page:
@@ -146,5 +145,5 @@ def result_folder(folder: str | os.PathLike[str]) -> Staging:
 
 
 def write_json(content: Mapping[str, Any], path: Path) -> None:
-    """Write what ``json_value`` takes."""
+    """Write a mapping as JSON, converted by ``json_value``."""
     path.write_text(json_text(content) + "\n", encoding="utf-8")

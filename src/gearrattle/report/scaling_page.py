@@ -1,4 +1,4 @@
-"""A model without dimensions as a result: its scales, the coefficients, and the conditioning."""
+"""A dimensionless model as a result: its scales, its coefficients, and its condition numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ScalingPage(ModelPresentation[Nondimensional]):
     def __init__(self, result: Nondimensional, stiff: Stiffness | None = None) -> None:
         """Present a model without dimensions.
 
-        ``stiff`` has the condition numbers of the model in SI; by default those with every clearance closed.
+        ``stiff`` has the condition numbers of the model in SI; default: with every clearance closed.
         """
         super().__init__(result)
         self.stiff = stiffness(result.original) if stiff is None else stiff

@@ -1,9 +1,9 @@
 """Tables of a screening, gear by gear: cases that are quiet, undecided or lift off, and simulated cases that rattle.
 
-The margin is 20 log10 of the lift ratio [dB], a range over the linear drivelines that may stand for the real one: a
-gear is quiet where the largest is below zero, lifts off where the least is above, and is undecided in between. Where a
-gear rests within its gap it is off its flank already, and the margin is infinite. Screenings of earlier versions have
-no range: theirs is the lift ratio alone.
+The margin is 20 log10 of the lift ratio [dB]. It is a range, because several linear drivelines may be equivalent to the
+real one. A gear is quiet if the largest margin is below zero, lifts off if the least margin is above zero, and is
+undecided otherwise. A gear whose equilibrium is inside its gap has no contact, and its margin is infinite. Screenings
+of earlier versions have one margin instead of a range.
 """
 
 from __future__ import annotations
@@ -49,23 +49,24 @@ class Screened:
     gear, loose, driver
         its mesh and the two bodies.
     quiet, undecided, lifts
-        in how many cases it is quiet, undecided, and lifts off.
+        number of cases in which it is quiet, is undecided, lifts off.
     margin
-        the largest [dB]; infinite where it rests within its gap.
+        largest margin of all cases [dB]; infinite if the equilibrium is inside the gap.
     least
-        the least margin in the same case [dB].
+        least margin in the case with the largest margin [dB].
     speed, load
-        where that is, as indices into the axes.
+        indices of this case along the axes.
     classical
-        the largest margin of the separation ratio [dB].
+        largest margin of the separation ratio [dB].
     rattles
-        in how many cases the simulation rattles; None where nothing was simulated.
+        number of cases in which the simulation rattles; None without simulations.
     judged
-        in how many cases the simulation was judged; None as above.
+        number of cases whose simulation has a verdict; None without simulations.
     agree
-        in how many of these forecast and simulation say the same; an undecided one says nothing. None as above.
+        number of these cases in which forecast and simulation agree, without undecided forecasts; None without
+        simulations.
     checked
-        the same by what the forecast says; None as above.
+        counts of agreement by forecast; None without simulations.
     """
 
     gear: str
@@ -144,12 +145,12 @@ def forecasts(data: xr.Dataset) -> NDArray[np.int8]:
 
 
 def inside(data: xr.Dataset) -> NDArray[np.bool_]:
-    """(speed, load) whether the linear motion is an exact motion of the driveline."""
+    """(speed, load) whether the linear motion is an exact motion of the real driveline."""
     return np.asarray(data["inside"].values, dtype=np.bool_)
 
 
 def place(data: xr.Dataset, speed: int, load: int) -> str:
-    """Say where a case is."""
+    """Return speed and load of a case in words."""
     speeds, _ = speeds_of(data)
     unit = " rpm" if data.attrs.get("units") == "SI" else ""
     at = f"{numeral(float(speeds[speed]), 4)}{unit}"
@@ -164,7 +165,7 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
 
 
 def decibels(margin: float, least: float | None = None) -> str:
-    """Say a margin, or the range from the least to the largest."""
+    """Return a margin in words, or the range from the least to the largest margin."""
     if np.isnan(margin):
         return "–"
     if margin == np.inf:
@@ -214,7 +215,7 @@ def summary_of(data: xr.Dataset) -> str:
 
 
 def _all_of(some: int, cases: int) -> str:
-    """Say in how many of the cases."""
+    """Return "in SOME of CASES cases" in words."""
     return f"all {counted(cases, 'case')}" if some == cases and cases > 1 else f"{some} of {counted(cases, 'case')}"
 
 
@@ -244,7 +245,7 @@ def setting_of(data: xr.Dataset) -> str:
 
 
 def gears_table(data: xr.Dataset) -> Table:
-    """A row a gear."""
+    """One row per gear."""
     gears = gears_of(data)
     head: tuple[str, ...] = ("gear", "loose body", "driver", "quiet", "undecided", "lifts off")
     head = (*head, "largest margin", "at", "classical, largest")
@@ -272,7 +273,7 @@ def gears_table(data: xr.Dataset) -> Table:
 
 
 def _counts(done: Checked | None) -> tuple[str, str, str]:
-    """Return how many forecasts the simulation confirms, by kind; of undecided ones how many rattle."""
+    """Return the number of confirmed forecasts by kind; for undecided forecasts, the number of cases that rattle."""
     if done is None:
         return ("–", "–", "–")
     pairs = (
@@ -285,7 +286,7 @@ def _counts(done: Checked | None) -> tuple[str, str, str]:
 
 
 def checks_table(data: xr.Dataset) -> Table:
-    """A row a gear and simulated case: forecast, range, how it ran; wrong ones first. Empty without simulations."""
+    """One row per gear and simulated case: forecast, range, result; wrong forecasts first."""
     head = ("at", "gear", "forecast", "margin", "simulated", "")
     if "regime" not in data:
         return Table(head, ())
@@ -315,14 +316,14 @@ def checks_table(data: xr.Dataset) -> Table:
 
 
 def _is_right(said: int, *, rattles: bool, separates: bool) -> str:
-    """Say whether a forecast came true."""
+    """Return in words whether a forecast was right."""
     if said == UNDECIDED or (said == LIFTS and separates and not rattles):
         return ""
     return "right" if (said == QUIET) != rattles else "wrong"
 
 
 def thresholds_table(data: xr.Dataset) -> Table:
-    """For every speed and gear the least load from which on, as far as the map goes, the gear may lift off."""
+    """For every speed and gear, the least load from which the gear may lift off at all higher loads of the map."""
     may_lift = forecasts(data) != QUIET
     labels, what = loads_of(data)
     names = [str(name) for name in data["gear"].values]
@@ -339,7 +340,7 @@ def thresholds_table(data: xr.Dataset) -> Table:
 
 
 def _first(lifts: NDArray[np.bool_], labels: list[str]) -> str:
-    """Return the label from which on all are true."""
+    """Return the first label from which all further values are true."""
     holds = np.flatnonzero(~lifts)
     at = 0 if not holds.size else int(holds[-1]) + 1
     return labels[at] if at < len(labels) else "–"

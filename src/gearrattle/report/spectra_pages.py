@@ -1,7 +1,7 @@
-"""Spectra as results: the peaks of power, the coherence with another signal, and the curves between their limits.
+"""Spectra as results: the peaks of the density, the coherence with another signal, and the curves with their limits.
 
-Figures are interactive, and static SVG without JavaScript. Natural frequencies to mark stand in the attribute
-``natural_frequencies`` [rad/s], which the command sets.
+Figures are interactive, and static SVG without JavaScript. The attribute ``natural_frequencies`` [rad/s], which the
+command sets, holds the natural frequencies to mark.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _MOST = 8
 
 
 class _OverFrequency(Presentation["xr.Dataset"]):
-    """Common to what is labelled over frequency."""
+    """Base of presentations of data over frequency."""
 
     is_interactive = True
     is_data = True
     heading = "Where the power is"
     peaked: tuple[str, ...] = ("psd",)
-    """Names of what has peaks, and of what is listed at them."""
+    """Names of the variable whose peaks are listed, and of further variables listed at these peaks."""
 
     def __init__(self, result: xr.Dataset) -> None:
         super().__init__(result)
@@ -81,7 +81,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
         return self.result
 
     def _channel_words(self) -> tuple[str, ...]:
-        """Return what has peaks, and what is listed at them."""
+        """Return the names in ``peaked`` in words."""
         return self.peaked
 
     def _table(self, content: dict[str, Any]) -> Table:
@@ -90,7 +90,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
 
 
 class SpectraPage(_OverFrequency):
-    """Density of a signal; of two also cross density, transfer function and coherence."""
+    """Density of a signal; for two signals also cross density, transfer function and coherence."""
 
     kind = "spectra"
 

@@ -19,7 +19,7 @@ _LIMITS = "The highest peaks of the {}; limits enclose with a probability of {:g
 
 
 def peaks_table(content: dict[str, Any], *, si: bool = True) -> Table:
-    """The highest peaks of the density, by frequency; of two signals also what coherence and response are there."""
+    """The highest peaks of the density, by frequency; for two signals also coherence and response at the peaks."""
     pair = "reference" in content
     head = ["Hz" if si else "frequency", f"density [{content['units_of']['psd']}]", "limits"]
     head += ["coherence", "limits", "gain", "phase [deg]"] if pair else []
@@ -49,7 +49,7 @@ def coherence_table(content: dict[str, Any], *, si: bool = True) -> Table:
 
 
 def summary_of(data: xr.Dataset, *, si: bool) -> str:
-    """Say in a sentence or two how large the signal is, where its power is, and how far the reference explains it."""
+    """Return sentences on size and frequencies of the signal, and on the share that the reference explains."""
     frequency = data["frequency"].values[1:]
     density = data["psd"].values[1:]
     unit = raised(str(data.attrs["units"])).removesuffix("1")
@@ -73,7 +73,7 @@ def summary_of(data: xr.Dataset, *, si: bool) -> str:
 
 
 def setting_of(data: xr.Dataset, *, si: bool) -> str:
-    """Say how the densities were averaged."""
+    """Return a sentence on how the densities were averaged."""
     return (
         f"Segments of {data.attrs['window']}; {data.attrs['averages']:.3g} independent averages of "
         f"{counted(data.attrs['segments'], 'segment')}, bins of {_with(data.attrs['resolution'], 'Hz' if si else '')}."
@@ -85,7 +85,7 @@ def _with(value: float, unit: str) -> str:
 
 
 def _row(row: dict[str, Any], *, pair: bool) -> tuple[str, ...]:
-    """Return a peak as text; a dash where there is no number."""
+    """Return a peak as text; a dash for a missing number."""
     said = {name: _number(value) for name, value in row.items()}
     cells = (said["frequency"], said["psd"], f"{said['psd_low']} to {said['psd_high']}")
     if not pair:

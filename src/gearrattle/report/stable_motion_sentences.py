@@ -1,7 +1,7 @@
 """The number of stable motions over a value, and the jumps: the first sentences of a page of branches.
 
-Ranges of a stable motion on a branch, and the runs of sweeps, both say how many motions there are at a value. Ranges
-narrower than a width are left out.
+The number of motions at a value follows from the ranges of stable motions on a branch, or from the runs of sweeps.
+Ranges narrower than a width are left out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _NUMBERS = ("no known", "one", "two", "three", "four", "five", "six")
 
 @dataclass(frozen=True)
 class Count:
-    """A part of the range, ascending [SI], and how many stable motions are known along it."""
+    """Begin and end of a part of the range, ascending [SI], and the number of stable motions known in it."""
 
     low: float
     high: float
@@ -28,7 +28,7 @@ class Count:
 
 
 def counts_of(branch: Branch, ranges: Sequence[Range]) -> list[Count]:
-    """Return how many stable motions are known where, over the whole range of a branch, by ranges of one stability."""
+    """Return the number of known stable motions over the whole range of a branch, by ranges of constant stability."""
     low, high = sorted(branch.range)
     width = branch.narrow * (high - low)
     if branch.sweeps is not None:
@@ -43,7 +43,7 @@ def counts_of(branch: Branch, ranges: Sequence[Range]) -> list[Count]:
 
 
 def _merged(parts: Sequence[Count], width: float) -> list[Count]:
-    """Parts with narrow ones left out, and neighbours of one count joined."""
+    """Parts without narrow ones; neighbours with the same count are merged."""
     merged: list[Count] = []
     wide = [part for part in parts if part.high - part.low >= width] or list(parts)
     for part in wide:
@@ -58,7 +58,7 @@ def _merged(parts: Sequence[Count], width: float) -> list[Count]:
 
 
 def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
-    """Return counts of the sweeps: two motions where both directions differ, to the jump or next value beyond."""
+    """Return counts from the sweeps: two motions where both directions differ, up to the jump or the next value."""
     sweeps = branch.sweeps
     assert sweeps is not None
     counts = list[Count]()
@@ -80,7 +80,7 @@ def _of_sweeps(branch: Branch, low: float, high: float) -> list[Count]:
 
 
 def counts_words(counts: Sequence[Count], span: Callable[[float, float], str]) -> str:
-    """Say how many stable motions there are where; ``span`` writes a range of values."""
+    """Return a sentence with the number of stable motions by range; ``span`` writes a range of values."""
     lengths: dict[int, float] = {}
     for one in counts:
         lengths[one.motions] = lengths.get(one.motions, 0.0) + one.high - one.low
@@ -102,13 +102,13 @@ def _number(count: int) -> str:
 
 
 def some(words: Sequence[str]) -> str:
-    """Return the first few, and how many more there are."""
+    """Return the first few words of a list, and the number of the others."""
     more = len(words) - _MOST_SAID
     return listed([*words[:_MOST_SAID], *([f"{more} more"] if more > 0 else [])])
 
 
 def jumps_words(upward: bool, values: Sequence[str]) -> str:
-    """Say where the motion jumps in one direction; empty where it does not."""
+    """Return a sentence with the values at which the motion jumps in one direction; empty without jumps."""
     if not values:
         return ""
     return f"Going {'up' if upward else 'down'} the motion jumps at {some(list(dict.fromkeys(values)))}."

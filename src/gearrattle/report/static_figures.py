@@ -1,4 +1,4 @@
-"""The folder figures/ of a result: every chart as SVG, and the charts themselves, which can be drawn anew."""
+"""The folder figures/ of a result: every chart as SVG, and a file with the data to draw the charts again."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from gearrattle.report.plots.chart_files import packed_charts
 from gearrattle.report.plots.svg_charts import draw
 
 CHARTS = "charts.npz"
-"""File in figures/ that keeps the charts themselves."""
+"""File in figures/ with the data of the charts."""
 
 
 def fill_figures(charts: Sequence[Chart], folder: Path) -> list[tuple[Chart, bytes]]:
-    """Write figures/ into the folder of a result: every chart as SVG, and the charts themselves.
+    """Write figures/ into the folder of a result: every chart as SVG, and the file with the data of the charts.
 
-    Every chart is returned with its SVG for the page, without legend: the page has its own.
+    Every chart is returned with its SVG for the page, without legend, because the page has its own.
     """
     target = folder / "figures"
     target.mkdir()

@@ -22,14 +22,14 @@ from gearrattle.simulation.fixed_steps import StepLimit
 
 @dataclass(frozen=True)
 class OverRatios:
-    """R_lambda over the contact ratio of one element after the other: (R,) ratios, and by element (R,) values."""
+    """R_lambda over the contact ratio of every single element: (R,) ratios, and (R,) values by element."""
 
     ratios: tuple[float, ...]
     r_lambda: Mapping[str, Sequence[float]]
 
 
 class StiffnessPage(Presentation[Stiffness]):
-    """How stiff a driveline is to an integrator."""
+    """Presentation of the numerical stiffness of a driveline."""
 
     kind = "stiffness"
 
@@ -43,8 +43,8 @@ class StiffnessPage(Presentation[Stiffness]):
     ) -> None:
         """Present the stiffness of a driveline with every clearance replaced by one slope.
 
-        ``regions`` are those of the driveline or those that a motion visits; ``notes`` are on the limits of fixed
-        steps.
+        ``regions`` are all regions of the driveline, or the regions that a motion visits. ``notes`` concern the limits
+        of fixed steps.
         """
         super().__init__(result)
         self.over = over

@@ -1,10 +1,11 @@
-"""Reproduction of the paper of 1995: its numbers beside ours, and why they differ.
+"""Reproduction of the paper of 1995: its numbers compared with ours, and the reasons for differences.
 
 C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle Analysis", ASME J.
-Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``paper_cases`` builds its models under any mean
-load, ``measurements`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned.
+Mech. Design 117 (1995) 185-192. ``printed_values`` has the numbers in the paper, ``paper_cases`` builds its models
+under any mean load, ``measurements`` makes every run once, and every other file compares one table, figure or claim. No
+number is adjusted to the paper.
 
-``reproduce`` gives a Reproduction; ``reproduction_page`` presents it.
+``reproduce`` returns a Reproduction; ``reproduction_page`` presents it.
 """
 
 from gearrattle.reproduction.paper_cases import load_case

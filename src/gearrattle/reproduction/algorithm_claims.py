@@ -1,4 +1,4 @@
-"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4."""
+"""The claims of sec. 9 about algorithms, checked with the runs of Tables 3 and 4."""
 
 from __future__ import annotations
 

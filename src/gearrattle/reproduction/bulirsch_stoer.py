@@ -1,4 +1,4 @@
-"""Sec. 9: the failure of Bulirsch-Stoer on systems with several nonlinearities, tried with ours."""
+"""Sec. 9: the failure of Bulirsch-Stoer on systems with several nonlinearities, checked with our implementation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TIGHT = 1e-6
 QUICK = (LOOSE, TIGHT)
 _ALIKE = 0.2
 OTHERS = ("rkf", "rkv")
-"""Methods that are asked whether they give incompatible solutions, too."""
+"""Other methods, checked for incompatible solutions as well."""
 _TWICE = 2.0
 KINDS = {"rattling": False, "loaded": True}
 
@@ -92,8 +92,8 @@ def _lines(measurements: Measurements, case: int, kind: str, loaded: bool) -> It
 def _incompatible(measurements: Measurements) -> Row:
     """Sec. 9: the only routine that consistently displayed incompatible solutions.
 
-    Reproduced if, on a loaded case, it has more than twice the crossings of exact at the loose tolerance, agrees at the
-    tight one, and no other method has more than twice.
+    Reproduced if, on a loaded case, Bulirsch-Stoer has more than twice the crossings of the exact motion at the loose
+    tolerance and agrees with it at the tight tolerance, and no other method has more than twice the crossings.
     """
     parts: list[str] = []
     figures: dict[str, float] = {}

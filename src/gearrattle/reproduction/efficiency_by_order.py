@@ -1,7 +1,7 @@
-"""Sec. 9: are higher-order methods inefficient under light load? Function calls of each at an equal error.
+"""Sec. 9: whether higher-order methods are inefficient under light load, by their function calls at an equal error.
 
-Case 3 under light (0.05) and moderate (0.5) mean load, from the start until perturbations have grown a thousandfold.
-Calls at an error are interpolated, log over log, between the two runs on either side of it.
+Case 3 under light (0.05) and moderate (0.5) mean load, from the start until perturbations have grown by a factor 1000.
+The calls at an error are interpolated, log over log, between the two runs with a larger and a smaller error.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Tables 3 and 4, fixed steps: as many steps as the paper prints, neither more nor fewer.
+"""Tables 3 and 4, fixed steps: exactly the number of steps that the paper prints.
 
-``simulate`` runs whole periods; 800 and 850 units of 1/omega, and RK4's 819.2 and 857.6, are none. Here the solver of
-the algorithm gets the number of steps to take.
+``simulate`` runs whole periods, but 800 and 850 units of 1/omega (and 819.2 and 857.6 for RK4) are not whole periods.
+Here the solver of the algorithm is called with the number of steps.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Fig. 3: the three vibro-impact regimes of a backlash, each with a history, and where they lie over the load.
+"""Fig. 3: the three vibro-impact regimes of a backlash, a history of every regime, and the ranges of load with it.
 
-Case 1 with its loose gear, over the gear's drag torque, and the mesh alone near its resonance, over the amplitude;
-both swept up and down (``sweep``). While the teeth of case 1 stay closed the motion does not depend on the drag torque
-D, and the mesh carries R F = D + J_4 theta_4''. Contact is therefore first lost at
+Two systems are swept up and down (``load_sweep``): case 1 with its loose gear, over the drag torque of the gear, and
+the mesh alone near its resonance, over the amplitude. While the teeth of case 1 stay in contact, the motion does not
+depend on the drag torque D, and the mesh force F is R F = D + J_4 theta_4''. Contact is therefore first lost at
 
     D* = max over a period of -J_4 theta_4'',
 
-read off the smooth motion under the largest D: a figure that no crossing enters.
+which follows from the smooth motion under the largest D, without any crossing.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from gearrattle.signals.regions import Regime
 
 FREQUENCY = 0.8
 MEAN = 0.1
-"""Of the mesh alone: below its resonance, a tenth of the force at a half-gap's deflection."""
+"""Frequency and mean load of the mesh alone: over its resonance, and over the force at a deflection of a half-gap."""
 WORDS: dict[Regime, str] = {"quiet": "no impact", "single-sided": "single-sided", "double-sided": "double-sided"}
 _HEIGHT: dict[Regime, float] = {"quiet": 0.0, "single-sided": 1.0, "double-sided": 2.0}
 _APART = 0.06

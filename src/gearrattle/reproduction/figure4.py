@@ -1,15 +1,15 @@
 """Fig. 4: the stiffness contact ratio Gamma_g over the amplitude, single- and double-sided.
 
-Closed forms: delta = m + A sin phi in the free gap of Table 2 (alpha = 0), m = 0 double-sided; single-sided with a
-mean load, where m follows from A by mean force = load (``contact_ratios.describing``). Both of the quantities that
-the paper calls Gamma are drawn: mean slope, the share of time in contact, and equivalent gain (its describing function,
-and H1 from spectra). For a sine without mean, h = b/A <= 1,
+Closed forms: delta = m + A sin phi in the free gap of Table 2 (alpha = 0). Double-sided motion has m = 0; single-sided
+motion has a mean load, and m follows from A by mean force = load (``contact_ratios.describing``). The paper uses Gamma
+for two quantities, and both are drawn: the mean slope, which is the share of time in contact, and the equivalent gain
+(the describing function, and H1 from spectra). For a sine without mean, with h = b/A <= 1,
 
     mean slope 1 - (2/pi) asin h,    gain 1 - (2/pi) (asin h + h sqrt(1 - h^2)):
 
-for large A they go to one as 1 - 2 h/pi and 1 - 4 h/pi.
+for large A they approach one as 1 - 2 h/pi and 1 - 4 h/pi.
 
-Points: exact motions of the mesh alone (``sweep``), whose shape is no assumption.
+Points: exact motions of the mesh alone (``load_sweep``), without an assumption about their shape.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Fig. 7: case 3, relative displacements by RK2 and RKV; spectra by RK2 and GRS. Ours, drawn the same way.
+"""Fig. 7: case 3, relative displacements by RK2 and RKV, spectra by RK2 and GRS; our results, drawn in the same way.
 
-Which displacement the paper draws and which cycles is not known to us (its text survives, its figures do not).
+It is unknown which displacement and which cycles the paper shows, because only its text is available, not its figures.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gearrattle.results import Run
 from gearrattle.signals import Spectrum, last_cycles, psd, steady
 
 HIGH_ORDER = 50.0
-"""Above it lie neither torques nor the mesh order nor its first overtone: impacts and their ringing only."""
+"""Order above which there are only impacts and their ringing, but no torques, mesh order or its first overtone."""
 SHOWN = 8
 BLOCK = 12
 _SMOOTHING = 0.05

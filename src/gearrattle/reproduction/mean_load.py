@@ -1,4 +1,4 @@
-"""Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2."""
+"""Sec. 9, case 3: cost of variable-step algorithms, and coherence with RK2, under light and moderate mean load."""
 
 from __future__ import annotations
 

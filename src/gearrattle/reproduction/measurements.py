@@ -1,7 +1,7 @@
-"""Runs of the reproduction, each made once.
+"""The runs of the reproduction; every run is made once.
 
-Sections say which runs they need (``Setup``); ``measure`` makes them all and hands over a ``Measurements``, from which
-sections read. A run that fails, or whose algorithm is missing, is a result with a status.
+Sections state the runs that they need (``Setup``); ``measure`` makes all of them and returns a ``Measurements``, which
+the sections read. A run that fails, or whose algorithm is not installed, is a result with a status.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from gearrattle.reproduction.paper_cases import SPEED, load_case
 from gearrattle.results import Run
 
 Progress = Callable[[float], None]
-BUDGET = 30.0  # s, of a run
+BUDGET = 30.0  # s, time limit of a run
 TOLERANCE = 1e-6
 MISSING = "not available here"
-_AWAY = 1e-12 * 0.16  # rad, of the clutch's half-width
+_AWAY = 1e-12 * 0.16  # rad, 1e-12 times the half-width of the clutch
 _QUICK = 0.1
 TURN = 6.283185307179586
-"""A period in units of 1/omega."""
+"""Length of a period in units of 1/omega: 2 pi."""
 _STEP = {"rk2": 0.75e-6, "rk4": 2.5e-6}  # s a step
 # s a cycle, at a tolerance of 1e-6
 _CYCLE = {
@@ -64,9 +64,9 @@ class Setup:
     cycles
         length in common periods.
     step
-        of a fixed step, in units of 1/omega as the paper has it; None where steps are chosen.
+        length of fixed steps in units of 1/omega, as in the paper; None for variable steps.
     nearby
-        whether the start is 1e-12 half-gaps away.
+        whether the initial state is shifted by 1e-12 half-gaps.
     """
 
     case: int

@@ -1,11 +1,12 @@
 """The paper's cases 1 to 3 under any mean load: half-widths and ratios from its Table 2, the rest inferred or assumed.
 
 Inertias, stiffnesses, damping and radii are inferred from Table 1 (omega = 150 rad/s, R = 50 mm, half-backlash 50 um).
-The loads are assumed, for the paper prints none: harmonics 30 x (1, 0.4, 0.25, 0.12, 0.06) in units of
-J_1 omega^2 psi_c = 6.75 N m on the flywheel, and a mean of ratio x 202.5 N m there. *Rattling*: a loose output gear
-that drags with 0.5 N m; the hub drags with 2 % of the mean, the input gear takes the rest. *Loaded*: hub and input gear
-drag with 2 % each, the output gear takes the rest. At ratio 0.05 they are examples/paper/case*.toml, except for the
-start: runs begin at rest in the equilibrium, as the paper's counts of steps need it.
+The loads are assumed, because the paper prints none: harmonics 30 x (1, 0.4, 0.25, 0.12, 0.06) in units of
+J_1 omega^2 psi_c = 6.75 N m on the flywheel, and a mean of ratio x 202.5 N m on the flywheel. *Rattling*: the output
+gear is loose, with a drag torque of 0.5 N m; the hub has a drag torque of 2 % of the mean, and the input gear has the
+remaining drag torque. *Loaded*: hub and input gear have 2 % each, and the output gear has the remaining drag torque. At
+ratio 0.05 the models are those of examples/paper/case*.toml, except for the start: runs begin in the static
+equilibrium, as the paper's counts of steps require.
 """
 
 from __future__ import annotations

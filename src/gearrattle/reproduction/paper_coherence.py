@@ -1,7 +1,8 @@
-"""Sec. 9: coherences of the accelerations of case 2, as printed, and ours against two references and chance.
+"""Sec. 9: coherences of the accelerations of case 2 in the paper, and ours with two references and the chance level.
 
-The mean of gamma^2 over five harmonics, four segments of 128 points (``signals.coherence``). Beside them the ceiling:
-exact against exact begun 1e-12 half-gaps away, which no algorithm can be expected to beat.
+A coherence is the mean of gamma^2 over five harmonics, with four segments of 128 points (``signals.coherence``). The
+upper limit that an algorithm can reach is the coherence of two exact motions whose initial states differ by 1e-12
+half-gaps.
 """
 
 from __future__ import annotations

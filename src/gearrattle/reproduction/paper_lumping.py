@@ -1,4 +1,4 @@
-"""Sec. 3: frequencies and shapes of eight inertias, lumped to four by what moves together below 75 Hz.
+"""Sec. 3: frequencies and shapes of eight inertias, lumped to four by the bodies that move together below 75 Hz.
 
 Inertias, stiffnesses and ratios of the eight-inertia model are inferred by least squares from the frequencies and
 shapes the paper prints (examples/paper/eight_dof.toml is the same model with loads and clearances). No load is needed.
@@ -27,7 +27,7 @@ _RADIUS = 0.05
 _FIT = 5e-4
 _SHAPE = 0.05
 _KEPT = ("clutch", "spline", "mesh_34")
-"""What the paper's four-inertia model keeps."""
+"""Elements that the paper's model of four inertias keeps."""
 
 
 def eight_inertias() -> Model:

@@ -16,7 +16,7 @@ class Performance:
     Attributes
     ----------
     step
-        "average step h_i"; None: failed to converge (so are the others).
+        "average step h_i"; None: failed to converge (all numbers of this line are then None).
     time
         run time, min:sec.
     """

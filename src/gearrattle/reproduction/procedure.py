@@ -1,6 +1,6 @@
 """Reproduction of all statements of the paper that can be checked, in the order of its sections.
 
-Each section says which runs it needs; all are made first, once, and the sections are then read off them.
+Every section states the runs that it needs. All runs are made first, once, and then evaluated by the sections.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from gearrattle.reproduction.measurements import Progress, Scope, Setup, measure
 from gearrattle.reproduction.reproduction_record import Reproduction
 
 _A_LOAD = 0.02, 0.02
-"""About how long a load of Figs. 3 and 4 takes [s]; as in ``measurements``, only ratios matter."""
+"""Approximate time for a load of Fig. 3 and of Fig. 4 [s]; as in ``measurements``, only ratios matter."""
 _STEPS = 6.0
 _READING = 10.0
-"""The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
+"""Approximate times for the fixed steps of Tables 3 and 4, and for evaluating the runs [s]."""
 _READ = (unstable_step, bulirsch_stoer, paper_coherence, mean_load, figure7, algorithm_claims, efficiency_by_order)
 
 

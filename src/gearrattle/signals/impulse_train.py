@@ -1,13 +1,14 @@
-"""Impulses at any times as samples, band-limited: a sinc under a Kaiser window at every impulse's own fraction.
+"""Impulses as band-limited samples: every impulse is a sinc function with a Kaiser window at its exact time.
 
-An impulse I at the time t_i has the spectrum I exp(-2 pi i f t_i), at all frequencies alike. Put on the nearest sample
-it would be up to half a sample off; cut off sharply at half the sampling rate it would ring for ever. The kernel
+An impulse I at the time t_i has the spectrum I exp(-2 pi i f t_i), whose magnitude is the same at all frequencies. If
+the impulse were moved to the nearest sample, its time would have an error of up to half a sample. If its spectrum ended
+sharply at half the sampling rate f_s, the signal would ring for ever. The kernel
 
     g(t) = 2 f_c sinc(2 f_c t) w(t / W),      f_c = 0.4375 f_s,  W = 32 / f_s,
 
-w the Kaiser window with beta = 10.06, is flat to 3/8 of the rate (18 of 48 kHz) and 100 dB down from half of it on, so
-what folds back lies 100 dB below the impulse (J. F. Kaiser, Nonrecursive Digital Filter Design Using the I0-sinh Window
-Function, Proc. IEEE Int. Symp. Circuits and Systems 1974, pp. 20-23).
+where w is the Kaiser window with beta = 10.06, has a flat spectrum up to 3/8 of f_s (18 of 48 kHz) and an attenuation
+of 100 dB above half of f_s. So aliases are 100 dB below the impulse (J. F. Kaiser, Nonrecursive Digital Filter Design
+Using the I0-sinh Window Function, Proc. IEEE Int. Symp. Circuits and Systems 1974, pp. 20-23).
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ HALF = 32
 """Half the length of the kernel, in samples."""
 PASS = 0.375
 CUT = 0.4375
-"""End of the flat band and middle of the slope, over the sampling rate."""
+"""End of the flat band (``PASS``) and middle of the slope (``CUT``), over the sampling rate."""
 _BETA = 10.06
-_BATCH = 100_000  # impulses at once
+_BATCH = 100_000  # impulses that are computed at once
 
 
 def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Array:
@@ -32,16 +33,16 @@ def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Arr
     Parameters
     ----------
     time
-        (I,) when [s]; the first sample is at 0.
+        (I,) times of the impulses [s]; the first sample is at 0.
     impulse
-        (I,) [N s, or whatever a second of the result is worth].
+        (I,) impulses [N s, or the unit of the result times s].
     rate
         samples per second [Hz].
 
     Returns
     -------
     Array
-        (samples,) force [N]: its sum over the rate is the sum of the impulses that lie 32 samples within.
+        (samples,) force [N]. Its sum divided by the rate is the sum of all impulses at least 32 samples from the ends.
     """
     padded = np.zeros(samples + 2 * HALF + 1)
     offsets = np.arange(-HALF + 1, HALF + 1)

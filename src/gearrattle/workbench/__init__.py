@@ -1,4 +1,4 @@
 """The workbench: a local page on which a driveline is drawn, run, understood, heard, compared and handed over.
 
-``gearrattle serve`` opens it; ``gr.view`` shows the same parts in a notebook. What it needs is the extra ``workbench``.
+``gearrattle serve`` opens it; ``gr.view`` shows the same parts in a notebook. It needs the extra ``workbench``.
 """

@@ -1,10 +1,11 @@
 """Access checks of the workbench, made before any route is reached.
 
-A request passes if its ``Host`` names this server, its ``Origin`` (where there is one) is this server, and it carries
-the token: as a cookie, or as ``Authorization: Bearer``. The start address carries the token once and exchanges it for
-the cookie. Sockets need an ``Origin``, for browsers send it and forbid no page to open one. Bodies end at a limit of
-size and of time while they are read, and together hold so much memory at most. Requests end at a rate: those with the
-token at one of their own, those without it at one for each address, so that nobody uses up the rate of others.
+A request passes if its ``Host`` names this server, its ``Origin`` (if it has one) is this server, and it has the token,
+as a cookie or as ``Authorization: Bearer``. The start address contains the token, which the server exchanges for the
+cookie. WebSockets must have an ``Origin``: browsers always send it, but allow every page to open a WebSocket. Bodies of
+requests have limits of size and of time while they are read, and a limit of their total memory. The rate of requests is
+limited: all requests with the token have one limit, and requests without it have a limit per address, so that no
+address uses up the limit of others.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 LARGEST = 20_000_000
-"""Bytes of a request's body."""
+"""Largest size of the body of a request [bytes]."""
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
@@ -63,7 +64,7 @@ autocomplete="current-password"></label> <button>Sign in</button></form>"""
 
 
 class Pace:
-    """So many events at once, and so many a second after that.
+    """A rate limit: a number of events at once, and then a number of events per second.
 
     Examples
     --------
@@ -81,7 +82,7 @@ class Pace:
         self._at = clock()
 
     def allows(self) -> bool:
-        """Whether one more may happen now; if so it counts."""
+        """Return whether one more event is allowed now; an allowed event is counted."""
         now = self._clock()
         self._left = min(self._most, self._left + (now - self._at) * self._rate)
         self._at = now
@@ -92,7 +93,7 @@ class Pace:
 
 
 class Strangers:
-    """The pace of each address that asks without the token; of very many addresses the oldest are forgotten.
+    """The rate limits of addresses that send requests without the token; the oldest of very many are forgotten.
 
     Examples
     --------
@@ -118,7 +119,7 @@ class Strangers:
 
 
 class Access:
-    """The application behind its checks of host, token and password, which is empty for none."""
+    """The application with checks of host, token and password in front of it (empty password: none)."""
 
     def __init__(self, application: Application, host: str, token: str, password: str = "") -> None:
         self._application = application
@@ -277,7 +278,7 @@ class Access:
 
 
 def _headers(scope: Scope) -> dict[str, str]:
-    """Headers by name; of one that is repeated all values, so that no check sees another one than the application."""
+    """Headers by name; a repeated header has all its values, so that checks and application see the same."""
     headers: dict[str, str] = {}
     for raw_name, raw_value in scope["headers"]:
         name = raw_name.decode("latin-1").lower()

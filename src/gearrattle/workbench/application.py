@@ -1,20 +1,20 @@
-"""The application: the page, the static files, and the HTTP interface with what computes behind it.
+"""The application: the page, the static files, and the HTTP interface with the processes that compute.
 
-The modules of the interface take seconds to import. The page needs none of them: they are imported in a thread as soon
-as it has been sent, or a second has passed, and its requests wait for that.
+Importing the modules of the interface takes seconds. The page does not need them: they are imported in a thread after
+the page has been sent or a second has passed, and requests of the page wait for them.
 
-What lives as long as the application is kept in its ``state``:
+``state`` of the application holds:
 
     folder      the workspace
-    asked       event: the page has asked the interface for something
+    asked       event: the page has sent a request to the interface
     ending      event: the server ends
-    begun       task that imports the first modules and begins to compute
+    begun       task that imports the first modules and starts the processes that compute
     jobs        queue of jobs            }
-    newest      answers to a slider      } there once that task is done, unless the server ended before
+    newest      answers to a slider      } exist after this task, unless the server ended before
     reserve     a warm process           }
-    importing   thread that imports the rest
+    importing   thread that imports the other modules
 
-An application without ``begun`` (its lifespan was not entered) serves what is there, and computes nothing.
+An application without ``begun`` (its lifespan was not entered) serves existing files and results, but computes nothing.
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ from gearrattle.workbench.workspace_folder import Folder
 
 STATIC = Path(__file__).parent / "static"
 _STAGES = ("model_routes", "file_routes"), ("job_routes",), ("result_routes",)
-"""Modules of ``routes`` in the order in which they are imported: what the editor asks for, jobs, and their results."""
-_UNOPENED = 1.0  # seconds
+"""Modules of ``routes`` in the order of their import: for the editor, for jobs, for results."""
+_UNOPENED = 1.0  # s, after which the import begins even if the page has not been opened
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Number of jobs that run at a time, and bytes that one may hold."""
+    """Number of jobs that run at the same time, and memory limit of a job [bytes]."""
 
     processes: int
     memory: float
@@ -86,9 +86,9 @@ def application(folder: Folder, limits: Limits) -> Starlette:
 
 
 class Server(uvicorn.Server):
-    """A server that, when it is to end, ends answers under way before it waits for them.
+    """A server that ends unfinished answers before it waits for them at its end.
 
-    An answer that it had to cancel is no fault, and is not logged as one.
+    An answer that it cancels is no error, and is not logged as one.
     """
 
     def __init__(self, config: uvicorn.Config, state: State) -> None:
@@ -115,7 +115,7 @@ def all_routes() -> list[BaseRoute]:
 
 @cache
 def _router(stage: int) -> Router:
-    """Return what passes requests on to the modules of a stage, and others to those that are imported later."""
+    """Return a router that passes requests to the modules of a stage, and other requests to later stages."""
     modules = [import_module(f"gearrattle.workbench.routes.{name}") for name in _STAGES[stage]]
     is_last = stage + 1 == len(_STAGES)
     return Router(
@@ -166,7 +166,7 @@ def _import_rest(ending: Event) -> None:
 
 
 async def _end_answers(state: State) -> None:
-    """End what answers wait for; what has not begun to compute does not begin."""
+    """End the computations for which answers wait; computations that have not begun do not begin."""
     state.ending.set()
     state.asked.set()
     await state.begun
@@ -175,7 +175,7 @@ async def _end_answers(state: State) -> None:
 
 
 def _end(state: State) -> None:
-    """End what computes, and wait for a module that is being imported: Python cannot end in the midst of one."""
+    """End the processes that compute, and wait for the current import, because Python cannot end during an import."""
     state.jobs.close()
     state.reserve.close()
     state.importing.join()

@@ -1,4 +1,4 @@
-"""Spectrum of a channel, and the shift of time at which two channels agree, for curves over each other."""
+"""Spectrum of a channel, and the time shift between a simulated and a measured channel, to overlay their curves."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def density(source: Run | Recording, channel: str) -> dict[str, Any]:
 
 
 def best_shift(simulated: tuple[Array, Array], measured: tuple[Array, Array]) -> float:
-    """Return the shift of a measured time [s] at which its channel agrees best with a simulated one, both uniformly
-    sampled.
+    """Return the shift of the measured time [s] with the best agreement of both channels, which are uniformly sampled.
 
-    The largest cross-correlation, at the measured rate, over all shifts that leave the measured channel, or the part of
-    it that is as long, within the simulated one; means are taken out. A motion that repeats has many; any is as good.
+    It has the largest cross-correlation of the channels without their means, at the measured rate, over all shifts for
+    which the measured channel (or a part with the length of the simulated one) is within the simulated one. A periodic
+    motion has several such shifts; any of them is returned.
     """
     from scipy.signal import fftconvolve
 

@@ -1,4 +1,4 @@
-"""Check of a model text as ``gearrattle check`` does it, each problem with its field and line."""
+"""Check of a model text, as by ``gearrattle check``, with the field and line of every problem."""
 
 from __future__ import annotations
 

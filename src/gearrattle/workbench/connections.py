@@ -1,8 +1,8 @@
-"""Connections to the workbench without a first head yet: their waiting time and their number are limited.
+"""Limits for connections to the workbench that have not sent the head of their first request.
 
-Whoever opens a connection holds memory and a file descriptor of the server before ``access`` can check who asks. So a
-connection has seconds to send its first head, and where too many have not, the one that has waited longest is closed: a
-browser sends a head as soon as it is connected.
+An open connection uses memory and a file descriptor of the server before ``access`` can check the request. So a
+connection has a few seconds to send its first head, and if too many connections wait, the oldest is closed. A browser
+sends a head as soon as it is connected.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class Connection(H11Protocol):
     """HTTP over a connection that is closed unless its first head comes in time."""
 
     _waiting: ClassVar[dict[Connection, asyncio.TimerHandle]] = {}
-    """Connections without a head so far, the one that waits longest first, and what closes each."""
+    """Connections without a head so far, the oldest first, and the timers that close them."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a head; the connection that waits longest makes room."""

@@ -1,6 +1,6 @@
 """Differences between jobs: values of their models, and their results.
 
-Of a number that is better the smaller it is, the best is named where it is beyond the scatter of the runs.
+For numbers that should be small, the best job is marked if its number is the smallest beyond the scatter of the runs.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _NUMBERS = (
     ("max_impact_energy", "hardest impact", "J"),
     ("contact_share", "share of time in contact", ""),
 )
-"""Of a part of the verdict: its key, its words, its unit (empty: that of the part, or none)."""
+"""Numbers of a part of the verdict: key, words, unit (empty: the unit of the part, or none)."""
 _WORDS: Mapping[str, Mapping[Any, int]] = {"severity": RANKS, "regime": REGIME_RANKS}
-"""The same of words: the ranks of each, the mildest first."""
+"""Words of a part of the verdict: key, and ranks of the words, the mildest first."""
 
 
 def differences(folders: Sequence[Path]) -> dict[str, Any]:

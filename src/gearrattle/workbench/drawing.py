@@ -1,7 +1,7 @@
 """Drawing of a model file: bodies, elements and loads, with positions in pixels.
 
-The file may be incomplete or wrong: what can be read of it is drawn. Bodies stand as in the report's sketch
-(``report/plots/placement.py``), so a driveline looks the same while it is built and when it has been run.
+The file may be incomplete or wrong; all its readable parts are drawn. Bodies have the same positions as in the sketch
+of the report (``report/plots/placement.py``), so a driveline looks the same in the editor and after a run.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gearrattle.workbench.references import BODY, ends_of, rows_of
 from gearrattle.workbench.toml_blocks import Location
 
 PITCH = (152.0, 152.0)
-"""From cell to cell, across and down [px]."""
+"""Distances between cells, horizontal and vertical [px]."""
 MISSING = -2
 """Number of a body that does not exist."""
 _LOADS: Mapping[str, type[Shown]] = {"torque": Torque, "motion": Motion}
@@ -35,10 +35,10 @@ _LOADS: Mapping[str, type[Shown]] = {"torque": Torque, "motion": Motion}
 
 @dataclass(frozen=True)
 class Link:
-    """An element, or a pair of bodies of a component that is not sound yet; ``arms`` are all bodies whose angles it
-    reads.
+    """An element, or a pair of bodies of a component that is not valid yet.
 
-    ``ends`` are two body numbers; -1 for ground, -2 for a body that does not exist.
+    ``ends`` are two body numbers; -1 for ground, -2 for a body that does not exist. ``arms`` are all bodies whose
+    angles the element depends on.
     """
 
     table: str
@@ -60,7 +60,7 @@ class Link:
 
 @dataclass(frozen=True)
 class _Connections:
-    """What ``place`` reads of a driveline."""
+    """The attributes of a driveline that ``place`` reads."""
 
     between: IntArray
     is_mesh: NDArray[np.bool_]

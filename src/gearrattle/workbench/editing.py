@@ -2,12 +2,13 @@
 
 Edits are ``{"op": "set", "path", "value" | "typed"}``, ``{"op": "add", "table", "value"}``,
 ``{"op": "delete", "path"}``, ``{"op": "rename", "table", "name", "to"}`` and ``{"op": "begin", "path", "option"}``,
-which begins a table or a list with values that are valid there (``beginning``), or adds a row. A path is a text as
-``Model.with_`` takes it, "mesh.gear.backlash", or the keys and 0-based indices, ``["mesh", 0, "backlash"]``; the text
-need be no sound model, only TOML. What is set may be a factor, ``{"factor": 3}``, and its path a pattern: every value
-keeps its unit. ``typed`` is what a person types into a field: a number stays the number typed, anything else is text.
+which begins a table or a list with valid values (``first_values``), or adds a row. A path is a text as for
+``Model.with_``, "mesh.gear.backlash", or keys and 0-based indices, ``["mesh", 0, "backlash"]``. The text must be valid
+TOML, but need not be a valid model. A value may be a factor, ``{"factor": 3}``, and its path a pattern; every value
+keeps its unit. ``typed`` is the text that a user types into a field: a number is kept as it is typed, anything else
+becomes a text.
 
-After every edit of the text its values are compared with those of the same edit of plain tables.
+After every edit, the values of the text are compared with those of the same edit on plain tables.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _MOST = 1000
 Edit = Mapping[str, Any]
 Step = tuple[str, Location, str]
-"""What is done ("set", "add", "delete"), where, and the value as it stands in TOML."""
+"""Operation ("set", "add", "delete"), location, and the value as TOML text."""
 
 
 class Edited(NamedTuple):
-    """A text after its edits, and what else they took away."""
+    """A text after its edits, and notes on further parts that they removed."""
 
     text: str
     notes: tuple[str, ...]

@@ -1,8 +1,8 @@
-"""First values of a new table or row: valid where they stand, with as little effect as possible.
+"""First values of a new table or row: valid values with as little effect as possible.
 
-Every table begins with what it must have, as the examples of the JSON Schema of model files give it. A further sine has
-the next order. Stages begin as the law that the coupling has, and a further stage goes on as the last one does: the law
-stays what it is until its values are changed.
+A table begins with its required keys, with the examples in the JSON Schema of model files as values. A further sine has
+the next order. The first stages of a coupling are its present law, and a further stage continues the last one; so the
+law does not change until the user changes a value.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gearrattle.workbench.toml_blocks import Location
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 _UNTIL = "5 deg"
-"""Where the first stage of a coupling ends that has none yet."""
+"""End of the first stage of a coupling without stages."""
 _VALUES: Mapping[str, Any] = {
     "share": 0.5,
     "fewer": 0.5,
@@ -29,13 +29,13 @@ _VALUES: Mapping[str, Any] = {
     "rod": "140 mm",
     "file": "record.csv",
 }
-"""Of keys whose examples do not go together, or that have none."""
+"""Values of keys that have no example, or whose examples do not fit together."""
 _ASCENDING: Mapping[str, Sequence[str]] = {
     "time": ("0 s", "1 s", "2 s", "3 s"),
     "angle": ("0 deg", "240 deg", "480 deg", "720 deg"),
     "speed": ("500 rpm", "3000 rpm"),
 }
-"""Of lists that must ascend: their first entries."""
+"""First entries of lists that must ascend."""
 _OVER_SPEED = ["speed", "value"]
 _INSTEAD: Mapping[tuple[Any, Any], tuple[str, ...]] = {
     ("torque", "engine"): ("mean", "harmonics"),
@@ -43,9 +43,9 @@ _INSTEAD: Mapping[tuple[Any, Any], tuple[str, ...]] = {
     ("motion", "angle"): ("speed", "harmonics"),
     ("motion", "harmonics"): ("speed", "angle"),
 }
-"""What may not stand together with a key."""
+"""Keys that exclude a key."""
 _OF_STAGES = ("hysteresis", "stick_stiffness")
-"""Keys of the clearance form that every stage has as well."""
+"""Keys of the clearance form that stages have, too."""
 
 Node = dict[str, Any]
 Begun = list[dict[str, Any]]

@@ -1,11 +1,11 @@
-"""Input files of a job: its model and the data files that model and options name, in a folder of their own.
+"""Input files of a job: its model, and the data files that the model and the options name, in one folder.
 
-    inputs/model.toml    the model; data files in its folder or below keep the names that they have in it
-    inputs/data/         data files from elsewhere; who names them names them there
-    inputs/measured/     files that options name, by their names in the workspace folder, and what these name
+    inputs/model.toml    the model; data files in its folder or below keep their names
+    inputs/data/         data files from other folders; the model and other files refer to them here
+    inputs/measured/     files that options name, with their names in the workspace folder, and the files named in them
 
-They are copied when a job is submitted. So a later change of a file changes no job, and the folder can be run on any
-machine.
+They are copied when the job is submitted. So later changes of files do not affect the job, and the folder can be run on
+any machine.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gearrattle.workbench.workspace_folder import Folder
 
 INPUTS = "inputs"
 NAME = "model.toml"
-"""Names in the folder of a job: the folder, and the model in it."""
+"""Names in the folder of a job: the folder of inputs, and the model in it."""
 DATA = "data"
 MEASURED = "measured"
 _KEY = "file"

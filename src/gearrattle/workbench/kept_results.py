@@ -1,14 +1,14 @@
-"""Results of jobs on disk: the files that ``gr.save`` writes, and what the page shows at once.
+"""Results of jobs on disk: the files that ``gr.save`` writes, and files for the page of the workbench.
 
-    result/         report.html, summary.json, results.nc, figures/: what the user takes along
+    result/         report.html, summary.json, results.nc, figures/: the files for the user
     view.json       sections and tables for the page
-    motions.json    of branches of periodic motions: the motions at their points
-    traces/         of a run: the index of its histories, and its impacts
-    partial/        of a study under way: the cases that are computed, as ``gr.open_study`` opens them; of branches that
-                    are followed: so_far.json, what is there to see of them
+    motions.json    for branches of periodic motions: the motions at their points
+    traces/         for a run: the index of its histories, and its impacts
+    partial/        for a running study: the cases computed so far, which ``gr.open_study`` opens; for branches that are
+                    being followed: so_far.json, the view of the branches so far
 
-``keep`` is called once, by the process that computed the result; the server then only reads files. Files that are
-missing (a job of an earlier version, a motion that was put into the folder) are made from results.nc on request.
+``keep`` is called once, by the process that computed the result; the server then only reads files. Missing files (of a
+job of an earlier version, or of a motion that the user put into the folder) are made from results.nc when needed.
 """
 
 from __future__ import annotations
@@ -50,9 +50,8 @@ PARTIAL = "partial"
 MOTIONS = "motions.json"
 """Names in the folder of a job."""
 _SO_FAR = "so_far.json"
-_PAUSE = 0.4
-_SHARE = 0.1
-"""Least time between two looks at what is there so far [s], and their share of the work."""
+_PAUSE = 0.4  # s, least time between two partial views
+_SHARE = 0.1  # largest share of the computing time for partial views
 
 
 def keep(result: Any, folder: Path) -> None:
@@ -81,7 +80,7 @@ def _write_traces(run: Run, folder: Path) -> None:
 
 
 class Growing:
-    """What is there so far of a result, written to be seen: seldom enough to take a tenth of the work."""
+    """Writes the view of a partial result, so rarely that this takes at most ``_SHARE`` of the computing time."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

@@ -1,7 +1,7 @@
 """Interactive view of a result in a notebook: tabs, figures to zoom, histories, sound.
 
-It is an anywidget made of the same text as on the page; its requests go to the notebook's kernel, in the same messages
-as those of the page to the server. Without anywidget the static view of the result is shown.
+It is an anywidget with the same JavaScript as the page. Its requests go to the kernel of the notebook, in the same
+messages as the requests of the page to the server. Without anywidget the static view of the result is shown.
 """
 
 from __future__ import annotations

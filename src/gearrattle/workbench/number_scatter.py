@@ -1,9 +1,10 @@
-"""Statistical scatter of the numbers of a run, from equal parts of its judged time.
+"""Statistical scatter of the numbers of a run, from equal parts of its steady part.
 
-A rattling driveline is mostly chaotic, so a number of a run is one of many that it could have been. The judged time is
-cut into ``PARTS`` parts of whole cycles. A rate is the mean of those of the parts: its standard error is their standard
-deviation over the root of their number. The largest of a run scatters about as the largest of each part do: the largest
-of many independent values follows Gumbel's law, whose standard deviation does not change with their number.
+A rattling driveline is mostly chaotic, so a number of a run is one sample of a random variable. The steady part is
+divided into ``PARTS`` parts of whole cycles. A rate is the mean of the rates of the parts; its standard error is their
+standard deviation over the square root of their number. The largest value of a run scatters about as much as the
+largest values of the parts: the largest of many independent values has a Gumbel distribution, whose standard deviation
+does not depend on their number.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from gearrattle.workbench.kept_results import impacts_of, source_of
 from gearrattle.workbench.traces import Hits
 
 Errors = Mapping[str, Mapping[str, float]]
-"""Of every clearance by its name: standard errors by the name of the number."""
+"""Standard errors by the name of the clearance and the name of the number."""
 PARTS = 8
 _SURE = 2.0
-"""Standard errors by which two numbers must differ to be different: chance gives less 19 times out of 20."""
+"""Number of standard errors by which two numbers must differ; by chance they differ by less in 19 of 20 cases."""
 
 
 def standard_errors(folder: Path) -> Errors:

@@ -1,4 +1,4 @@
-"""References to bodies in a model's tables: for renaming, and for what a deletion takes along."""
+"""References to bodies in the tables of a model, for renaming a body and for deleting it with its dependent rows."""
 
 from __future__ import annotations
 

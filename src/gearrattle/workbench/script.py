@@ -1,6 +1,6 @@
 """Python script that repeats a job.
 
-It reads the model file beside it, calls the same function with the same options, and saves the same result.
+It reads the model file in its folder, calls the same function with the same options, and saves the same result.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _OWN = (
     "threshold",
     "remedies",
 )
-"""Tasks whose function gives a result that saves itself; others give labelled data."""
+"""Tasks whose function returns a result with a method ``save``; others return labelled data."""
 
 
 _CALLS = {"fit": "identification.fit"}

@@ -23,7 +23,7 @@ _SHORTEST = 12
 _MOST_WORKERS = 1000
 _LAST_PORT = 65535
 _CONNECTIONS = 200
-_TURN = 5e-4  # seconds that a thread computes while others wait: files of the page are sent while modules are imported
+_TURN = 5e-4  # s, switch interval of threads: short, so that files of the page are sent while modules are imported
 
 
 def serve(

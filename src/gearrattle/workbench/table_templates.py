@@ -1,6 +1,6 @@
-"""Tables that the editor can add to a driveline: title, symbol, ends and template of each.
+"""Tables that the editor can add to a driveline, with their titles, symbols, ends and templates.
 
-All of it follows from the classes that read these tables: a new component needs nothing here, and no JavaScript.
+All of these follow from the classes that read the tables, so a new component needs no change here or in JavaScript.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""A TOML document as blocks: each header with the comment above it, its keys, and what stands below them.
+"""A TOML document as blocks: a block is a header with the comment above it, its keys, and the lines after them.
 
-The blocks joined are the document again, letter by letter. A comment directly above a header belongs to that header,
-and a new key of a table goes below its last key, not below the comment on the next table.
+The concatenated blocks are the document, letter by letter. A comment directly above a header belongs to this header,
+and a new key of a table is inserted after its last key, not after the comment on the next table.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 """Histories of a saved run, thinned so that no extreme and no impact is lost.
 
-A run of 1e7 samples has some 1e3 columns on a screen. Of every 64 samples of every channel the lowest and the highest
-are written beside the run once (``Index``), in the layout of the file: (blocks, 2) positions and values. A window with
-few samples is read from the run itself, a wide one from the index; ``thin`` chooses from either. The extremes of every
-bucket of samples are among those of its blocks, so nothing is lost by the way.
+A run of 1e7 samples is drawn on about 1e3 columns of a screen. For every block of 64 samples of every channel, the
+lowest and the highest sample are written once to an index next to the run (``write_index``): (blocks, 2) positions and
+values. A window with few samples is read from the run itself, a wide window from the index; ``thin`` selects samples
+from either. The extremes of a bucket of samples are among the extremes of its blocks, so no extreme is lost.
 
-Impacts are drawn as marks of their own, at their exact instants: of every bucket of time the hardest, with their count.
+Impacts are drawn as separate marks at their exact times: for every bucket of time the hardest impact, with the number
+of impacts.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ if TYPE_CHECKING:
     from gearrattle.results import Run
 
 BLOCK = 64
-"""Samples whose extremes are one entry of the index."""
+"""Samples per block, whose extremes are one entry of the index."""
 LONG = 200_000
-"""Samples above which a run has an index, and a window is read from it."""
-_ROWS = 4096 * BLOCK  # samples that are looked at together while an index is made
+"""Number of samples above which a run has an index, and a window is read from the index."""
+_ROWS = 4096 * BLOCK  # samples that are processed together while an index is made
 _AXES = ("inertia", "clearance", "element", "auxiliary", "motion")
 _IMPACTS = "impacts.npz"
 _OF_IMPACTS = ("time", "clearance", "velocity", "energy")

@@ -19,7 +19,7 @@ from gearrattle.wording import listed
 _KINDS = ("inertia", *COMPONENTS)
 _DRIVES = ("torque", "motion")
 _NO_SIZE = ("order", "phase")
-"""Keys of numbers of which a multiple says nothing."""
+"""Keys of numbers whose multiples have no meaning."""
 _MOST_SAID = 3
 _DIGITS = 4
 

@@ -1,8 +1,8 @@
 """Views of results for the page: sections, tables and names of figures in JSON types.
 
-One mechanism serves all kinds: what a ``Presentation`` puts on its page is written out. What the report of a run adds
-(headline, numbers, parts with their shares of time, the driveline coloured by regime, reasons to trust it) follows as
-``verdict``.
+It is the same for all kinds of results: the sections of the page of a ``Presentation`` in JSON. A run also has
+``verdict``: headline, numbers, parts with their shares of time, the driveline coloured by regime, and facts on
+reliability.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from gearrattle.report.verdict_tables import side_shares
 from gearrattle.wording import counted
 
 _LONGEST_TABLE = 2000
-"""Rows that go to the page; results.nc has all."""
+"""Largest number of rows of a table on the page; results.nc has all rows."""
 
 
 def view_of(presentation: Presentation[Any]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The workspace folder: its files by name, and no file outside it.
 
 A name is a relative path with ``/``. Names with ``..``, hidden parts, backslashes, drive letters or control characters
-are refused by their text; a symbolic link that leads outside is refused by what it leads to.
+are refused; a symbolic link is refused if its target is outside the folder.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gearrattle.writing import PREFIX, disk_is_full, put, sweep
 
 _LONGEST = 240
 JOB_NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
-"""How the folder of a job is called."""
+"""Pattern of the name of a job's folder."""
 _MOST_FILES = 2000
 _DEEPEST = 120  # folders: no name of a file leads deeper
 _KINDS = {
@@ -43,7 +43,7 @@ _KINDS = {
 
 
 class NotThereError(ModelError):
-    """What is asked for by its name does not exist."""
+    """A file or job with the requested name does not exist."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""The components: what connects the bodies of a driveline, one file each.
+"""The components that connect the bodies of a driveline, one file for every kind.
 
-``COMPONENTS`` says which array of tables of the model file holds which; elements come in its order.
+``COMPONENTS`` maps an array of tables of the model file to its class; elements are in the order of ``COMPONENTS``.
 """
 
 from gearrattle.model.components.bearing import Bearing

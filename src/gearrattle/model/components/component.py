@@ -1,9 +1,9 @@
-"""Base of components: each makes elements, and an element is one deflection with its law.
+"""Base of components: a component makes one or more elements, and an element is one deflection with its law.
 
     delta = sum_i w_i theta_i - e(t),      torque on body i:  -w_i F(delta, delta')
 
-A component is a table of the model file. It defines its keys (fields and ``rules``), the bodies it names and the
-elements it makes. The rest of the package knows elements only. ``COMPONENTS`` in ``__init__.py`` lists all components.
+A component is a table of the model file. Its class defines the keys (fields and ``rules``), the bodies it names and the
+elements it makes. All other packages use elements only. ``COMPONENTS`` in ``__init__.py`` lists all components.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class Piece(NamedTuple):
     damping
         [N m s/rad or N s/m].
     until
-        where the piece ends, a positive magnitude of the deflection [rad or m]; None for the last.
+        magnitude of the deflection at which the piece ends [rad or m]; None for the last piece.
     hysteresis
         full height of the friction loop in this piece [N m].
     stick_stiffness
-        of the springs that stick in it [N m/rad].
+        stiffness of the sliders' springs in this piece [N m/rad].
     """
 
     stiffness: float
@@ -78,12 +78,12 @@ class Element:
     path
         of the component in the model file, such as "coupling.clutch".
     along_line
-        whether the deflection is a length on a line of action [m] and the force a force [N]; otherwise an
-        angle [rad] and a torque [N m].
+        True: the deflection is a length along a line of action [m], and F is a force [N]. False: the deflection is an
+        angle [rad], and F is a torque [N m].
     arms
         bodies and the factors w_i of their angles [m or 1]; ground has none.
     between
-        the two bodies it lies between; "ground" for the frame.
+        the two bodies at its ends; "ground" for the frame.
     radii
         (R_a, R_b) of these [m]; (1, 1) for a torsional element, (0, 0) for a bearing, which turns nothing. R_a refers
         the force to the first.
@@ -94,9 +94,9 @@ class Element:
     errors
         e(t) = sum of amplitude sin(order Omega t + phase) [rad or m].
     error_key
-        key of the component under which these stand; what has none follows from other keys.
+        key of the component that holds the errors; empty if the errors follow from other keys.
     load_ripple
-        torque on the first body for a unit of the mean load, sum of amplitude sin(order Omega t + phase).
+        torque on the first body per unit of the mean load, sum of amplitude sin(order Omega t + phase).
     contact_damping
         "kelvin-voigt" or "clipped".
     alternation
@@ -123,7 +123,7 @@ class Element:
 
     @property
     def error_words(self) -> str:
-        """What its errors are called."""
+        """Name of its errors in words."""
         return f"{'transmission' if self.along_line else 'kinematic'} error of {self.name}"
 
     @property
@@ -133,7 +133,7 @@ class Element:
 
 
 class Body(NamedTuple):
-    """A body that a table names: where, the name as written, and why it may not be ground (empty: it may)."""
+    """A body that a table names: location and name as written, and why it must not be ground (empty: it may be)."""
 
     location: Location
     name: object
@@ -143,14 +143,14 @@ class Body(NamedTuple):
 
 Number = Any
 PieceColumns = tuple[Number, Number, Number | None]
-"""Slope, damping and end of a piece; numbers, or columns of them, one a variant."""
+"""Slope, damping and end of a piece: numbers, or columns with one number for every variant."""
 
 
 class Leaf(Protocol):
-    """Reads one number of a component: the number itself, or a column where it varies."""
+    """Reads one number of a component: the number itself, or a column of values if it is varied."""
 
     def __call__(self, key: str, value: float, /) -> Number:
-        """Return what stands under a key, such as ``stages.0.stiffness``, whose value in the model is given."""
+        """Return number or column for a key such as ``stages.0.stiffness``; ``value`` is the number in the model."""
         ...
 
 
@@ -158,55 +158,56 @@ class Component(Shown):
     """A table that makes elements."""
 
     gap_symbol: ClassVar[Symbol | None] = None
-    """How it is drawn where an element of it has a gap; None: alike."""
+    """Symbol for drawings if an element has a gap; None: the same symbol as without a gap."""
     plural: ClassVar[str]
-    """What several of them are called."""
+    """Plural of ``noun``."""
     scaling: ClassVar[Mapping[str, Any]]
-    """What kind of quantity, of ``Scales.units``, every key is whose number has a dimension."""
+    """Kind of quantity (a key of ``Scales.units``) of every key whose number has a dimension."""
     name: Name
     """Unique among all elements."""
 
     def elements(self) -> tuple[Element, ...]:
-        """Return its elements, in their order."""
+        """Return the elements of the component in order."""
         raise NotImplementedError
 
     def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
-        """Return drive and coast side of the law of one of its elements, every number read by ``leaf``."""
+        """Return drive side and coast side of the law of one of its elements, with all numbers read by ``leaf``."""
         drive, coast = ([(p.stiffness, p.damping, p.until) for p in side] for side in (element.drive, element.coast))
         return drive, coast
 
     def added_inertia(self) -> Mapping[str, float]:
-        """Return by body what it adds to the J of the file [kg m^2]."""
+        """Return by body the inertia that it adds to the J in the file [kg m^2]."""
         return {}
 
     def notes(self) -> tuple[str, ...]:
-        """Return what a user must know of it in addition to the numbers."""
+        """Return notes for the user."""
         return ()
 
     def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
-        """Return its table with only numbers that ``scaling`` can scale; the model's J already include what it adds."""
+        """Return its table with only numbers that ``scaling`` can scale; J of the model includes ``added_inertia``."""
         return table
 
     @property
     def keeps_bodies(self) -> bool:
-        """Whether its bodies must stay bodies of their own speed where others are lumped."""
+        """Whether a reduction must not lump its bodies with others."""
         return False
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return the array of tables, and the table, of the component between groups of bodies; by body ``to`` has the
-        one kept of its group, and its angle over that one's.
+        """Return name of the array of tables, and the table, for the component between groups of bodies.
+
+        ``to`` has for every body the body kept for its group, and the ratio of its angle to the angle of this body.
         """
         raise NotImplementedError
 
     @classmethod
     def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:
-        """Yield where the name of every element comes from, and the name; the table may hold anything."""
+        """Yield location and name of every element; the table is not validated yet."""
         if isinstance(name := table.get("name"), str):
             yield ("name",), name
 
     @classmethod
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
-        """Yield the bodies that a table names, as written."""
+        """Yield the bodies that a table names, as written in the file."""
         between = table.get("between")
         if isinstance(between, (list, tuple)) and len(between) == 2:
             for end in between:
@@ -214,7 +215,7 @@ class Component(Shown):
 
 
 def multiply(table: dict[str, Any], factors: Mapping[str, float]) -> None:
-    """Multiply the numbers that are there in a table."""
+    """Multiply numbers of a table by factors, if the table has these keys."""
     for key, factor in factors.items():
         if table.get(key) is not None:
             table[key] *= factor

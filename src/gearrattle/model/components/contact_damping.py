@@ -1,4 +1,4 @@
-"""Contact damping: linear in the rate, or clipped so that contact never pulls."""
+"""Contact damping: linear in the rate, or clipped so that the contact force never pulls."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ ContactDamping = Annotated[Literal["kelvin-voigt", "clipped"], Choice(("kelvin-v
 
 
 def clipping_rules(gaps: Sequence[float | None], carrying: Sequence[float | None], remedy: str) -> Iterator[Breach]:
-    """Yield a breach of clipped contact damping without a free gap: no gap may be zero, and all slopes and dampings
-    inside must be zero. None stands for a value that its field has refused.
+    """Yield a breach if contact damping is clipped without a free gap.
+
+    All gaps must be larger than zero, and stiffness and damping inside them (``carrying``) must be zero. None stands
+    for a value that its field has refused.
     """
     if 0.0 in gaps or any(carrying):
         yield Breach(("contact_damping",), "clipped", "clipped contact damping needs a gap free of torque", remedy)

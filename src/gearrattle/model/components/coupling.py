@@ -1,8 +1,8 @@
 """A coupling: clutch damper, shaft or spline, on ``delta = theta_a - theta_b - e(t)`` [rad].
 
-Its law is piecewise linear: eqs. (9)-(10) of Padmanabhan et al., J. Mech. Design 117 (1995) 185, are the two-stage
-case, a multi-stage clutch damper the general one. Friction (``hysteresis``) and contact damping that cannot pull
-(``contact_damping``) stand beside the law. ``hooke`` makes it a Hooke joint.
+Its law is piecewise linear: eqs. (9)-(10) of Padmanabhan et al., J. Mech. Design 117 (1995) 185, are the case of two
+stages; the general case is a multi-stage clutch damper. Friction (``hysteresis``) and contact damping that cannot pull
+(``contact_damping``) act in addition to the law. With ``hooke`` the coupling is a Hooke joint.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ _STAGE_SCALING = {
     "until": "angle",
     **_FRICTION_SCALING,
 }
-_SAME = 1e-9  # of a ratio
-_RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the angle in rad of the shaft it was on
+_SAME = 1e-9  # relative difference of two ratios that count as equal
+_RADIUS = 1.0  # [m] radius of a coupling written as a mesh: its deflection in m equals the angle in rad
 
 
 class Stage(Table):
@@ -135,7 +135,7 @@ class Coupling(Component):
         return tuple(Piece(k, c, until, *loop) for k, c, until in self._two_stages(lambda _, value: value))
 
     def _two_stages(self, leaf: Leaf) -> list[Any]:
-        """The clearance form: the first stage, if there is one, and the last."""
+        """Pieces of the clearance form: the first stage, if it has one, and the last stage."""
         stiffness = leaf("stiffness", self.stiffness or 0.0)
         damping = leaf("damping", self.damping)
         last = (stiffness, damping, None)
@@ -145,7 +145,7 @@ class Coupling(Component):
         return [(alpha * stiffness, beta * damping, leaf("clearance", self.clearance)), last]
 
     def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
-        """Return drive and coast side of its law, every number read by ``leaf``."""
+        """Return drive side and coast side of its law, with all numbers read by ``leaf``."""
         if self.stages is None:
             drive = self._two_stages(leaf)
             return drive, drive
@@ -160,7 +160,7 @@ class Coupling(Component):
         return tuple(_piece_of(stage) for stage in self.coast_stages)
 
     def elements(self) -> tuple[Element, ...]:
-        """Return the one element it is."""
+        """Return the element of the coupling."""
         element = Element(
             name=self.name,
             path=f"coupling.{self.name}",
@@ -179,7 +179,7 @@ class Coupling(Component):
         return (element,)
 
     def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
-        """Return its table with a Hooke joint as the sines it stands for."""
+        """Return its table with the Hooke joint expressed by sines."""
         if self.hooke is None:
             return table
         kept = {key: value for key, value in table.items() if key != "hooke"}
@@ -191,7 +191,7 @@ class Coupling(Component):
         return self.hooke is not None
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return a coupling between the bodies kept; between shafts of different speeds it becomes a mesh."""
+        """Return a coupling between the bodies kept, or a mesh if these bodies have different speeds."""
         (a, rho_a), (b, rho_b) = (to[end] for end in self.between)
         table = {**self.to_plain(at_speed=True), "between": [a, b]}
         if GROUND in (a, b):
@@ -212,7 +212,7 @@ class Coupling(Component):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: the two forms mixed, neither given, stages out of order."""
+        """Yield breaches: both forms or neither, stages in the wrong order."""
         keys_set = [key for key in cls.clearance_form if table.get(key) is not None]
         staged = table.get("stages") is not None
         if staged and keys_set:
@@ -236,7 +236,7 @@ class Coupling(Component):
 
 
 def _read(key: str, stages: Sequence[Stage], leaf: Leaf) -> list[PieceColumns]:
-    """A side of the staged form."""
+    """Pieces of one side in the staged form."""
     return [
         (
             leaf(f"{key}.{i}.stiffness", stage.stiffness),
@@ -267,7 +267,7 @@ def _piece_of(stage: Stage) -> Piece:
 
 
 def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
-    """Yield breaches of the order of stages: every ``until`` beyond the one before, none in the last stage."""
+    """Yield breaches of the order of stages: ``until`` must increase, and the last stage must not have it."""
     if not isinstance(stages, (list, tuple)):
         return
     if not stages:

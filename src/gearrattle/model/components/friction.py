@@ -1,4 +1,4 @@
-"""Dry friction in a coupling: loops of a full height that may not fall from stage to stage."""
+"""Dry friction in a coupling: the full height of the torque-angle loop must not decrease from stage to stage."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearrattle.model.value_kinds import Quantity, value_of
 
 Hysteresis = Annotated[float, OverSpeed(units.TORQUE, "non-negative", swept=False)]
 StickStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "positive")]
-_STICK = 20.0
+_STICK = 20.0  # default stick stiffness over the slope of the piece
 
 
 def friction(hysteresis: float, stick: float | None, slope: float) -> tuple[float, float]:
@@ -23,7 +23,7 @@ def friction(hysteresis: float, stick: float | None, slope: float) -> tuple[floa
 def stick_rules(
     owner: type[Table], location: Location, table: Mapping[str, Any], dimensionless: bool, why: str
 ) -> Iterator[Breach]:
-    """Yield a breach of friction without a slope to stick with; ``owner`` is the class of the table."""
+    """Yield a breach if friction has no stick stiffness and no slope for its default; ``owner`` is the class."""
     is_flat = value_of(owner, table, "stiffness", dimensionless) == 0.0
     is_tabled = isinstance(table.get("hysteresis"), Mapping)  # over speed
     rubs = is_tabled or bool(value_of(owner, table, "hysteresis", dimensionless))
@@ -35,13 +35,13 @@ def stick_rules(
 
 
 def stage_rules(owner: type[Table], key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
-    """Yield breaches of hysteresis in stages of one class: it may not fall outward, and needs a slope."""
+    """Yield breaches of hysteresis in stages of class ``owner``: it must not decrease outward, and needs a slope."""
     before = 0.0
     for index, stage in enumerate(stages if isinstance(stages, (list, tuple)) else ()):
         table = stage if isinstance(stage, Mapping) else getattr(stage, "__dict__", {})
         yield from stick_rules(owner, (key, index), table, dimensionless, "20 times the stage's slope is zero")
         hysteresis = table.get("hysteresis", 0.0)
-        if isinstance(hysteresis, Mapping):  # a table over speed: judged where the values are known, in the assembly
+        if isinstance(hysteresis, Mapping):  # a table over speed: the assembly checks it, where its values are known
             return
         value = value_of(owner, table, "hysteresis", dimensionless)
         if value is not None and value < before:

@@ -1,14 +1,14 @@
-"""A Hooke joint (universal joint, Cardan joint): its output does not turn as its input does.
+"""A Hooke joint (universal joint, Cardan joint), whose output angle differs periodically from its input angle.
 
-With the angle beta between the shafts and phi the angle of the driving shaft, counted from where the cross arm of the
-driving yoke is perpendicular to the plane of the shafts,
+Let beta be the angle between the shafts, and phi the angle of the driving shaft, which is zero when the cross arm of
+the driving yoke is perpendicular to the plane of the shafts. Then
 
     tan phi_out = tan phi / cos beta,      phi_out = phi - e(phi),
 
     e(phi) = - sum_k tan^2k(beta/2) / k  sin 2k phi.
 
-A load T on the driven side loads the driving side with T (1 - de/dphi), so that power is conserved. Here phi turns
-uniformly, and the torque -T de/dphi is that of the mean load: fluctuations of both are of second order.
+A load T on the driven side loads the driving side with T (1 - de/dphi), so that power is conserved. Here phi increases
+uniformly and T in -T de/dphi is the mean load, because fluctuations of phi and T have effects of second order.
 
 Source: the series of arctan(p tan phi), p = 1 / cos beta, with (p - 1) / (p + 1) = tan^2(beta/2); Dubbel, Taschenbuch
 fuer den Maschinenbau, "Gelenkwellen".
@@ -26,7 +26,7 @@ from gearrattle.model.table import Breach, Table
 from gearrattle.model.value_kinds import GROUND, Plain, Quantity, value_of
 
 _LARGEST = pi / 3.0
-_NEGLIGIBLE = 1e-15  # [rad] of all terms left out
+_NEGLIGIBLE = 1e-15  # [rad] sum of all neglected terms
 
 
 class HookeJoint(Table):
@@ -40,11 +40,11 @@ class HookeJoint(Table):
     """phi at t = 0 [rad]."""
 
     def errors(self) -> tuple[Harmonic, ...]:
-        """Return e(t) as sines [rad], all above 1e-15 rad together."""
+        """Return e(t) as sines [rad]; the neglected terms are below 1e-15 rad together."""
         return tuple(self._sine(k, -(self._ratio**k) / k) for k in range(1, self._terms + 1))
 
     def load_ripple(self) -> tuple[Harmonic, ...]:
-        """Return de/dphi as sines [1]: the torque on the driving side for a unit of the load."""
+        """Return de/dphi as sines [1]: the further torque on the driving side per unit of the load."""
         return tuple(self._sine(k, -2.0 * self._ratio**k, 0.5 * pi) for k in range(1, self._terms + 1))
 
     def _sine(self, k: int, amplitude: float, ahead: float = 0.0) -> Harmonic:
@@ -57,7 +57,7 @@ class HookeJoint(Table):
 
     @property
     def _terms(self) -> int:
-        """How many terms count: the sum of the others is below ``_NEGLIGIBLE``."""
+        """Number of terms: the sum of all further terms is below ``_NEGLIGIBLE``."""
         ratio = self._ratio
         count = 0
         while ratio ** (count + 1) / (count + 1) > _NEGLIGIBLE * (1.0 - ratio):

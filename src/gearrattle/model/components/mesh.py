@@ -108,7 +108,7 @@ class Mesh(Component):
         return tuple(Piece(*stage) for stage in self._stages(lambda _, value: value))
 
     def _stages(self, leaf: Leaf) -> list[Any]:
-        """The gap, if there is one, and the contact."""
+        """Pieces of one side: the gap, if any, and the contact."""
         contact = (leaf("stiffness", self.stiffness), leaf("damping", self.damping), None)
         return [contact] if self.backlash == 0.0 else [(0.0, 0.0, leaf("backlash", self.backlash) / 2.0), contact]
 
@@ -122,7 +122,7 @@ class Mesh(Component):
 
     @property
     def coast_pieces(self) -> tuple[Piece, ...]:
-        """The law for delta < 0: the same."""
+        """The law for delta < 0, the same as for delta > 0."""
         return self.drive_pieces
 
     @property
@@ -178,13 +178,13 @@ class Mesh(Component):
             yield ("name",), name + _COAST
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return a mesh between the bodies kept, its radii times the ratios."""
+        """Return a mesh between the bodies kept, its radii multiplied by the ratios."""
         (a, rho_a), (b, rho_b) = (to[end] for end in self.between)
         radii = [self.radii[0] * rho_a, self.radii[1] * rho_b]
         return "mesh", {**self.to_plain(at_speed=True), "between": [a, b], "radii": radii}
 
     @classmethod
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
-        """Yield the two gears; ground has none."""
+        """Yield the two gears, which must not be ground."""
         for body in super().bodies(table):
             yield body._replace(no_ground="a mesh connects two inertias; ground has no gear", remedy="use a coupling")

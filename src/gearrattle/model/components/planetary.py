@@ -1,12 +1,12 @@
-"""A planetary gear set: sun, ring, carrier and planets one by one, each mesh with its own gap and phase.
+"""A planetary gear set of sun, ring, carrier and single planets; every mesh has its own gap and phase.
 
-With absolute angles in one positive sense, the planets' axes turning with the carrier,
+All angles are absolute and have the same positive sense; the axes of the planets turn with the carrier. Then
 
     sun mesh:    delta = R_s (theta_s - theta_c) + R_p (theta_p - theta_c) - e(t)
     ring mesh:   delta = R_r (theta_r - theta_c) - R_p (theta_p - theta_c) - e(t)
 
-(A. Kahraman, J. Sound Vib. 173 (1994) 125, the torsional model). Both vanish where all turn with the carrier. The
-elements are called NAME-sun-PLANET and NAME-ring-PLANET.
+(A. Kahraman, J. Sound Vib. 173 (1994) 125, the torsional model). Without errors both are zero if all bodies turn with
+the carrier. The elements are called NAME-sun-PLANET and NAME-ring-PLANET.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from gearrattle.model.value_kinds import GROUND, Name, Quantity, value_of
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")
-_SAME = 1e-9
+_SAME = 1e-9  # relative difference of two lengths that count as equal
 _NO_GROUND = "a planet is an inertia of its own; ground has no gear"
 
 
@@ -181,13 +181,13 @@ class Planetary(Component):
         )
 
     def added_inertia(self) -> Mapping[str, float]:
-        """Return what the planets' masses add to the carrier's J [kg m^2]."""
+        """Return the inertia that the planets' masses add to the carrier's J [kg m^2]."""
         if self.planet_mass is None or self.centre_distance is None or self.carrier == GROUND:
             return {}
         return {self.carrier: len(self.planets) * self.planet_mass * self.centre_distance**2}
 
     def notes(self) -> tuple[str, ...]:
-        """Return what must be known of it: radii that do not fit, masses that were added."""
+        """Return notes on radii that do not fit, and on added masses."""
         radii = self.radii
         notes = []
         fitting = radii.sun + 2.0 * radii.planet
@@ -201,23 +201,23 @@ class Planetary(Component):
         return tuple(notes)
 
     def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
-        """Return its table without the planets' masses, which the carrier's J holds."""
+        """Return its table without the planets' masses, which are included in the carrier's J."""
         return {key: value for key, value in table.items() if key not in ("planet_mass", "centre_distance")}
 
     @property
     def keeps_bodies(self) -> bool:
-        """Always: its angles are those of its own bodies."""
+        """Always True."""
         return True
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return the set between the bodies kept, whose J holds the planets' masses."""
+        """Return the set between the bodies kept, whose J include the planets' masses."""
         table = self.written_out(self.to_plain(at_speed=True))
         table |= {key: to[table[key]][0] for key in ("sun", "ring", "carrier")}
         return "planetary", {**table, "planets": [to[planet][0] for planet in table["planets"]]}
 
     @classmethod
     def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:
-        """Yield the name of the set and those of its elements."""
+        """Yield the name of the set and the names of its elements."""
         yield from super().element_names(table)
         planets = table.get("planets")
         if isinstance(name := table.get("name"), str) and isinstance(planets, (list, tuple)):
@@ -237,7 +237,7 @@ class Planetary(Component):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: no planets, phases that are not one a planet, a mass without a distance, a ring too small."""
+        """Yield breaches: no planets, not one phase per planet, a mass without a distance, a ring too small."""
         planets = table.get("planets")
         count = len(planets) if isinstance(planets, (list, tuple)) else None
         if count == 0:
@@ -259,7 +259,7 @@ class Planetary(Component):
 
 
 def _ring_rules(radii: object, dimensionless: bool) -> Iterator[Breach]:
-    """Yield a breach of a ring that cannot hold a planet."""
+    """Yield a breach if the ring is too small for a planet."""
     planet = value_of(PlanetaryRadii, radii, "planet", dimensionless)
     ring = value_of(PlanetaryRadii, radii, "ring", dimensionless)
     if planet is not None and ring is not None and ring <= planet:
@@ -268,5 +268,5 @@ def _ring_rules(radii: object, dimensionless: bool) -> Iterator[Breach]:
 
 
 def _at(table: object, key: str) -> Any:
-    """What stands in a table as written, or in one that was read."""
+    """Return the value of a key, from a table as written or from a table object."""
     return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)

@@ -1,6 +1,6 @@
-"""The shelf of parts of the drag: bearings, churning, sheared films, seals, and what was measured; one file each.
+"""The drag parts: bearings, churning, sheared films, seals, constants and measured tables; one file for every law.
 
-``DRAG_PARTS`` says by its ``kind`` which table of ``drag_parts`` of an inertia is which.
+``DRAG_PARTS`` maps ``kind`` of a table in ``drag_parts`` of an inertia to its class.
 """
 
 from collections.abc import Mapping

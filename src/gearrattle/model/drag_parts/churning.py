@@ -7,8 +7,8 @@ with the immersed surface S_m, cos t = 1 - h/R, and for Re = Omega R b / nu, Fr 
     C_m = 1.366 (h/D)^0.45 (V_0/D^3)^0.1 Fr^-0.6 Re^-0.21                     Re < 6000
     C_m = 3.644 (h/D)^0.1 (V_0/D^3)^-0.35 Fr^-0.88 (b/D)^0.85                  Re > 9000
 
-and a straight line in Re between: C. Changenet, P. Velex, J. Mech. Design 129 (2007) 128. The surface is geometry; the
-coefficients are quoted from memory of the paper and **unchecked**.
+and a straight line in Re between the two (C. Changenet, P. Velex, J. Mech. Design 129 (2007) 128). The surface follows
+from the geometry; the coefficients are quoted from memory of the paper and **unchecked**.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from gearrattle.model.oil import Oil
 from gearrattle.model.table import Breach
 from gearrattle.model.value_kinds import Choice, Count, Quantity, value_of
 
-_GRAVITY = 9.80665
-_LAMINAR = 6000.0
-_TURBULENT = 9000.0
+_GRAVITY = 9.80665  # m/s^2
+_LAMINAR = 6000.0  # Re, up to which the first law holds
+_TURBULENT = 9000.0  # Re, from which the second law holds
 _SPLASH = 3.0  # m/s
 _TWENTY_DEGREES = radians(20.0)
 
@@ -60,7 +60,7 @@ class Churning(DragPart):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: a gear that is under the oil altogether, angles of no tooth."""
+        """Yield breaches: the whole gear is below the oil level, or angles are impossible for a tooth."""
         yield from super().rules(table, dimensionless)
         depth = value_of(cls, table, "depth", dimensionless)
         diameter = value_of(cls, table, "pitch_diameter", dimensionless)
@@ -88,7 +88,7 @@ class Churning(DragPart):
         return Drag(torque, 2.0 * torque / speed + inertia_force * speed**2 * slope_of_coefficient)
 
     def limits(self, speed: float, oil: Oil | None, /) -> Iterator[str]:  # noqa: ARG002
-        """Say where the gear is too slow to splash."""
+        """Yield a note if the gear is too slow to splash."""
         edge = 0.5 * self.pitch_diameter * speed
         if edge < _SPLASH:
             yield f"its rim moves at {edge:.3g} m/s; oil is splashed from about {_SPLASH:g} m/s, and the law ends there"

@@ -1,4 +1,4 @@
-"""A drag torque and its slope as known numbers, for any speed and oil."""
+"""A constant drag torque and its slope, the same for any speed and oil."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""Base of the parts of a body's drag: each is a law of drag torque over speed and oil.
+"""Base of drag parts: a drag part is a law for the drag torque of a body over speed and oil.
 
     T(|Omega_body - Omega_on|)  against the relative rotation,      c = dT / d Omega_rel
 
-A part acts between its body and the body ``on``, or the housing ("ground"), at the relative mean speed. Its torque is a
-mean torque of both, its slope the damping of the fluctuation. ``DRAG_PARTS`` in ``__init__.py`` lists all kinds.
+A part acts between its body and the body ``on``, or the housing ("ground"), at their relative mean speed. The torque is
+a mean torque on both bodies; the slope is the damping of their fluctuation. ``DRAG_PARTS`` in ``__init__.py`` lists all
+kinds.
 """
 
 from __future__ import annotations
@@ -28,15 +29,15 @@ class DragPart(Table):
     """One part of the drag of a body."""
 
     needs_oil: ClassVar[bool] = True
-    """Whether the law reads the oil."""
+    """Whether the law depends on the oil."""
     acts_between: ClassVar[bool] = True
-    """Whether it may act between two bodies; if not, on the housing alone."""
+    """Whether the part may act between two bodies; if not, it acts against the housing only."""
     source: ClassVar[str]
-    """Where the law comes from."""
+    """Source of the law."""
     is_checked: ClassVar[bool] = True
     """Whether its constants were compared with the source."""
     law_error: ClassVar[str]
-    """How far the law may be from a measurement, in words."""
+    """Usual error of the law against measurements, in words."""
     kind: str
     """Which law."""
     on: Name = GROUND
@@ -57,21 +58,21 @@ class DragPart(Table):
         raise NotImplementedError
 
     def at_reference(self, omega: float, /) -> DragPart:  # noqa: ARG002
-        """Return the part at another reference speed [rad/s], where its numbers are tables over it."""
+        """Return the part at another reference speed [rad/s], with its tables over speed evaluated there."""
         return self
 
     def limits(self, speed: float, oil: Oil | None, /) -> Iterator[str]:  # noqa: ARG002
-        """Yield what of the law's range of validity a relative speed [rad/s] leaves."""
+        """Yield notes on a relative speed [rad/s] outside the range of validity of the law."""
         return iter(())
 
     @property
     def noun(self) -> str:
-        """What it is called."""
+        """Name of the part in words."""
         return self.kind.replace("-", " ")
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: a law in SI in a dimensionless model, a body for a law of the housing alone."""
+        """Yield breaches: a law in SI in a dimensionless model; ``on`` for a law that acts against the housing only."""
         if dimensionless and cls.needs_oil:
             yield Breach(("kind",), table.get("kind"), "a dimensionless model has no oil", 'use kind = "constant"')
         if not cls.acts_between and table.get("on", GROUND) != GROUND:

@@ -1,4 +1,4 @@
-"""A measured drag torque over speed, or over speed and temperature; straight lines between, nothing beyond."""
+"""A measured drag torque over speed, or over speed and temperature: linear interpolation without extrapolation."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MeasuredDrag(DragPart):
                 yield Breach(("torque", index), row, f"must have a torque per speed: {len(speeds)}, not {len(row)}")
 
     def law(self, speed: float, oil: Oil | None, /) -> Drag:
-        """Return torque and slope at a relative speed [rad/s]; ModelError beyond the table."""
+        """Return torque and slope at a relative speed [rad/s]; ModelError outside the table."""
         k = _interval(self.speed, speed, "speed", "rad/s")
         width = self.speed[k + 1] - self.speed[k]
         row = self._row(oil)
@@ -83,7 +83,7 @@ def _interval(points: Sequence[float], value: float, word: str, unit: str) -> in
 
 
 def _numbers(values: object, reader: Quantity, dimensionless: bool) -> list[float] | None:
-    """Return a list in SI; None where a field refuses it, and itself says so."""
+    """Return a list in SI; None if the field refuses it (the field then reports the breach)."""
     if not isinstance(values, list | tuple):
         return None
     try:

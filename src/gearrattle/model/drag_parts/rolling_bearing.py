@@ -3,8 +3,8 @@
     M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3  for nu n >= 2000,  else 160e-7 f_0 d_m^3,      M_1 = f_1 P d_m      [N mm]
 
 nu in mm^2/s, n in 1/min (of the rings, relative), d_m = (d + D)/2 in mm, P in N: A. Palmgren, Grundlagen der
-Waelzlagertechnik (1964); f_0 and f_1 by type of bearing after M. Jungnickel (2010). Where the branches meet the printed
-law falls by 0.8 %; here the larger of both holds, so that the torque never falls with speed.
+Waelzlagertechnik (1964); f_0 and f_1 by type of bearing after M. Jungnickel (2010). At nu n = 2000 the printed law
+decreases by 0.8 %; here the larger of the two branches is used, so that the torque never decreases with speed.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class RollingBearing(DragPart):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: no diameter or too many, a bore that is no bore."""
+        """Yield breaches: no diameter or too many, a bore not smaller than the outer diameter."""
         yield from super().rules(table, dimensionless)
         has_both = "bore" in table and "outer_diameter" in table
         has_one = "bore" in table or "outer_diameter" in table

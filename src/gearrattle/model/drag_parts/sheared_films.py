@@ -3,8 +3,8 @@
     cone:   T = x pi eta dOmega (r_o^4 - r_i^4) / (2 h sin alpha)
     plates: T = x N pi eta dOmega (r_o^4 - r_i^4) / (2 h)
 
-Couette flow across the gap h of which a share x is wetted, exact over the radius. Floating rings of a multi-cone
-synchroniser stand in series: equal torque, and the speeds add.
+Couette flow across the gap h, of which a share x is wetted; the integral over the radius is exact. Floating rings of a
+multi-cone synchroniser are in series: the torque of all films is equal, and their relative speeds add up.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class SynchroniserCone(DragPart):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: an angle of no cone, a film larger than the whole gap."""
+        """Yield breaches: an impossible cone angle, a wetted share above one."""
         yield from super().rules(table, dimensionless)
         angle = value_of(cls, table, "cone_angle", dimensionless)
         if angle is not None and angle >= 0.5 * pi:
@@ -83,7 +83,7 @@ class ClutchPack(DragPart):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: radii of no ring, a film larger than the whole gap."""
+        """Yield breaches: an inner radius not below the outer one, a wetted share above one."""
         yield from super().rules(table, dimensionless)
         inner = value_of(cls, table, "inner_radius", dimensionless)
         outer = value_of(cls, table, "outer_radius", dimensionless)
@@ -100,7 +100,7 @@ class ClutchPack(DragPart):
 
 
 def _wetted_breach(owner: type[DragPart], table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breach]:
-    """Yield the breach of a share above one."""
+    """Yield the breach of a wetted share above one."""
     share = value_of(owner, table, "wetted", dimensionless)
     if share is not None and share > 1.0:
         yield Breach(("wetted",), table["wetted"], "must not be more than 1: it is a share")

@@ -1,1 +1,1 @@
-"""Results as a browser draws them: the same on pages of results, in notebooks and in the workbench."""
+"""Drawing of results in a browser, the same on pages of results, in notebooks and in the workbench."""

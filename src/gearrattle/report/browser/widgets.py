@@ -1,9 +1,9 @@
-"""Widgets and the parts that they need, as notebooks, the workbench and pages of results load them.
+"""JavaScript widgets and the parts that they need, for notebooks, the workbench and pages of results.
 
-A widget's file names the parts that it needs in its first line (``// needs: plot, theme``); a part ends with ``export
-default``, as a widget does. A notebook loads a widget as one text, so relative imports fail there: the parts are put
-before it, each in a scope of its own; so it is with the script of a page. The workbench imports them, so that it loads
-every part once.
+The first line of a widget's file names the parts that it needs (``// needs: plot, theme``). A part ends with ``export
+default``, like a widget. A notebook loads a widget as one text, where relative imports fail; there the parts are put in
+front of the widget, every part in its own scope. The script of a page is made in the same way. The workbench imports
+the parts, so that it loads every part only once.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ def names() -> tuple[str, ...]:
 
 @cache
 def text(name: str) -> str:
-    """Return a widget with all it needs as one ES module; KeyError for an unknown one."""
+    """Return a widget and all parts it needs as one ES module; KeyError for an unknown widget."""
     return with_parts(_source(name))
 
 
 def with_parts(source: str) -> str:
-    """Return a script behind all parts that its first line names."""
+    """Return a script with all parts that its first line names in front of it."""
     return "\n".join([*(_scoped(part) for part in _needed(source)), source])
 
 
 @cache
 def module(name: str) -> str:
-    """Return a widget as an ES module that imports all parts, also those that parts need, so that a browser asks for
-    them at once; KeyError for an unknown one.
+    """Return a widget as an ES module that imports all parts, those of its parts included, so that a browser loads them
+    at the same time; KeyError for an unknown widget.
     """
     source = _source(name)
     direct = _needs(source)
@@ -64,11 +64,11 @@ def _needs(source: str) -> list[str]:
 
 
 def _needed(source: str) -> list[str]:
-    """Return the parts of a script, what a part needs before it, each once."""
+    """Return the parts of a script without repetitions; a part comes after the parts that it needs."""
     parts = [part for direct in _needs(source) for part in (*_needed(_source(direct)), direct)]
     return list(dict.fromkeys(parts))
 
 
 def _scoped(name: str) -> str:
-    """Return a part as a constant of its name, without its lines of comment: every widget that needs it holds it."""
+    """Return a part as a constant with its name, without comment lines, because every widget has a copy of it."""
     return f"const {name} = (() => {{\n{_EXPORT.sub('return ', _COMMENT.sub('', _source(name)))}\n}})();"

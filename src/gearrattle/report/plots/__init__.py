@@ -1,5 +1,6 @@
 """Figures: Charts of every result, drawn interactively, as static SVG and for print.
 
-``run_figures`` has those of a run, each one a function from Findings to a Chart; ``static`` and ``interactive`` draw a
-Chart, ``typeset`` does for print. Nothing is imported here: a table on a terminal needs no figure.
+``run_figures`` lists the figures of a run, which are functions from Findings to a Chart. ``svg_charts`` draws a Chart
+as SVG, ``interactive`` prepares it for a browser, and ``typeset`` draws it for print. This file imports nothing,
+because a table on a terminal needs no figure.
 """

@@ -1,8 +1,8 @@
 """The axes of a study in figures: positions of the values, their labels, and titles.
 
-Words and SI units stand in the attributes ``long_name`` and ``units`` of the Dataset (``model.path_labels``); here they
-get a prefix that suits the values, and the reference speed is in rpm. In maps every value takes one cell, in order; a
-linear or logarithmic range is then drawn as such. An axis of several paths is labelled with the values of the first.
+Words and SI units are in the attributes ``long_name`` and ``units`` of the Dataset (``model.path_labels``); here units
+get a prefix that suits the values, and the reference speed is in rpm. In maps every value has one cell, in order. An
+axis over several paths is labelled with the values of the first path.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Ticks = tuple[tuple[float, str], ...]
-_FEWEST = 3
-_MOST = 6
+_FEWEST = 3  # significant digits of a label
+_MOST = 6  # significant digits of a label
 
 
 def paths_of(data: xr.Dataset, axis: str) -> list[str]:
@@ -32,7 +32,7 @@ def paths_of(data: xr.Dataset, axis: str) -> list[str]:
 
 
 class Measure(NamedTuple):
-    """What a variable of a study is called, and the unit its numbers are shown in.
+    """Name of a variable of a study in words, and the unit in which its numbers are shown.
 
     Attributes
     ----------
@@ -52,14 +52,14 @@ class Measure(NamedTuple):
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
     def with_unit(self, value: object, digits: int = 4) -> str:
-        """Say a value of the Dataset, with the unit."""
+        """Return a value of the Dataset in words, with its unit."""
         if not isinstance(value, int | float | np.number):
             return str(value)
         return quantity(float(value) * self.factor, self.unit, digits)
 
 
 def measure_of(data: xr.Dataset, name: str) -> Measure:
-    """Return what a variable or coordinate is called, with a unit that suits its values."""
+    """Return the name of a variable or coordinate in words, with a unit that suits its values."""
     if name not in data.variables:
         return Measure(name, "", 1.0)
     values = np.asarray(data[name].values)
@@ -91,7 +91,7 @@ def words_of_axis(data: xr.Dataset, axis: str) -> str:
 
 
 def labels_of(data: xr.Dataset, axis: str) -> list[str]:
-    """Words for every value of an axis, in the unit of its title, with as many digits as tell them apart."""
+    """Labels for every value of an axis, in the unit of its title, with enough digits to distinguish them."""
     path = paths_of(data, axis)[0]
     values = np.asarray(data[path].values)
     if values.dtype.kind not in "iuf":
@@ -105,7 +105,7 @@ def labels_of(data: xr.Dataset, axis: str) -> list[str]:
 
 
 def cell_ticks(labels: list[str], most: int) -> Ticks:
-    """Labels at the middle of cells 0, 1, 2, ...: all, or as many as there is room for."""
+    """Labels at the middle of cells 0, 1, 2, ...: all of them, or at most ``most``."""
     step = max(1, -(-len(labels) // most))
     return tuple((float(i), labels[i]) for i in range(0, len(labels), step))
 

@@ -1,8 +1,8 @@
-"""Basins of attraction: every initial state in the colour of the motion it leads to.
+"""Basins of attraction: every initial state has the colour of the motion to which it leads.
 
-A grid over two initial values is a map, over one a strip; over more it is cut at the middle of the others. Drawn states
-are points. Where both axes are quantities of the section, seen at the phase at which motions begin, the attractors' own
-points are marked.
+A grid over two initial values is a map; over one it is a strip; over more it is a section at the middle of the other
+values. States drawn at random are points. If both axes are quantities of the Poincare section, and the phase of the
+section is the phase at which motions begin, the points of the attractors are marked.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 QUIET = ("#8497aa", "#5d6b7a", "#b3c0cc")
 RATTLING = ("#e69f00", "#a8123e", "#56b4e9", "#009e73", "#cc79a7", "#6a51a3", "#8c6d31")
-"""Colours of attractors that do not rattle, and of the others; those beyond share the last."""
+"""Colours of attractors that do not rattle (``QUIET``) and of the others; further attractors share the last colour."""
 OTHERS = {CHAOS: Key("chaotic", "#1b2631"), UNSETTLED: Key("undecided", "#e8dcc0"), NOTHING: Key("no result", NO_VALUE)}
 _MARGIN = 0.03
 

@@ -1,7 +1,7 @@
-"""Bifurcation diagrams: points of the section over the swept value, going up and going down.
+"""Bifurcation diagrams: points of the Poincare section over the swept value, for increasing and decreasing values.
 
-Below the points stand the largest Lyapunov exponent and one strip of regimes per direction; where both directions end
-in different motions the panels are shaded.
+Below the points are the largest Lyapunov exponent and one strip of regimes per direction. The panels are shaded at
+values where both directions end in different motions.
 """
 
 from __future__ import annotations

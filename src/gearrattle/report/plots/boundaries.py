@@ -39,7 +39,7 @@ def boundary_chart(crossings: xr.Dataset, axes: Sequence[str], subject: str) -> 
 
 @dataclass(frozen=True)
 class _Changes:
-    """Changes of severity or regime: indices of those of every part, and (N,) the rank of the higher of two words."""
+    """Changes of severity or regime: indices of the changes of every part, and (N,) rank of the higher word."""
 
     of: Mapping[str, IntArray]
     higher: IntArray
@@ -83,7 +83,7 @@ def _plane(changes: _Changes, crossings: xr.Dataset, axes: Sequence[str]) -> Cha
 
 
 def _rows(changes: _Changes, crossings: xr.Dataset, axis: str) -> Chart | None:
-    """One row a change, with the two values it lies between: a part may change more than once."""
+    """One row per change, with the two values between which it is: a part may change more than once."""
     measure = measure_of(crossings, axis)
     at, low, high = (crossings[name].values * measure.factor for name in (axis, "below", "above"))
     order = np.concatenate([own[np.argsort(at[own])] for own in changes.of.values()])

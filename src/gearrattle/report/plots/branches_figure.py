@@ -1,6 +1,6 @@
 """Branches of periodic motions over a value of the model: their swing and their stability.
 
-Stable motions are solid, unstable ones dashed; every kind of event has a shape of its own.
+Stable motions are solid lines, unstable ones dashed lines; every kind of event has its own shape.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ EVENTS = {
     "mean at corner": Key("mean at corner", INK, "inverted triangle"),
     EDGE: Key(EDGE, INK, "star"),
 }
-"""How each kind of event is drawn."""
+"""Shape and words for every kind of event."""
 _OTHER = Key("other event", INK, "star")
 _STABLE = Key("stable", INK, dash="solid")
 _UNSTABLE = Key("unstable", INK, dash="dashed")
 _MOST_PANELS = 6
 _MOST_NAMED = 6
 _LOG_FROM = 10.0
-"""A modulus larger than this has a logarithmic axis."""
+"""Largest modulus above which the axis is logarithmic."""
 
 
 def measure(branch: Branch) -> Measure:
@@ -61,7 +61,7 @@ def measure_over(model: Model, path: str, ends: tuple[float, float]) -> Measure:
 
 @dataclass(frozen=True)
 class _Drawing:
-    """A branch with what every figure over the parameter shares."""
+    """A branch, with the parts that all figures over the parameter have in common."""
 
     branch: Branch
 

@@ -1,7 +1,7 @@
 """The Campbell diagram as static SVG: natural frequencies, order lines and their crossings over speed.
 
-Torques and transmission errors have panels of their own, as their orders differ by the number of teeth. A crossing is
-as large as the share of energy that its source gives to the mode.
+Torques and transmission errors have separate panels, because their orders differ by the number of teeth. The size of a
+crossing shows the share of energy that its source supplies to the mode.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def _colour(state: int) -> str:
 
 
 def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> Panel:
-    """Draw one kind of orders up to what the highest of them reaches, or one mode above."""
+    """Draw one kind of orders, up to the largest frequency of the highest order, or to the next mode above."""
     # the highest frequency drawn: above all orders, and up to the next natural frequency
     speed, hertz = (30.0 / math.pi, 0.5 / math.pi) if si else (1.0, 1.0)
     low, high = diagram.speeds
@@ -106,7 +106,7 @@ def _level(diagram: Campbell, top: float, speed: float, hertz: float) -> list[Li
 def _names(
     diagram: Campbell, orders: list[OrderLine], top: float, speed: float, hertz: float, *, si: bool
 ) -> list[tuple[float, float, str]]:
-    """Words above the level lines, each ending where an order line rises through: before it the place is free."""
+    """Words above the horizontal lines; a word ends where an order line crosses, so that it does not cover the line."""
     names = []
     (low, high) = diagram.speeds
     several = len(diagram.states) > 1
@@ -133,7 +133,7 @@ def _marks(diagram: Campbell, orders: list[OrderLine], speed: float, hertz: floa
 
 
 def _spread(labels: list[tuple[float, float, str]], top: float) -> list[tuple[float, float, str]]:
-    """Leave out labels that would stand on one another, from the top down."""
+    """Leave out labels that would overlap, from the top down."""
     kept: list[tuple[float, float, str]] = []
     for label in sorted(labels, reverse=True):
         if not kept or kept[-1][0] - label[0] >= _LABEL / _HEIGHT * top:

@@ -31,9 +31,9 @@ class Line:
     width
         line width, or point diameter [px].
     shape
-        of its points where it means something; empty: a circle, in print one for each colour.
+        shape of the points, if it has a meaning; empty: a circle, or in print a marker that depends on the colour.
     dash
-        of its line where it means something; empty: solid, in print one for each colour.
+        dashes of the line, if they have a meaning; empty: solid, or in print dashes that depend on the colour.
     """
 
     x: Array
@@ -59,7 +59,7 @@ class Bars:
     heights
         (N,) heights.
     base
-        (N,) where the bars stand; zero if not given.
+        (N,) lower ends of the bars; zero by default.
     """
 
     edges: Array
@@ -72,7 +72,7 @@ class Bars:
 
 @dataclass(frozen=True)
 class Cells:
-    """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
+    """Filled rectangles of one colour: the cells of a map with the same meaning, or horizontal bars.
 
     The edges (N,) are in the units of the axes.
     """
@@ -96,9 +96,9 @@ class Heat:
     values
         (rows, columns), the first row lowest; NaN leaves a cell empty.
     low, high
-        what the ends of the shades stand for; beyond them the end's shade is drawn.
+        values of the lightest and darkest shade; values outside have the shade of the nearer end.
     name
-        what the numbers are, with their unit, for hovering.
+        name of the numbers with their unit, shown at the pointer.
     """
 
     x_range: tuple[float, float]
@@ -153,16 +153,15 @@ class Panel:
     x_title
         title of the x axis; drawn below the lowest panel of a column only if the chart shares it.
     heat, lines, bars, cells, bands, rules, labels
-        what it holds, drawn from the heat, bands and cells to lines and
-        labels.
+        content of the panel; heat, bands and cells are drawn first, lines and labels last.
     x_range, y_range
         limits; None fits the data.
     x_ticks, y_ticks
-        where the axes are labelled, and how; empty: at round values.
+        positions and words of the ticks; empty: round values.
     note
         words to print in an empty panel.
     equal_scales
-        whether one unit is as long across as up: the limits are then widened.
+        whether one unit has the same length on both axes; the limits are then widened.
     """
 
     title: str
@@ -204,7 +203,7 @@ class Chart:
     key
         short name, used for file names and anchors.
     caption
-        one or two sentences that say how to read it; also its text for screen readers.
+        one or two sentences on how to read the figure; also its text for screen readers.
     panels
         in reading order, row by row.
     panel_height
@@ -212,7 +211,7 @@ class Chart:
     share_x
         whether all panels show the same x axis (zooming one then zooms all).
     group
-        charts with the same group share one place in the report and are chosen by a tab.
+        charts with the same group are shown in tabs of one section.
     """
 
     key: str

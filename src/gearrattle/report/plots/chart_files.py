@@ -1,7 +1,7 @@
-"""Charts as a file, so that figures can be drawn anew, at another width or as another format, without computing again.
+"""Charts as a file, so that figures can be drawn again with another width or format, without computing again.
 
-A NumPy archive (``.npz``: NumPy Enhancement Proposal 1, in a ZIP file): one entry of JSON that says what the charts
-are, in which ``{"array": k}`` stands for the k-th of the arrays beside it. Nothing in it is executed on reading.
+The file is a NumPy archive (``.npz``: NumPy Enhancement Proposal 1, in a ZIP file). One entry is JSON with the charts,
+in which ``{"array": k}`` is the k-th array of the archive. Reading the file executes nothing in it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def packed_charts(charts: Sequence[Chart]) -> bytes:
 def read_charts(path: Path) -> list[Chart]:
     """Read what ``packed_charts`` wrote.
 
-    ModelError where it is no such file, is damaged, or a later version wrote it; OSError where it cannot be read.
+    ModelError for another kind of file, a damaged file or one of a later version; OSError if it cannot be read.
     """
     try:
         check_archive(path)
@@ -55,13 +55,13 @@ def read_charts(path: Path) -> list[Chart]:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except (ModelError, MemoryError, FileNotFoundError, PermissionError):
         raise
-    except Exception as error:  # what reads the parts of a damaged archive complains as it likes
+    except Exception as error:  # for a damaged archive, the readers of its parts raise many types
         rule = f"holds no charts, or is damaged ({type(error).__name__})"
         raise ModelError(Problem(str(path), "", rule, "run the command that wrote the folder again")) from None
 
 
 def _packed(value: Any, arrays: list[Array]) -> Any:
-    """Return something as JSON; arrays are kept apart."""
+    """Return a value in JSON types; arrays are appended to ``arrays``."""
     if is_dataclass(value):
         return {
             "noun": type(value).__name__,
@@ -76,7 +76,7 @@ def _packed(value: Any, arrays: list[Array]) -> Any:
 
 
 def _made(value: Any, arrays: dict[int, Array]) -> Any:
-    """Return what was told."""
+    """Return the value that ``_packed`` has converted."""
     if isinstance(value, list):
         return tuple(_made(entry, arrays) for entry in value)
     if not isinstance(value, dict):

@@ -1,7 +1,8 @@
-"""A curve by as few of its points as a screen needs.
+"""A curve with as few of its points as a screen needs.
 
-Points are left out as long as the chords stay within a distance of what they replace (U. Ramer 1972, Comput. Graph.
-Image Process. 1, 244-256; D. H. Douglas, T. K. Peucker 1973, Cartographica 10, 112-122), all chords of a depth at once.
+Points are removed as long as they are within a distance of the chords that replace them (U. Ramer 1972, Comput. Graph.
+Image Process. 1, 244-256; D. H. Douglas, T. K. Peucker 1973, Cartographica 10, 112-122). All chords of one depth of the
+recursion are divided at once.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from gearrattle.trajectory import Array
 
 SCREEN = (1200.0, 600.0)
-"""Width and height [px] of the largest frame that a curve is drawn in."""
+"""Width and height of the largest frame of a curve [px]."""
 WITHIN = 0.35
 """Largest distance [px] of a chord from the points that it replaces."""
 MOST_POINTS = 4000
@@ -23,7 +24,7 @@ _SLACK = 0.05
 def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np.int64]:
     """Return the indices of points (N, 2) of a curve whose chords stay within a distance of all others.
 
-    Where more than ``most`` are needed, those that are farthest are kept.
+    If more than ``most`` are needed, the points farthest from their chords are kept.
     """
     straight = _without_straights(points, _SLACK * within)
     chosen, distance = _ends_of_chords(points[straight], (1.0 - _PASSES * _SLACK) * within, most)
@@ -31,12 +32,12 @@ def thinned(points: Array, within: float, most: int = MOST_POINTS) -> NDArray[np
 
 
 def _beyond_most(distance: Array, most: int) -> float:
-    """Return the largest distance for which there is no room; 0 where there is room for all."""
+    """Return the largest distance among the points beyond the ``most`` largest; 0 if there are not more points."""
     return float(np.partition(distance, -most - 1)[-most - 1]) if len(distance) > most else 0.0
 
 
 def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
-    """Leave out every other point that its neighbours' chord passes, again and again: what is left is searched soon."""
+    """Remove, repeatedly, every other point near the chord of its neighbours, so that the search has fewer points."""
     kept = np.arange(len(points))
     for _ in range(_PASSES):
         inner = np.arange(1, len(kept) - 1, 2)
@@ -46,14 +47,14 @@ def _without_straights(points: Array, within: float) -> NDArray[np.int64]:
 
 
 def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np.int64], Array]:
-    """Return the points (n,) at which chords are divided, and how far each was from the chord that it divided.
+    """Return the points (n,) at which chords are divided, and their distances from the chords that they divided.
 
-    No distance is larger than those of the chords divided before: for a larger ``within``, those at larger distances
-    are the answer. Chords that come too late to be among the ``most`` are not divided.
+    A distance is never larger than the distances of the chords divided before. So for a larger ``within``, the answer
+    is the points with larger distances. Chords that cannot be among the ``most`` are not divided.
     """
     chosen = np.array([0, len(points) - 1])
     distance = np.full(2, np.inf)
-    beyond = np.arange(len(points))  # points of chords that are too far from some of them
+    beyond = np.arange(len(points))  # points of the chords that are too far from some of their points
     while beyond.size:
         chord = np.clip(np.searchsorted(chosen, beyond, "right") - 1, 0, len(chosen) - 2)
         away = distances(points[beyond], points[chosen[chord]], points[chosen[chord + 1]])
@@ -73,7 +74,7 @@ def _ends_of_chords(points: Array, within: float, most: int) -> tuple[NDArray[np
 
 
 def distances(points: Array, begin: Array, end: Array) -> Array:
-    """Return distances of points from chords, (N,): from the nearer end where a point is beyond it."""
+    """Return distances (N,) of points from chords; for a point beyond an end of its chord, from this end."""
     along = end - begin
     off = points - begin
     square = np.einsum("ij,ij->i", along, along)

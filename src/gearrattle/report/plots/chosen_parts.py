@@ -1,8 +1,8 @@
 """The choice of bodies and clearances that the figures of a large driveline show.
 
-A report draws a panel each for at most ``MOST`` of them: a hundred panels would make a page of tens of
-megabytes. The clearances are the worst ones of the verdict; the bodies the driven one, those at these clearances, then
-those of the largest acceleration. Captions say how many are left out and where they stand.
+A report has panels for at most ``MOST`` of them, because a hundred panels would make a page of tens of megabytes. It
+shows the worst clearances of the verdict. It shows the driven body, the bodies at these clearances, and then the bodies
+with the largest acceleration. Captions state how many are left out and where their numbers are.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MOST = 12
 
 
 class Judged(Protocol):
-    """A motion with its verdict: all that figures of one motion need. Findings are one, and so is a periodic motion."""
+    """A motion with its verdict, as figures of one motion need it, such as Findings or a periodic motion."""
 
     @property
     def model(self) -> Model:
@@ -36,14 +36,14 @@ class Judged(Protocol):
 
 
 def chosen_clearances(findings: Judged) -> tuple[list[int], str]:
-    """Return which clearances are shown, in element order, and a sentence on those that are not; empty for all."""
+    """Return the clearances that are shown, in element order, and a sentence on the others (empty without others)."""
     names = findings.motion.trajectory.layout.clearance_names
     worst = [names.index(part.name) for part in findings.verdict.parts if part.name in names]
     return sorted(worst[:MOST]), _left_out("clearances", len(worst), "the worst of the verdict")
 
 
 def chosen_bodies(findings: Judged) -> tuple[list[int], str]:
-    """Return which bodies are shown, in file order, and a sentence on those that are not; empty for all."""
+    """Return the bodies that are shown, in file order, and a sentence on the others (empty without others)."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
     elements = [layout.element_names.index(part.name) for part in findings.verdict.parts if part.rattles]
@@ -55,7 +55,7 @@ def chosen_bodies(findings: Judged) -> tuple[list[int], str]:
 
 
 def _left_out(what: str, count: int, words: str) -> str:
-    """Say which of many are shown, and where the others are."""
+    """Return a sentence on which bodies or clearances are shown, and where the others are."""
     if count <= MOST:
         return ""
     return f" Shown are {MOST} of {count} {what}: {words}. results.nc holds all of them (gr.open_run)."

@@ -1,7 +1,7 @@
-"""Deflections against their corners, and the forces they raise.
+"""Deflections with their corners, and the forces of the elements.
 
-A clearance is free between its corners and in contact beyond them. Shaded: contact, blue on the drive side, vermilion
-on the coast side. Dots mark impacts at the exact time of the crossing, which the sampled curve may miss.
+A clearance is free between its corners and in contact beyond them. Contact is shaded, blue on the drive side and
+vermilion on the coast side. Dots mark impacts at the exact time of the crossing, which may be between two samples.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _deflection_panels(findings: Judged, window: Window | None) -> tuple[Panel, 
 
 
 def _torque_panels(findings: Judged, axis: TimeAxis, window: Window | None) -> list[Panel]:
-    """Draw the torques over time that make an event, above what they do."""
+    """Draw the torques over time that cause an event, in panels above the forces."""
     if findings.verdict.event is None:
         return []
     time = findings.motion.trajectory.time

@@ -14,7 +14,7 @@ from gearrattle.report.plots.palette import CENTRE, COLOURS, INK, MUTED
 from gearrattle.wording import counted
 
 _FLOOR = 1e-16
-_LOST = 1e-3  # half-gaps: an error that has come so far from 1e-12 has grown beyond prediction
+_LOST = 1e-3  # half-gaps: when an error has grown from 1e-12 to this size, the motion is not predictable
 
 
 def colours(labels: list[str]) -> dict[str, str]:
@@ -23,10 +23,10 @@ def colours(labels: list[str]) -> dict[str, str]:
 
 
 def growth_of_errors(comparison: Comparison) -> Chart:
-    """Draw the worst error over time, every contender and exact begun 1e-12 half-gaps away.
+    """Draw the largest error over time, of every algorithm and of the exact motion that begins 1e-12 half-gaps away.
 
-    Where the motion is not predictable to its end the axis ends soon after the last error is saturated
-    (``shown_until``): from there on all are as wrong as they can be.
+    If the motion is not predictable to its end, the axis ends soon after the last error is saturated
+    (``shown_until``), because errors do not grow further.
     """
     # errors over cycles, the exact motion begun nearby in black
     *others, away = comparison.rows[1:]
@@ -69,10 +69,10 @@ def growth_of_errors(comparison: Comparison) -> Chart:
 
 
 def shown_until(comparison: Comparison) -> float:
-    """Return up to which cycle errors are drawn: from rounding to saturation, with a quarter of that beyond; or all.
+    """Return the cycle up to which errors are drawn: 1.25 times the cycle at which the last error is saturated.
 
-    An error is saturated where it first passes a tenth of its largest value. Where that of exact begun nearby stays
-    below ``_LOST``, errors are shown to the end.
+    An error is saturated when it first exceeds a tenth of its largest value. If the error of the exact motion that
+    begins nearby stays below ``_LOST``, errors are drawn to the end.
     """
     histories = [row.history for row in comparison.rows[1:] if row.history is not None]
     largest = [float(np.max(worst[np.isfinite(worst)], initial=0.0)) for _, worst in histories]

@@ -15,7 +15,7 @@ from gearrattle.signals import centre
 from gearrattle.trajectory import Array, Layout
 
 SIDES = (Key("drive side", DRIVE), Key("coast side", COAST))
-"""Legend of every figure that tells the two sides apart."""
+"""Legend of every figure in which both sides have their own colours."""
 
 
 def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, ...], tuple[Rule, ...]]:
@@ -37,10 +37,10 @@ def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, 
 
 
 def reach(values: Array, corners: Array) -> tuple[float, float]:
-    """Return axis limits that show all values and the corners worth seeing with them.
+    """Return axis limits that show all values and the corners near them.
 
-    The nearest corner always is; another one only if it lies within one span of the values, for a far one would
-    squeeze the motion into a line.
+    The nearest corner is always shown; other corners only if they are within one span of the values, because with a
+    distant corner the motion would look like a line.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def units(findings: Judged, clearance: int) -> dict[str, str]:
 
 
 def units_of(model: Model, layout: Layout, clearance: int) -> dict[str, str]:
-    """Return the same of a driveline and its layout."""
+    """Return these units for a clearance of a model and its layout."""
     if model.units != "SI":
         return {"deflection": "", "rate": "", "force": "", "energy": ""}
     if layout.is_mesh[layout.clearance[clearance]]:

@@ -1,8 +1,9 @@
 """A deflection and its rate between the samples of a motion.
 
-Between two samples without a crossing the deflection is the polynomial of fifth degree that has its value, rate and
-second derivative at both. At a crossing of its own corners value and rate are known, and the second derivative jumps:
-from there to a sample it is of fourth degree, to another crossing of third. So arcs of few samples are drawn as arcs.
+Between two samples without a crossing, the deflection is a polynomial of fifth degree with the same value, rate and
+second derivative at both. At a crossing of its own corners, value and rate are known and the second derivative jumps:
+so between a crossing and a sample the polynomial is of fourth degree, between two crossings of third degree. In this
+way few samples are enough for a smooth curve.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ import numpy as np
 from gearrattle.trajectory import Array
 
 PIECES = 8
-"""Chords that stand for the way from one sample or crossing to the next."""
+"""Number of chords from one sample or crossing to the next."""
 
 
 class Knots(NamedTuple):
-    """Values, rates and second derivatives of a deflection at ascending instants; NaN for a derivative that jumps."""
+    """Values, rates and second derivatives of a deflection at ascending times; NaN for a derivative that jumps."""
 
     time: Array
     value: Array
@@ -36,7 +37,7 @@ def with_crossings(samples: Knots, time: Array, value: Array, rate: Array) -> Kn
 
 
 def between(knots: Knots) -> Array:
-    """Return (N, 2) value and rate at all knots and in between, ``PIECES`` a way."""
+    """Return (N, 2) value and rate at all knots and between them, with ``PIECES`` chords from knot to knot."""
     h = np.diff(knots.time)
     h = np.where(h > 0.0, h, 1.0)
     p0 = knots.value[:-1]

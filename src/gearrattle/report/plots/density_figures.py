@@ -1,8 +1,8 @@
-"""Densities and transfer functions as static SVG, each between its limits; dotted rules at natural frequencies.
+"""Densities and transfer functions with their limits as static SVG; dotted rules at natural frequencies.
 
-A transfer function lies in a circle about its estimate with the stated probability (``signals.spectral.densities``):
-its gain between |H| - r and |H| + r, its phase within asin(r / |H|) either way; where the circle encloses zero nothing
-is known of the phase, and it is not drawn.
+With the stated probability, a transfer function is within a circle of radius r about its estimate H
+(``signals.spectral.densities``): its gain is between |H| - r and |H| + r, and its phase within +- asin(r / |H|). If the
+circle contains zero, the phase is unknown and not drawn.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A driveline laid out for drawing: positions of bodies and elements in pixels, and their symbols.
 
-Colours and words are those of the sketches (``sketch``, ``mode_shapes``).
+Colours and words come from the drawings that use this layout (``sketch``, ``mode_shapes``).
 """
 
 from __future__ import annotations

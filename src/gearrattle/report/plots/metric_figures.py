@@ -1,7 +1,7 @@
-"""Rattle metrics as figures: a panel for values of one kind, a colour and a place of its own for every subject.
+"""Rattle metrics as figures: a panel for values of one kind, and a colour and an offset for every subject.
 
-Orders and quantities stand side by side on the x axis, values on a logarithmic one, subjects of one group a little
-apart; colours are those of M. Okabe and K. Ito (2008). Shares of time are bars that fill the width.
+The x axis has orders or quantities; the y axis has values, in some panels on a logarithmic scale. Subjects of one group
+are slightly offset. Colours are those of M. Okabe and K. Ito (2008). Shares of time are bars over the whole width.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gearrattle.quantities.quantity import Row
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import CENTRE, COAST, COLOURS, DRIVE
 
-_SPREAD = 0.5  # of the room between two groups
+_SPREAD = 0.5  # share of the distance between two groups, over which the subjects of a group are spread
 _SIDES = (("coast-side share", COAST), ("free share", CENTRE), ("drive-side share", DRIVE))
 
 

@@ -1,8 +1,8 @@
 """Mode shapes on the driveline: the angles of the inertias, and the strain energy of the elements.
 
-A file of SVG for each mode. The stem of a body is its share of the largest angle, up or down; on one shaft line the
-tips are joined. Elements go from thin and grey to thick and crimson with their share of the mode's strain energy; those
-that work in it carry the share in words.
+Every mode is one SVG file. The length of a body's stem, up or down, is its angle over the largest angle; the tips of
+bodies on one shaft line are connected. Elements with a small share of the mode's strain energy are thin and grey, those
+with a large share are thick and crimson; the latter are labelled with their share.
 """
 
 from __future__ import annotations

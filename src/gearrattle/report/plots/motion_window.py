@@ -1,8 +1,8 @@
 """The window of a motion that a figure shows, and the units of its axes.
 
-Histories are drawn over normalised cycles, time / T with T the common period, or of an event over time; and twice: the
-last few cycles, or those in which an event hits, in full detail, and the whole run thinned. Axes read best between 0.1
-and 1000, so small quantities take an SI prefix.
+Histories are drawn over normalised cycles, time / T with the common period T; histories of an event over time. They are
+drawn twice: the last few cycles (or the cycles with the impacts of an event) in full detail, and the whole run thinned.
+Small quantities have an SI prefix, so that the numbers on axes are between 0.1 and 1000.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 DETAIL_CYCLES = 4
 EVENT_CYCLES = 24
-"""Cycles of a transient that are drawn in detail, at most."""
+"""Largest number of cycles of a transient that are drawn in detail."""
 DETAIL_POINTS = 4000
 OVERVIEW_POINTS = 3000
 COARSE_FROM = 12
-"""Fewer samples a cycle than this are drawn as points: a line between them would be fiction."""
+"""With fewer samples per cycle, a curve is drawn as points, because a line between them would be wrong."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +75,14 @@ def detail_words(findings: Judged, window: Window) -> str:
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """What histories are drawn over.
+    """The x axis of histories.
 
     Attributes
     ----------
     length
-        of a cycle on the axis: 1, or of an event the period.
+        length of a cycle on the axis: 1, or for an event the period.
     words
-        how captions say it; empty where nothing must be said.
+        words for captions; may be empty.
     """
 
     trajectory: Trajectory

@@ -1,6 +1,6 @@
-"""Numbers as people read them on a page: in groups, in columns of one unit, with no line broken before a unit.
+"""Numbers on a page: digits in groups, columns with one unit, no line break before a unit.
 
-How one number is written, with its unit and prefix, is in ``wording``, for pages and sentences alike.
+``wording`` writes a single number with its unit and prefix, for pages and sentences.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from gearrattle.wording import engineering, numeral, prefixed, quantity
 __all__ = ["UNBROKEN", "engineering", "engineering_column", "grouped", "numeral", "quantity", "unbroken"]
 
 UNBROKEN = "\u00a0"
-"""A blank at which no line is broken."""
+"""A blank without line break."""
 _BEFORE_UNIT = re.compile(r"(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=[%×±]|[kMmµn]?(?:N|m|s|g|rad|rpm|Hz|dB|T)\b)|(?<=[×±]) (?=\d)")
 # no line ends at the hyphen of 1e-14
 _EXPONENT = re.compile(r"(?<=\de-)(?=\d)")

@@ -1,8 +1,8 @@
 """Run-ups as static SVG: spectra over speed as a map, orders over speed, cuts along orders, coherence with its limits.
 
-Levels are in decibels, 20 log10 of an amplitude or 10 log10 of a density over a stated reference, one SI unit unless
-told otherwise. With orders and natural frequencies drawn over it (``overlays``) a map is a Campbell diagram of what was
-measured or simulated.
+Levels are in decibels: 20 log10 of an amplitude, or 10 log10 of a density, over a stated reference (default: one SI
+unit). With orders and natural frequencies drawn over it (``overlays``) a map is a Campbell diagram of the measured or
+simulated motion.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 COLUMNS = 220
 ROWS = 160
-"""Cells of a map at most: some are wider than a bin, none lose a line."""
+"""Largest numbers of cells of a map (``COLUMNS``, ``ROWS``); a cell shows its largest value, so no line disappears."""
 SPAN = 60.0
 """Range of a map below its largest value [dB]."""
 CUTS = (ACCENT, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7a5c3e")

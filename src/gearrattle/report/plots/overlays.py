@@ -1,8 +1,9 @@
 """Overlays on a map of a run-up, as in a Campbell diagram: orders of the excitation, and natural frequencies.
 
-Over frequencies an order rises with the speed, f = o Omega / (2 pi), and a natural frequency is level; over orders an
-order is level and a natural frequency falls, o = omega_r / Omega. Where the map is over time both follow the speed of
-each row. A level order would cover the ridge it names, so it is a tick at the map's edge.
+If the y axis is frequency, an order rises with the speed, f = o Omega / (2 pi), and a natural frequency is horizontal.
+If the y axis is the order, an order is horizontal and a natural frequency falls, o = omega_r / Omega. In a map over
+time, both follow the speed at that time. A horizontal order would cover the ridge in the map, so it is drawn as a tick
+at the edge.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from gearrattle.report.plots.chart import Label, Line
 from gearrattle.report.plots.palette import INK, PAPER, SHADES
 from gearrattle.trajectory import Array
 
-_TICK = 0.02  # of the width
+_TICK = 0.02  # share of the width of the map
 _POINTS = 200
 
 

@@ -1,8 +1,8 @@
 """The few colours of all figures and of the report's style sheet, and their meaning.
 
-One accent for ordinary lines, one colour for each side of a clearance, grey for what is context. The two sides are the
-blue and the vermilion of M. Okabe and K. Ito, "Color Universal Design" (2008), chosen so that the common forms of
-colour blindness can tell them apart; they also differ in lightness, so they survive a black-and-white printer.
+There is one accent for ordinary lines, one colour for every side of a clearance, and grey for context. The two sides
+have the blue and the vermilion of M. Okabe and K. Ito, "Color Universal Design" (2008), which people with the common
+forms of colour blindness can distinguish; their lightness differs too, for black-and-white printers.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ STATES = {
     "double-sided": "#a8123e",
     "rattles": "#a8123e",
 }
-"""The same of each regime and severity, which never stand side by side: the mildest first."""
+"""Colours of regimes and severities, the mildest first; both are never shown together."""
 
 COLOURS = (
     "#0072b2",

@@ -1,6 +1,6 @@
 """Closed loops in phase planes: motions that repeat, one or several in a panel.
 
-Dots on a loop stand at the start of each of its periods T.
+Dots on a loop mark the starts of its periods T.
 """
 
 from __future__ import annotations

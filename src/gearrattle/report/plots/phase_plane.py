@@ -88,8 +88,9 @@ def phase_plane(findings: Judged, cycles: int = CYCLES) -> Chart:
 def phase_curves(findings: Judged, clearances: Sequence[int], window: Window) -> tuple[list[Array], Mark]:
     """Return deflection and rate (N, 2) of each clearance over the last cycles, and how they are drawn.
 
-    A motion that is known between its samples is drawn as it is, another one through its samples by polynomials
-    (``plots/smooth``), or as points where these are too far apart. Clearances are indices into ``layout.clearance``.
+    A motion with exact values between samples is drawn exactly. Another motion is drawn by polynomials through its
+    samples (``plots/curve_between_samples``), or as points if the samples are too far apart. ``clearances`` are indices
+    into ``layout.clearance``.
     """
     trajectory = findings.motion.trajectory
     if trajectory.exact is not None and clearances:
@@ -125,10 +126,10 @@ def _through_samples(findings: Judged, clearance: int, part: slice) -> Array:
 
 
 def _drawn(pieces: Iterator[Array]) -> list[Array]:
-    """The points that a screen shows of curves that come in pieces (N, q, 2).
+    """The points that a screen can show, for curves in consecutive pieces (N, q, 2).
 
-    A curve in several pieces is thinned twice, each piece as it comes and what is left of all, each time by half of the
-    distance allowed. Before the end the frame is that so far: it can but grow, so that no piece loses too much.
+    A curve in several pieces is thinned twice, with half of the allowed distance: every piece, and then the whole
+    curve. The frame for a piece is the frame of all pieces so far. It can only grow, so no piece loses too many points.
     """
     first = next(pieces)
     second = next(pieces, None)

@@ -1,9 +1,8 @@
 """The placement of bodies in the sketch of a driveline.
 
-Bodies joined by couplings stand side by side on one shaft line; a gear mesh leads down to the next line, as on any
-transmission drawing; a carrier stands at the end of its planets' line. A body that drives several gears gets a longer
-shaft: one *seat* for each of them, side by side. Each train begins with an end of its shaft, the driven body if that
-is one.
+Bodies connected by couplings are side by side on one shaft line. A gear mesh leads down to the next line, as in usual
+transmission drawings. A carrier is at the end of the line of its planets. A body that drives several gears has a longer
+shaft with one *seat* for every gear. The drawing of a train begins at an end of a shaft, preferably at the driven body.
 """
 
 from __future__ import annotations

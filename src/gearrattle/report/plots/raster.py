@@ -1,8 +1,8 @@
-"""Maps of numbers as SVG: one picture of shades inside an SVG; rows of spectra gathered into equal cells.
+"""Maps of numbers as one picture inside an SVG; rows of spectra are collected into equal cells.
 
-A map of thousands of rows and bins has more cells than a page has points. Each point shows the *largest* of the cells
-it covers, as a line one bin wide must not vanish; a point that no cell covers shows the cell about it. The picture is a
-PNG of 256 shades.
+A map of thousands of rows and bins has more cells than a page has pixels. A pixel shows the *largest* of the cells that
+it covers, so that a line of one bin does not disappear. A pixel smaller than a cell shows the value of this cell. The
+picture is a PNG with 256 shades.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def largest_along(values: Array, places: Array, edges: Array) -> Array:
     Returns
     -------
     Array
-        (c, m); a cell without a row shows the row nearest to its middle, if that is not farther than half the larger
-        of the gaps beside the row; NaN elsewhere.
+        (c, m); a cell without a row has the values of the row nearest to its middle, if the distance is at most half
+        the larger gap between this row and its neighbours; otherwise NaN.
     """
     cell = np.clip(np.searchsorted(edges, places, side="right") - 1, 0, edges.size - 2)
     inside = (places >= edges[0]) & (places <= edges[-1])

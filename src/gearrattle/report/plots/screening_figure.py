@@ -1,8 +1,9 @@
 """The map of a screening: margin of lift-off of every loose gear over speed and load.
 
-A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; yellow ones are undecided:
-some of the linear drivelines that may stand for the real one lift the gear off. A dark line parts cells that hold from
-all others. Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
+Every gear has a panel. In blue cells the gear keeps contact, in crimson cells it lifts off; cells are darker further
+from the threshold. Yellow cells are undecided: in some of the possible equivalent linear drivelines the gear lifts off.
+A dark line separates blue cells from all others. Dots mark simulated cases that rattle. A screening over speed alone
+has curves instead of cells.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STEPS = (1.0, 2.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
-"""Widths of a shade [dB]: on either side of 0 the least with which three shades reach the margins there."""
+"""Possible widths of a shade [dB]; on every side of 0 dB, the least width with which three shades cover all margins."""
 SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
 """Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
 UNSURE = "#d9b32c"
-"""Of cells that are undecided."""
+"""Colour of undecided cells."""
 _UNSURE = Key("undecided", UNSURE)
 _BELIEVE = (
     " Lift-off takes in mesh stiffness and transmission errors, the separation ratio neither: where the two maps "

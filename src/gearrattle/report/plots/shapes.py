@@ -1,7 +1,7 @@
 """Shapes of points and dashes of lines that carry a meaning, so that they can be distinguished without colour.
 
-Every renderer draws the same shape: static SVG a path, a browser (``browser/plot.js``) a path of its own, matplotlib a
-marker by its name, the legend of a page a letter.
+All renderers draw the same shapes: static SVG and the browser (``browser/plot.js``) as paths, matplotlib as markers by
+name, the legend of a page as letters.
 """
 
 from __future__ import annotations

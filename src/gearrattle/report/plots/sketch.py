@@ -1,8 +1,8 @@
-"""The driveline at a glance: bodies, springs, gaps and gears, coloured by what rattles.
+"""A sketch of the driveline: bodies, springs, gaps and gears, coloured by regime and severity.
 
-An inline SVG of our own drawing. Bodies are discs seen from the side, taller for larger inertia. Whatever rattles
-carries the colour of its regime, its word and its rate, what touches those of its severity, so that no meaning rests
-on colour alone.
+It is an inline SVG. Bodies are discs seen from the side, higher for larger inertia. An element that rattles has the
+colour of its regime, and is labelled with the regime and its rate of impacts; an element that touches has the colour
+and word of its severity. So no meaning depends on colour alone.
 """
 
 from __future__ import annotations

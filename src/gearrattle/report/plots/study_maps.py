@@ -1,7 +1,7 @@
 """Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
 
-Cells of one meaning have one colour; a thick line parts what rattles from the rest. Where a study has more than two
-axes the largest over the others is drawn.
+Cells with the same meaning have the same colour; a thick line separates cells that rattle from all others. If a study
+has more than two axes, the largest value over the other axes is drawn.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _SEPARATED = (
     "quiet from what crosses corners: a gap separates, however softly, and a staged spring changes stage",
     "what rattles from what touches or is quiet",
 )
-"""By what the thick line of a map separates cells of regimes, and of severities."""
+"""Words on the cells that the thick line separates, in maps of regimes and of severities."""
 _MEDIAN = (
     " Median over the samples: that of a typical one. Where it is small and the probability of rattle is not, believe "
     "the probability."

@@ -1,6 +1,6 @@
 """Sweeps of a study: outputs and probabilities over one axis, one line per subject.
 
-Where values scatter beside the axis, the median is drawn with the 5 and 95 % quantiles, thin.
+If other values scatter, the median is drawn, with thin lines for the 5 and 95 % quantiles.
 """
 
 from __future__ import annotations

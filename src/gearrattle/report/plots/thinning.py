@@ -1,9 +1,9 @@
-"""The thinning of curves to what a screen can show.
+"""Thinning of curves to the number of samples that a screen can show.
 
-A rattling run has some 1e5 samples a curve and a screen some 1e3 columns. Keeping every n-th sample would drop the
-impacts, the very thing looked for. So two selections are joined: MinMaxLTTB (J. Van Der Donckt et al., "MinMaxLTTB:
-Leveraging MinMax-Preselection to Scale LTTB", IEEE VIS 2023) for the shape, and the lowest and highest sample of every
-bucket for the envelope. Every spike therefore stays visible, whatever its neighbours do.
+A curve of a rattling run has about 1e5 samples, and a screen about 1e3 columns. Every n-th sample would miss the
+impacts. So two selections are combined: MinMaxLTTB (J. Van Der Donckt et al., "MinMaxLTTB: Leveraging
+MinMax-Preselection to Scale LTTB", IEEE VIS 2023) for the shape, and the lowest and highest sample of every bucket for
+the envelope. Therefore every spike remains visible.
 
 The selection is an array of indices, so that one selection can serve several curves.
 """

@@ -1,7 +1,7 @@
 """Torque over deflection: the static loop of every coupling with dry friction, and the run's own motion over it.
 
-The static loop goes between the motion's extremes, so both cover the same range; what the motion has beside it is
-viscous damping, and smaller loops inside.
+The static loop is drawn between the extremes of the motion, so that both cover the same range. The motion differs from
+it by viscous damping and by smaller loops inside.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Floquet multipliers in the complex plane with the unit circle: inside it a disturbance dies out."""
+"""Floquet multipliers in the complex plane with the unit circle: the disturbance of a multiplier inside it decays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gearrattle.report.plots.chart import Line, Panel, Rule
 from gearrattle.report.plots.palette import CENTRE, MUTED
 
 _MOST_SHOWN = 2.0
-"""Largest modulus that the limits follow."""
+"""Largest modulus that the limits of the axes take into account."""
 
 
 def unit_circle(marks: Sequence[Line], title: str) -> Panel:

@@ -13,7 +13,7 @@ from gearrattle.signals.cross_spectra import cut, power_density
 
 _MOST_DESIGNS = 8
 _SEGMENT = 8192
-_LOWEST = 20.0  # Hz: what is heard
+_LOWEST = 20.0  # Hz, lowest audible frequency
 _DECADES = 8.0
 
 

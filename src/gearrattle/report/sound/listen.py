@@ -1,12 +1,12 @@
-"""``listen``: runs or recordings as sound, all through one path and at one gain, so that A against B keeps its dB.
+"""``listen``: runs or recordings as sound, all with one transfer path and one gain, so that their levels compare.
 
     p(t) = sum of p_i h(t - t_i),      p_i = m_eff (v_i - v_i')
 
-over the impacts of the chosen elements: p_i is the momentum that impact i exchanges, the integral of its force above
-the quasi-static load (``gearrattle.signals.impacts``), for a load that is merely carried makes no sound. Times and
-rates are those of the log of crossings: no sampling of the motion plays a part. The length of a contact is left out, so
-what lies above the reciprocal of a contact's duration is too strong.
-A recording's sound pressure is taken as it is, a force goes through the path.
+over the impacts of the chosen elements. p_i is the momentum that impact i exchanges: the integral of its force above
+the quasi-static load (``gearrattle.signals.impacts``), because a constant load makes no sound. Times and rates come
+from the log of crossings, not from samples. The duration of contacts is neglected, so the sound is too loud at
+frequencies above the reciprocal of this duration. The sound pressure of a recording is used unchanged; a recorded force
+is convolved with the response of the path.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class Sound(Result):
     rate
         samples per second [Hz].
     gain
-        full scale per pascal, the same for all [1/Pa].
+        full scale per pascal, the same for all designs [1/Pa].
     path
-        the way from impulse to pressure.
+        transfer path from impulse to sound pressure.
     notes
         what the user must know.
     bits
-        of the WAV files that are saved: 24 (integers), 32 or 64 (floating point).
+        bits per sample of saved WAV files: 24 (integers), 32 or 64 (floating point).
 
     Examples
     --------
@@ -89,15 +89,15 @@ class Sound(Result):
         return wav_bytes(self.gain * self.pressure[self.names.index(name)], self.rate, bits)
 
     def save(self, path: str | os.PathLike[str], bits: int = 32) -> Path:
-        """Save the sound, whole or not at all.
+        """Save the sound; if that fails, nothing changes on the disk.
 
         Parameters
         ----------
         path
-            a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
-            file that ends in .nc or .csv.
+            a folder, which gets ``NAME.wav`` of every design, report.html, summary.json and results.nc; or a file that
+            ends in .nc or .csv.
         bits
-            of the WAV files: 24 (integers), 32 or 64 (floating point).
+            bits per sample of the WAV files: 24 (integers), 32 or 64 (floating point).
 
         Returns
         -------
@@ -107,9 +107,9 @@ class Sound(Result):
         Raises
         ------
         ModelError
-            another ending, other bits, or a folder that holds something else than a page of gearrattle.
+            another ending, other bits, or a folder with files that are not a page of gearrattle.
         OSError
-            it cannot be written; then nothing has changed.
+            the path cannot be written.
         """
         return Result.save(replace(self, bits=bits), path)
 
@@ -130,28 +130,28 @@ def listen(
     runs
         a run or a recording, several, or several by name.
     path
-        from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
-        and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
+        transfer path from an impulse [N s] to sound pressure. None: an assumed casing; rows of frequency [Hz], damping
+        ratio and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
     elements
-        whose impacts are heard; None: all gear meshes with backlash. A momentum of a coupling [N m s] counts
-        as one on a lever of 1 m.
+        elements whose impacts make sound; None: all gear meshes with backlash. An angular momentum of a coupling
+        [N m s] counts as a momentum at a lever of 1 m.
     gain
         full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
     rate
         samples per second [Hz].
     scale
-        what 1 in a WAV impulse response is worth [Pa/(N s)].
+        response for the value 1 in a WAV file with an impulse response [Pa/(N s)].
 
     Returns
     -------
     Sound
-        Pressures, all through one path and at one gain. A run is heard from the end of its ``discard`` on.
+        Sound pressures, all with one path and one gain. The sound of a run begins after its discarded cycles.
 
     Raises
     ------
     ModelError
-        no such element, an element without a free body, a path that cannot be read, a recording without
-        sound pressure or force.
+        unknown element, element without a free body, path that cannot be read, or recording without sound pressure or
+        force.
 
     Examples
     --------
@@ -193,9 +193,9 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 
 
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
-    """Return the clearances of a driveline whose impacts are heard.
+    """Return the clearances of a driveline whose impacts make sound.
 
-    A ModelError refuses a dimensionless model, a name that is no clearance of it, and a model without clearances.
+    ModelError for a dimensionless model, a name that is not a clearance, and a model without clearances.
     """
     if model.units == "dimensionless":
         raise ModelError(

@@ -27,7 +27,7 @@ from gearrattle.report.sound.resample import resampled
 
 Array = NDArray[np.float64]
 
-RATE = 48_000.0
+RATE = 48_000.0  # Hz
 SHORTEST = 0.5
 """Seconds that a sound must last."""
 STEP = 0.01
@@ -39,14 +39,14 @@ _REFERENCE = 2e-5  # Pa
 
 
 class Quality(NamedTuple):
-    """How a sound is heard.
+    """Psychoacoustic values of a sound.
 
     Attributes
     ----------
     loudness
-        stationary [sone].
+        loudness as of a stationary sound [sone].
     loudness_5
-        passed 5 % of the time [sone].
+        loudness exceeded for 5 % of the time [sone].
     sharpness
         [acum]; NaN for silence.
     roughness
@@ -66,7 +66,7 @@ class Quality(NamedTuple):
 
 
 def quality(pressure: Array, rate: float) -> Quality:
-    """Judge a sound.
+    """Return loudness, sharpness and roughness of a sound.
 
     Parameters
     ----------
@@ -78,9 +78,9 @@ def quality(pressure: Array, rate: float) -> Quality:
     Raises
     ------
     NotInstalled
-        MoSQITo is not here.
+        MoSQITo is not installed.
     ModelError
-        a sound of less than half a second.
+        the sound is shorter than half a second.
     """
     mosqito = _mosqito()
     if pressure.size < SHORTEST * rate:

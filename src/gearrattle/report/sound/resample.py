@@ -1,7 +1,7 @@
 """A signal at another sampling rate, band-limited.
 
-A polyphase filter under the Kaiser window of ``train`` (R. E. Crochiere, L. R. Rabiner, Multirate Digital Signal
-Processing, 1983, ch. 2): what lies above half the lower rate is taken out before it can fold back.
+A polyphase filter with the Kaiser window of ``impulse_train`` (R. E. Crochiere, L. R. Rabiner, Multirate Digital Signal
+Processing, 1983, ch. 2) removes frequencies above half the lower rate, which would be aliased.
 """
 
 from __future__ import annotations

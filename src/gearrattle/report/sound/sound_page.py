@@ -1,4 +1,4 @@
-"""Designs to listen to, as a result: a WAV file each next to the page, and their levels."""
+"""Sounds of several designs as a result: a WAV file of every design next to the page, and the levels."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _UNITS = {
 
 
 class SoundPage(Presentation[Sound]):
-    """Sounds of several designs, all through one path and at one gain."""
+    """Presentation of the sounds of several designs, all with one transfer path and one gain."""
 
     kind = "sound"
 

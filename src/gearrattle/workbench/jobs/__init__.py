@@ -1,1 +1,1 @@
-"""Jobs of the workbench: what is computed, in processes of its own, and kept in the workspace folder."""
+"""Jobs of the workbench: computations in separate processes, whose results are kept in the workspace folder."""

@@ -1,7 +1,7 @@
 """Record of a job, in its folder and for the page.
 
-The folder may have been made by somebody else, or by another version: a record that cannot be read gives a broken job
-with the reason, and does not affect other jobs.
+The folder may come from another user or another version. A job whose record cannot be read is shown as broken, with the
+reason, and does not affect other jobs.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class Job:
     Attributes
     ----------
     state
-        how far it is. A job is "broken" if the server ended before it.
+        progress of the job. A job is "broken" if the server ended before the job.
     created, started, ended
         ISO 8601 in UTC; None: not yet.
     problems
-        why it failed: place, value, rule, remedy of each.
+        reasons why it failed: place, value, rule and remedy.
     file
         name of the model's file in the workspace folder, to which names of data files are relative; empty: none, a file
         in the folder itself.
@@ -114,7 +114,7 @@ def _wrong(name: str, value: str, rule: str) -> ModelError:
 
 @dataclass(frozen=True)
 class _Rule:
-    """What a field of a record may hold, and its words."""
+    """The allowed values of a field of a record, as a test and in words."""
 
     holds: Callable[[Any], bool]
     words: str

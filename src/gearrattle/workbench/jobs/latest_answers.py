@@ -1,4 +1,4 @@
-"""Quick answers, such as those that follow a slider: one at a time, and of those that wait only the newest."""
+"""Quick answers, for example to a moving slider: one at a time, and of the waiting requests only the newest."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Newest:
         self._process.start()
 
     def ask(self, what: str, text: str, file: str, question: dict[str, Any]) -> dict[str, Any]:
-        """Return the answer to a question about a model: "live", what it does with some values changed, or "estimate",
-        what a study of it costs.
+        """Return the answer to a question about a model: "live", its motion with some values changed; or "estimate",
+        the cost of a study.
 
         Raises
         ------

@@ -1,6 +1,6 @@
 """Check of a task's options before anything runs: their names and types.
 
-A task is a public function; what its arguments may be is what their annotations say, read for the values that JSON has.
+A task is a public function. The allowed options follow from the annotations of its arguments, applied to JSON values.
 """
 
 from __future__ import annotations

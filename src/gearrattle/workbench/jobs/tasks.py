@@ -1,7 +1,7 @@
-"""Tasks of the workbench: each is a public function of gearrattle on a model.
+"""Tasks of the workbench: a task is a public function of gearrattle on a model.
 
-A task's options are the function's keyword arguments in JSON types; files among them are names within the workspace
-folder. To add one: its line here.
+The options of a task are the keyword arguments of the function in JSON types; a file is given by its name in the
+workspace folder. A new task needs a line in ``TASKS``.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ class Task:
     Attributes
     ----------
     files
-        options that are the name of a file of the workspace folder, or tables that name some.
+        options whose value is the name of a file in the workspace folder, or tables with such names.
     fixed
         arguments that the workbench sets, by name.
     fills
-        whether what is computed can be opened, by ``open_study``, before all of it is there.
+        whether ``open_study`` can open the partial result while the task runs.
     grows
-        whether the function reports what it has so far, a result of the same kind.
+        whether the function reports partial results, of the same kind as its result.
     keeps_known
-        whether the function returns what is known where its progress raises ``Cancelled``.
+        whether the function returns a partial result if ``progress`` raises ``Cancelled``.
     """
 
     function: str

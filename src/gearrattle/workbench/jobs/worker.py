@@ -1,8 +1,8 @@
-"""Warm process that computes one request after the other, and may be ended at any time.
+"""A warm process, which computes one request after the other and may be ended at any time.
 
-The process has imported gearrattle and loaded compiled loops before it is asked, so that the first answer comes at
-once; on Linux it is forked from one that has (``template.py``). Compiled loops do not hear a request to stop: to cancel
-is to end the process. Its memory is watched, and ends it as well.
+A process is warm after it has imported gearrattle and loaded the compiled kernels, so that the first answer comes at
+once; on Linux it is forked from a warm process (``template.py``). Compiled kernels cannot be interrupted, so a request
+is cancelled by ending the process. The process is also ended if it exceeds its memory limit.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from gearrattle.workbench.job_files import problem_of
 if TYPE_CHECKING:
     from gearrattle.model import Model
 
-_LOOKED = 0.1  # seconds between two looks at memory
-_TOLD = 0.1  # seconds between two reports of progress
+_LOOKED = 0.1  # s, between two checks of the memory
+_TOLD = 0.1  # s, between two reports of progress
 _STOP = "stop"
-"""The message that ends work under way; what is known is its answer, where the work returns that."""
+"""The message that stops the current work, which then answers with its partial result if it has one."""
 
 
 class EndedError(GearRattleError):
@@ -91,7 +91,7 @@ def _end(started: Future[Started]) -> None:
 
 
 class Reserve:
-    """One more process that is warm, for whoever has lost its own: a job after a cancelled one waits for none."""
+    """One further warm process, so that the job after a cancelled one does not wait for a new process."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -59,7 +59,7 @@ def answering(work: Callable[..., Any], body: Callable[[bytes], Any] | None = No
             else:
                 sent = await request.body()
                 content = await run_in_threadpool(lambda: work(request, body(sent)))
-        except ClientDisconnect:  # nobody is there to be answered
+        except ClientDisconnect:  # the client has closed the connection
             return Response(status_code=400)
         except (GearRattleError, OSError) as error:
             return _refusal(error)

@@ -1,14 +1,15 @@
-"""Charts for print: matplotlib figures of a stated width, and files a journal takes.
+"""Charts for print: matplotlib figures of a stated width, and files that journals accept.
 
-    style.py    width, letters, strokes; our settings of matplotlib, in a context of their own
-    looks.py    dashes, markers and hatching by colour
-    marks.py    what a panel holds
-    axes.py     limits, labels with units, ticks
-    settle.py   words that would collide give way
-    layout.py   the figure
-    files.py    PDF, EPS, SVG, PNG, TIFF, the same bytes every time
+    style.py              width, fonts, line widths; settings of matplotlib in their own context
+    styles_by_colour.py   dashes, markers and hatching by colour
+    marks.py              the content of a panel
+    row_names.py          names of rows next to a panel
+    print_axes.py         limits, labels with units, ticks
+    overlap_removal.py    words that overlap are moved, broken or removed
+    print_layout.py       the figure
+    print_files.py        PDF, EPS, SVG, PNG, TIFF, the same bytes every time
 
-Takes Charts; gives matplotlib Figures and files.
+Input are Charts, output are matplotlib Figures and files.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Marks of a panel on matplotlib axes: heat, bands, cells, rules, bars, lines and words.
 
-What is drawn is the chart's own data. Only a curve of more samples than print can show is thinned (``thinning``): to
-four samples a column of a 600 dpi printer, of which the lowest and the highest of every bucket are kept. Maps, and
-what has thousands of pieces, become pictures inside a vector file.
+All data of the chart are drawn. Only a curve with more samples than a printer can show is thinned (``thinning``), to
+four samples per column of a 600 dpi printer; the lowest and the highest sample of every bucket are kept. Maps, and
+marks with thousands of pieces, become pictures inside a vector file.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
 
 PRINTER = 600.0
-"""Finest printer counted with [dpi]."""
+"""Resolution of the finest printer that is considered [dpi]."""
 _PIECES = 4000
-"""Points or cells of one colour from which they become a picture."""
+"""Number of points or cells of one colour, from which they are drawn as a picture."""
 _SMALLEST_POINT = 1.4  # pt
 _BEYOND = 10.0
 

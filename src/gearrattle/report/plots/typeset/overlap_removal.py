@@ -1,9 +1,9 @@
 """The last step of the layout for print: no two words overlap, and none lies outside the paper.
 
-Words have sizes only once they are set in a font, so the figure is laid out, every tick and title is measured, and what
-collides gives way: an axis of numbers takes fewer ticks, words in a row are broken or turned, panels whose rows
-have names become higher, long titles are broken, words inside a panel move to the other side of their point or, where
-there is no room at all, are left out.
+The size of a word is known only after it is set in a font. So the figure is laid out, every tick and title is measured,
+and overlaps are removed: an axis of numbers gets fewer ticks; words in a row are broken or turned; panels whose rows
+have names become higher; long titles are broken; words inside a panel are moved to the other side of their point, or
+left out if both sides are occupied.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
 _ROOM = 4.0
-"""Least room between two words of an axis [pt]."""
+"""Least distance between two words of an axis [pt]."""
 _ROUNDS = 8
 _NEAR = 0.01
 _HIGHER = 1.2
 
 
 def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> None:
-    """Take ticks away and break titles until all words stand apart and on the paper, and give the panels a height [in].
+    """Remove ticks and break titles until no words overlap and all are on the paper; set the height of panels [in].
 
-    The figure has its layout engine.
+    The figure must have its layout engine.
     """
     for _ in range(_ROUNDS):
         figure.draw_without_rendering()
@@ -52,7 +52,7 @@ def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> N
 
 
 def _grown(figure: Figure, axes: Axes, height: float) -> bool:
-    """Make the panels as high as they should be: what stands around them is added to the figure."""
+    """Give the panels their height, by adding the height of titles, labels and legend to the figure."""
     spec = axes.get_subplotspec()
     rows = 1 if spec is None else spec.get_gridspec().nrows
     missing = height - float(axes.get_window_extent().height) / figure.dpi
@@ -61,7 +61,7 @@ def _grown(figure: Figure, axes: Axes, height: float) -> bool:
 
 
 def _column(figure: Figure, axes: Axes, panels: Collection[Axes]) -> tuple[float, float]:
-    """Return from where to where the words of a panel may reach: to the next panels, or the paper's edge [px]."""
+    """Return the left and right limit for the words of a panel: the next panels, or the edge of the paper [px]."""
     own = axes.get_window_extent()
     others = [other.get_window_extent() for other in panels if other is not axes]
     level = [box for box in others if box.y0 < own.y1 and box.y1 > own.y0]
@@ -74,7 +74,7 @@ def _column(figure: Figure, axes: Axes, panels: Collection[Axes]) -> tuple[float
 
 
 def _within(words: Text, left: float, right: float) -> bool:
-    """Move a title in, or break it into lines, if it reaches beyond."""
+    """Move a title, or break it into lines, if it exceeds the limits."""
     text = words.get_text()
     if not text:
         return False
@@ -96,7 +96,7 @@ def _within(words: Text, left: float, right: float) -> bool:
 
 
 def _shorter(words: Text, most: float) -> bool:
-    """Break an vertical title into lines if it is longer than its axis."""
+    """Break a vertical title into lines if it is longer than its axis."""
     text = words.get_text()
     length = words.get_window_extent().height
     if not text or length <= most:
@@ -108,7 +108,7 @@ def _shorter(words: Text, most: float) -> bool:
 
 
 def settle_words(figure: Figure, words: dict[Axes, list[Annotation]]) -> None:
-    """Move or leave out words inside panels that would stand on others or leave their panel; the layout is done."""
+    """Move or leave out words inside panels that overlap others or leave their panel, after the layout is done."""
     for axes, written in words.items():
         inside = axes.get_window_extent()
         placed: list[Bbox] = []
@@ -147,7 +147,7 @@ def _crowded(axis: Axis, figure: Figure) -> bool:
 
 
 def _give_way(axis: Axis) -> None:
-    """Take fewer ticks; words in a row are turned vertical first."""
+    """Remove overlaps of the ticks of an axis: words are broken or turned first, then every other tick is removed."""
     from matplotlib import ticker
 
     # an axis of numbers takes fewer ticks
@@ -197,7 +197,7 @@ def _are_numbers(words: list[str]) -> bool:
 
 
 def _sides(word: Annotation) -> Any:
-    """Offer the word's own side of its point, then the other one."""
+    """Yield positions of a word: first on its own side of the point, then on the other side."""
     yield word
     x, y = word.get_position()
     word.set_position((-x, y))
@@ -206,7 +206,7 @@ def _sides(word: Annotation) -> Any:
 
 
 def _fits(word: Annotation, inside: Bbox, placed: list[Bbox], figure: Figure) -> bool:
-    """Take a place if it is free."""
+    """Keep the current position of a word if it is free; return whether it is."""
     box = word.get_window_extent().padded(-0.3 * figure.dpi / 72.0)
     within = inside.padded(1.0 * figure.dpi / 72.0)
     if box.x0 < within.x0 or box.x1 > within.x1 or box.y0 < within.y0 or box.y1 > within.y1:

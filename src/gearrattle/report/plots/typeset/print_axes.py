@@ -1,7 +1,7 @@
-"""Axes of a panel: limits, scales, labels with units, and ticks with as much room as their words need.
+"""Axes of a panel: limits, scales, labels with units, and ticks.
 
-Limits are those of the static SVG (``plots.svg_axes``). Ticks follow when other limits are set later, except those a
-chart prescribes. How many there are is decided by the words' own sizes (``settle``).
+Limits are those of the static SVG (``plots.svg_axes``). Ticks adapt when other limits are set later, except ticks that
+the chart prescribes. Their number depends on the size of their words (``overlap_removal``).
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _FEW_DECADES = 1.5
 _MANY_DECADES = 4.0
 MOST_ACROSS = 8
 MOST_UP = 6
-"""Most intervals between ticks, across and up."""
+"""Largest numbers of intervals between ticks, on x axes (``MOST_ACROSS``) and y axes (``MOST_UP``)."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNBROKEN = "\u00a0"
-_LONGEST = 14  # letters of a prescribed word of an x axis in one line
+_LONGEST = 14  # letters in one line of a prescribed word on an x axis
 
 
 def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:

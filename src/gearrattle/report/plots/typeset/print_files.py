@@ -1,8 +1,8 @@
 """Files for print: the same figure gives the same bytes on every machine, at any time, with any settings.
 
-Letters in PDF and EPS are embedded TrueType (type 42), which publishers take and editors can change; SVG has them as
-outlines, so that no font need be there. No file carries a date. EPS knows no transparency: what is translucent becomes
-what it looks like on paper.
+Letters in PDF and EPS are embedded TrueType fonts (type 42), which publishers accept and editors can change; in SVG
+they are outlines, so that no font is needed. No file contains a date. EPS has no transparency: transparent colours are
+replaced by the opaque colours that they have on paper.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("pdf", "eps", "svg", "png", "tiff")
-"""What figures are saved as."""
+"""File formats of saved figures."""
 DPI = 300.0
 _LOWEST = 72.0
 _HIGHEST = 2400.0

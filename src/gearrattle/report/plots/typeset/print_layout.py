@@ -1,9 +1,10 @@
-"""A chart as a matplotlib figure: panels on a grid, the legend above, scales of maps beside.
+"""A chart as a matplotlib figure: panels on a grid, the legend above them, colour scales of maps on the right.
 
-The figure is exactly as wide as asked. Panels are as high as on the page at the same scale, within what fits a sheet;
-on a narrow figure a grid has fewer columns. What stands around the panels is measured and added, so the height follows.
+The figure is exactly as wide as asked; a narrow figure has fewer columns of panels. The height of a panel follows from
+its height on the HTML page (``panel_height``). Titles, axis labels and the legend are measured when they are drawn; the
+height of the figure is the height of the panels plus the height of these.
 
-The figure's owner may go on changing it.
+The caller may change the figure afterwards.
 """
 
 from __future__ import annotations
@@ -28,12 +29,11 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation, Text
 
 _NARROWEST = 40.0
-"""Least width of a column of panels, half that of one whose rows have names [mm]."""
-_LOWEST = 16.0
-_SHEET = 235.0
-"""Least height of a panel, and of what a sheet takes [mm]."""
-_SCREEN = 880.0
-_INCH = 25.4
+"""Least width of a column of panels [mm]; twice as much for panels whose rows have names."""
+_LOWEST = 16.0  # mm, least height of a panel
+_SHEET = 235.0  # mm, largest height of a figure on a sheet of paper
+_SCREEN = 880.0  # pixels, width of a chart on the HTML page
+_INCH = 25.4  # mm
 
 
 def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
@@ -42,14 +42,14 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
     Parameters
     ----------
     style
-        how; None: 175 mm wide, sans-serif letters of 8 pt.
+        width, fonts and line widths; None: 175 mm wide, sans-serif letters of 8 pt.
 
     Returns
     -------
     Figure
         A figure of matplotlib's object-oriented interface: pyplot does not know it, so it need not be closed. Its axes
-        are the panels in reading order, then the scales of maps. Its label is the chart's key. The layout stands still,
-        so that what was measured is what is saved; ``set_layout_engine("constrained")`` makes room for longer words.
+        are the panels in reading order, then the scales of maps. Its label is the chart's key. Its layout is fixed, so
+        that it is saved with the measured layout; ``set_layout_engine("constrained")`` makes room for longer words.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
         looks = looks_of(chart)
         _scales(figure, chart)
         _legend(figure, chart, looks)
-        # words that collide give way, then the layout stands still
+        # words that overlap are moved, then the layout is fixed
         settle_axes(figure, titles, height / _INCH)
         settle_words(figure, words)
         figure.set_layout_engine("none")
@@ -82,7 +82,11 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
 
 
 def panel_height(chart: Chart, style: Style, rows: int) -> float:
-    """Return the height of one panel [mm]: as on the page, a narrow figure's a little higher, within a sheet."""
+    """Return the height of one panel [mm], within a sheet.
+
+    A figure of 175 mm has the scale of the HTML page, 175 mm to 880 pixels. The height grows with the power 0.6 of the
+    width, so that panels of a narrower figure are higher in proportion and their curves can still be read.
+    """
     scale = (style.millimetres / _SCREEN) ** 0.6 * (175.0 / _SCREEN) ** 0.4
     return float(max(_LOWEST, min(chart.panel_height * scale, _SHEET / rows - 9.0)))
 
@@ -90,19 +94,19 @@ def panel_height(chart: Chart, style: Style, rows: int) -> float:
 def _panels(
     figure: Figure, chart: Chart, rows: int, columns: int
 ) -> tuple[dict[Axes, Text], dict[Axes, list[Annotation]]]:
-    """Draw every panel into its place; titles and the words inside are returned, to be settled later."""
+    """Draw every panel on the grid; return titles, and words inside panels, which may overlap and are moved later."""
     looks = looks_of(chart)
     inches = float(figure.get_figwidth())
-    alike = chart.share_x and len({limits(panel)[0] for panel in chart.panels}) == 1
+    shares_x = chart.share_x and len({limits(panel)[0] for panel in chart.panels}) == 1
     cells = figure.add_gridspec(rows, columns)
     first: Axes | None = None
     titles = {}
     words = {}
     for index, panel in enumerate(chart.panels):
-        axes = figure.add_subplot(cells[divmod(index, columns)], sharex=first if alike else None)
+        axes = figure.add_subplot(cells[divmod(index, columns)], sharex=first if shares_x else None)
         first = first or axes
         titles[axes] = prepare(
-            axes, rows_of(panel), labelled=not alike or index + columns >= len(chart.panels), inches=inches
+            axes, rows_of(panel), labelled=not shares_x or index + columns >= len(chart.panels), inches=inches
         )
         grid(axes, panel)
         words[axes] = draw_marks(axes, rows_of(panel), looks, inches=inches)
@@ -113,16 +117,16 @@ def _panels(
 
 
 def _scales(figure: Figure, chart: Chart) -> None:
-    """Put a scale next to maps: one for all if their shades mean the same."""
+    """Draw the colour scales of maps; maps with the same range and meaning share one."""
     from matplotlib import rcParams
 
-    # maps with the same shades and meaning share a scale
+    # groups of maps with the same range and meaning
     maps = [(axes, panel.heat) for axes, panel in zip(list(figure.axes), chart.panels, strict=True) if panel.heat]
     groups: dict[tuple[float, float, str], list[Axes]] = {}
     for axes, heat in maps:
         groups.setdefault((heat.low, heat.high, heat.name), []).append(axes)
     for (_, _, name), members in groups.items():
-        # a scale over one row, or beside several
+        # one scale for every group, shorter where the group has several rows
         rows = len({axes.get_subplotspec().rowspan.start for axes in members})  # type: ignore[union-attr]
         scale = figure.colorbar(
             members[0].images[0],
@@ -143,7 +147,7 @@ def _scales(figure: Figure, chart: Chart) -> None:
 
 
 def _legend(figure: Figure, chart: Chart, looks: Looks) -> None:
-    """Write the legend above the panels, in as many columns as fit; a map's shades have their scale instead."""
+    """Write the legend above the panels, in as many columns as fit; the shades of a map are in its colour scale."""
     keys = _keys(chart)
     if not keys:
         return
@@ -156,7 +160,7 @@ def _legend(figure: Figure, chart: Chart, looks: Looks) -> None:
 
 
 def _keys(chart: Chart) -> list[Key]:
-    """Return the legend without the shades of maps."""
+    """Return the keys of the legend without those for the shades of maps."""
     if not any(panel.heat for panel in chart.panels):
         return list(chart.legend)
     shades = {shade(share) for n in range(2, 13) for share in np.linspace(0.0, 1.0, n).tolist()}

@@ -1,9 +1,9 @@
-"""Names of rows, at the side of their panel.
+"""Names of rows, at the left of their panel.
 
-On the page, charts of bars that lie name their rows inside the panel, whose x axis reaches far to the left for them
-(``Label`` at the left limit, no y ticks). In print, letters are larger against a panel, so names would lie on
-bars. Here they become words of the y axis, words at the right end stand beyond the axis, and the x axis ends
-where the bars do.
+On the page, charts of horizontal bars have the names of rows inside the panel, whose x axis is extended to the left for
+them (``Label`` at the left limit, no y ticks). In print, letters are larger relative to a panel, so that names would
+overlap bars. Here the names become words of the y axis, words at the right end are moved beyond the axis, and the x
+axis ends at the ends of the bars.
 """
 
 from __future__ import annotations

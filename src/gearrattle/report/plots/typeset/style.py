@@ -1,11 +1,11 @@
-"""The style of figures for print: width, letters, strokes, and the reader's own style file.
+"""The style of figures for print: width, fonts, line widths, and the user's own style file.
 
-A figure is made at the size it is set in, so that its letters keep their size: 85 mm is one column of a journal, 175 mm
-both (Elsevier, Artwork sizing: 90 and 190 mm; ASME, two columns of 3.5 in). What a stroke of the screen measures in
-pixels of a page 880 px wide is drawn in points of a page 175 mm wide.
+A figure has the size that it has in the printed text, so that its letters keep their size: 85 mm is one column of a
+journal, 175 mm two columns (Elsevier, Artwork sizing: 90 and 190 mm; ASME, two columns of 3.5 in). Line widths in
+pixels on a page of 880 px are converted to points on a page of 175 mm.
 
-matplotlib's settings of the running session are neither read nor changed. Letters are named by family, because
-"sans-serif" would be looked up in those settings when the figure is drawn, long after it was made.
+matplotlib's settings of the current session are neither read nor changed. Fonts are named by family, because
+"sans-serif" would be looked up in those settings later, when the figure is drawn.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WIDEST = 500.0
 SMALLEST = 5.0
 LARGEST = 14.0
 POINTS = 175.0 / 880.0 * 72.0 / 25.4
-"""Points of print a pixel of the page."""
+"""Points in print per pixel on the page."""
 _FONTS = {"sans": ("DejaVu Sans",), "serif": ("STIXGeneral", "DejaVu Serif")}
 """Both come with matplotlib, so the same chart gives the same file everywhere."""
 

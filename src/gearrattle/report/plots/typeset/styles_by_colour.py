@@ -1,8 +1,8 @@
 """Dashes, markers and hatching by colour, so that curves can be distinguished without colour.
 
-On a black-and-white printer two colours may be one grey. So every colour of a chart that curves are drawn in has dashes
-of its own, every colour of its points a marker, and areas whose greys lie close together are hatched. A colour keeps
-its look in all panels of a chart. Grey that the legend does not name is context and stays as it is: thin solid lines.
+On a black-and-white printer two colours may have the same grey. So every colour of curves in a chart has its own
+dashes, every colour of points its own marker, and areas with similar greys are hatched. A colour has the same look in
+all panels of a chart. Grey that is not in the legend is context, and is drawn as thin solid lines.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _DASHES: tuple[tuple[float, ...] | None, ...] = (
     None, (4.0, 1.5), (1.2, 1.2), (6.0, 1.5, 1.2, 1.5), (8.0, 2.0), (2.5, 1.2), (6.0, 1.2, 1.2, 1.2, 1.2, 1.2),
     (10.0, 2.0, 3.0, 2.0),
 )  # fmt: skip
-"""On and off [pt]."""
+"""Lengths of dashes and gaps [pt]."""
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*", "d", "8")
 _HATCHES = ("", "////", "....", "xxxx", "\\\\\\\\", "++++", "oo")
 _NO_VALUE = "/////"
-"""Finer than any other, and dark on paper where others are white on a colour."""
+"""Hatching of cells without a value: finer than the others, and dark on paper, while others are white on a colour."""
 _CONTEXT = frozenset({MUTED, CENTRE, FAINT})
 _APART = 0.12
-"""Least distance of two greys, of 1, that can be seen on paper."""
+"""Least difference of two greys (0 black to 1 white) that can be seen on paper."""
 
 
 @dataclass(frozen=True)
