@@ -29,19 +29,17 @@ class EquilibriumPage(Presentation[Equilibrium]):
 
     @property
     def sentence(self) -> str:
-        equilibrium = self.result
-        region = equilibrium.region
-        centre = [name for name, label in region.items() if label == 0]
-        accelerates = np.any(equilibrium.acceleration != 0.0)
-        moves = "; the mean torques do not balance, so it accelerates" if accelerates else ""
-        if not region:
+        rest = self.result
+        centre = [name for name, label in rest.region.items() if label == 0]
+        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
+        if not rest.region:
             return f"Under the mean loads, transmission errors at zero, every element is linear{moves}."
-        of = counted(len(region), "element with corners", "elements with corners")
+        of = counted(len(rest.region), "element with corners", "elements with corners")
         where = f"{len(centre)} of {of} {'rests' if len(centre) == 1 else 'rest'} in the centre"
         return f"Under the mean loads, transmission errors at zero, {where}{moves}."
 
     def answer(self) -> tuple[Table, ...]:
-        equilibrium = self.result
+        rest = self.result
         si = self.result.model.units == "SI"
         bodies = tuple(
             (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
@@ -50,13 +48,13 @@ class EquilibriumPage(Presentation[Equilibrium]):
             )
         )
         tables = (
-            elements_table(equilibrium.model, equilibrium, "Elements"),
+            elements_table(rest.model, rest, "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
             *_sideways_tables(rest, si=si),
         )
-        if not equilibrium.balance:
+        if not rest.balance:
             return tables
-        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in equilibrium.balance.items())
+        balance = tuple((name, quantity(mean, "N m" if si else "")) for name, mean in rest.balance.items())
         return (*tables, Table(("torque on", "mean that balances its train"), balance, title="Balance"))
 
     def figures(self) -> list[Chart]:
@@ -77,7 +75,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
         }
 
     def numbers(self) -> Arrays:
-        equilibrium = self.result
+        rest = self.result
         si = self.result.model.units == "SI"
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
@@ -89,9 +87,9 @@ class EquilibriumPage(Presentation[Equilibrium]):
         directions = {"direction": texts(rest.displacement), "bearing": texts(rest.bearing_force)}
         return Arrays(
             {
-                "angle": ("inertia", equilibrium.angle, {"units": "rad" if si else "1"}),
-                "acceleration": ("inertia", equilibrium.acceleration, {"units": "rad/s^2" if si else "1"}),
-                "deflection": ("element", list(equilibrium.deflection.values())),
+                "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
+                "acceleration": ("inertia", rest.acceleration, {"units": "rad/s^2" if si else "1"}),
+                "deflection": ("element", list(rest.deflection.values())),
                 "deflection_unit": ("element", texts(units)),
                 "region": ("clearance", list(rest.region.values())),
                 **(balance if rest.balance else {}),
@@ -104,7 +102,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
                 **({"balanced": texts(rest.balance)} if rest.balance else {}),
                 **(directions if rest.displacement else {}),
             },
-            {"model": equilibrium.model.name},
+            {"model": rest.model.name},
         )
 
 
