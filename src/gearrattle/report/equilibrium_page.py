@@ -77,6 +77,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
     def numbers(self) -> Arrays:
         rest = self.result
         si = self.result.model.units == "SI"
+        # units, and what only some drivelines have
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
         balance = {"balance": ("balanced", list(rest.balance.values()), {"units": "N m" if si else "1"})}
@@ -85,6 +86,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
             "bearing_force": ("bearing", list(rest.bearing_force.values()), {"units": "N" if si else "1"}),
         }
         directions = {"direction": texts(rest.displacement), "bearing": texts(rest.bearing_force)}
+        # variables, then coordinates
         return Arrays(
             {
                 "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),

@@ -97,10 +97,12 @@ class ModesPage(Presentation[Modes]):
     def numbers(self) -> Arrays:
         modes = self.result
         unit = "rad/s" if self.si else "1"
+        # units: those of displacements beside those of angles
         inertia, participation = ("kg m^2", "1/(kg m^2)") if self.si else ("1", "1")
         if self.si and modes.has_directions:
             inertia += ", or kg where a displacement is largest"
             participation += ", or 1/kg of a direction"
+        # variables, then coordinates
         by_inertia = ("inertia", "mode")
         by_element = ("element", "mode")
         return Arrays(

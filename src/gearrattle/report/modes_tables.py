@@ -100,6 +100,7 @@ def energies_in_words(modes: Modes) -> Table:
 
 def energy_tables(modes: Modes, *, si: bool) -> tuple[Table, ...]:
     """Shares of strain and kinetic energy, and participations."""
+    # units, and notes below the tables
     unit = " [1/(kg m²)]" if si else ""
     if modes.has_directions:
         unit += f", in a direction of a force{' [1/kg]' if si else ''}"
@@ -117,6 +118,7 @@ def energy_tables(modes: Modes, *, si: bool) -> tuple[Table, ...]:
         "rises by one per cent."
     )
     constants = f"phi_i² / (phiᵀ J phi): a row adds up to 1 / J_i. {inertia}."
+    # a table for each of the three shares
     parts = (
         (modes.element_names, modes.strain_energy, percent, "Strain energy", strain),
         (modes.inertia_names, modes.kinetic_energy, percent, "Kinetic energy", kinetic),

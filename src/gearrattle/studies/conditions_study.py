@@ -247,7 +247,8 @@ def calibration_points(rating: object) -> Points:
 
 def _axis(role: str, asked: object, model: Model) -> tuple[str, object]:
     """Return name and values of the axis of a role, as a grid takes them."""
-    path, values = ROLES[role], asked
+    path = ROLES[role]
+    values = asked
     if isinstance(asked, Mapping) and ({"path", "values"} & set(asked)):
         if unknown := [key for key in asked if key not in ("path", "values")]:
             rule = "has path and values alone"

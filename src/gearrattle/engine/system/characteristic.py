@@ -119,12 +119,14 @@ def coefficients(
     scales: what counts as one.
     turning: how many of the coordinates are angles, the first ones; None: all. Of displacements l_k = 1.
     """
+    # drag
     w = scales.frequency
     named_values = dict[str, float]()
     inertia = system.inertia
     for i, drag in enumerate(system.drag.tolist()):
         if drag:
             named_values[_name("xi", i, i)] = drag / (inertia[i] * w)
+    # damping and stiffness of the last stages, by lever over inertia
     arm = np.abs(system.rows)
     arm[is_mesh, :turning] *= scales.radius
     lever = arm / inertia
