@@ -1,7 +1,7 @@
 """A motion in the phase plane of a clearance, with as few points as a smooth curve on a screen needs.
 
 The exact flow is sampled so finely that its most curved section is smooth. The crossings, whose times are exact, are
-inserted between the samples, because the curve has corners there. Points that a screen cannot show are removed
+inserted between the samples, because the curve has corners there. Who draws it removes points that a screen cannot show
 (``plots/chords``).
 """
 

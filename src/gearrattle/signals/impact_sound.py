@@ -2,8 +2,9 @@
 
     p(t) = sum of p_i h(t - t_i),      L = 10 lg( mean of p^2 / (20 uPa)^2 )  [dB]
 
-p_i is the momentum that impact i exchanges, h the impulse response of the path [Pa/(N s)]. Without a measured response,
-damped modes represent the casing and its radiation,
+``quantities.rattle_level`` is another level, by a calibrated gearbox. p_i is the momentum that impact i exchanges, h
+the impulse response of the path [Pa/(N s)]. Without a measured response, damped modes represent the casing and its
+radiation,
 
     h(t) = sum of g exp(-zeta omega t) sin(omega_d t),      omega_d = omega sqrt(1 - zeta^2),
 

@@ -51,7 +51,7 @@ class State:
     march
         snapshot of the solver (``solvers.Extensible``).
     sums
-        packed sums of the criteria (``quantities.Sums``); empty before the first.
+        packed sums of the criteria (``quantities.quantity.Sums``); empty before the first.
     """
 
     owner: str

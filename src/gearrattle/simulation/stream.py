@@ -2,8 +2,8 @@
 
 The division into chunks changes no bit: samples, crossings and force integrals are those of one long run. (Only
 crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another order.) The
-sums of the criteria are continued from chunk to chunk (``quantities.add``), so the verdict on a million cycles needs no
-earlier chunk.
+sums of the criteria are continued from chunk to chunk (``quantities.evaluation.add``), so the verdict on a million
+cycles needs no earlier chunk.
 
 With a *store* every finished chunk becomes a file beside the state of the solver (``chunk_store``). However the program
 ends, a later program goes on after the last complete chunk.

@@ -38,7 +38,7 @@ def _headed_for(laws, label, k, delta, travel):
     end = laws.first[k + 1] - 1
     piece = piece_at(laws.upper, begin, end, delta)
     if piece > 0 and delta == laws.lower[begin + piece]:
-        lower = abs(piece - 1 + label[k]) <= abs(piece + label[k])
+        lower = abs(piece - 1 + label[k]) <= abs(piece + label[k])  # at rest, the piece that is nearer to the centre
         if travel < 0.0 or (travel == 0.0 and lower):
             return piece - 1
     return piece
@@ -82,7 +82,7 @@ def accelerate_rigidly(system, motion, acceleration):
 
 
 @strict
-def _direct(stiffness, residual, nothing, vectors, direction):
+def _direct(stiffness, residual, force_rounding, vectors, direction):
     """Write a flat direction if the residual loads one, else the shortest Newton direction; True if it is flat."""
     size = residual.size
     is_loaded = False
@@ -105,7 +105,7 @@ def _direct(stiffness, residual, nothing, vectors, direction):
                 direction[i] += vectors[i, j] * part
         # whether a flat direction is loaded beyond rounding
         for i in range(size):
-            is_loaded = is_loaded or (want_flat and abs(direction[i]) > nothing[i])
+            is_loaded = is_loaded or (want_flat and abs(direction[i]) > force_rounding[i])
         if is_loaded:
             return True
     return False
@@ -151,24 +151,24 @@ def _slide(laws, elastic, delta, travel, power):
 
 
 @strict
-def _load(system, statics, acceleration, load, negligible):
+def _load(system, statics, acceleration, load, load_rounding):
     """Write the load g on every unknown deflection, and the part of it that counts as rounding."""
     for j in range(load.size):
         load[j] = 0.0
-        negligible[j] = 0.0
+        load_rounding[j] = 0.0
         for i in range(acceleration.size):
             weight = statics.angle_from_basis[i, j]
             load[j] += weight * (system.mean[i] - system.inertia[i] * acceleration[i])
-            negligible[j] += NEGLIGIBLE * (abs(weight) * abs(system.mean[i]))
+            load_rounding[j] += NEGLIGIBLE * (abs(weight) * abs(system.mean[i]))
 
 
 @strict
-def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
+def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, force_rounding, total_rounding, stiffness):
     """Write deflections and pieces at x, subtract the forces from the residual, and write the scaled stiffness.
 
-    ``nothing`` is the error of the residual by rounding of the forces; ``allowed`` includes the rounding of the
-    deflections x: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only
-    ``nothing`` counts, because the force of a stiff element has no component along it.
+    ``force_rounding`` is the error of the residual by rounding of the forces; ``total_rounding`` has the rounding of
+    the deflections x: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only
+    ``force_rounding`` counts, because the force of a stiff element has no component along it.
     """
     size = x.size
     elastic = statics.elastic
@@ -177,8 +177,8 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
     for i in range(size):
         for j in range(size):
             stiffness[i, j] = 0.0
-        nothing[i] = 0.0
-        allowed[i] = 0.0
+        force_rounding[i] = 0.0
+        total_rounding[i] = 0.0
     for e in range(elastic.size):
         # each element: its deflection and its piece
         delta[e] = 0.0
@@ -192,13 +192,13 @@ def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, noth
         offset = laws.offset[p]
         # its force, and the moduli of the terms, on which its rounding depends
         force = slope * delta[e] + offset
-        rough = abs(slope * delta[e]) + abs(offset)
-        rougher = slope * terms + abs(offset)
+        force_terms = abs(slope * delta[e]) + abs(offset)
+        all_terms = slope * terms + abs(offset)
         # balance and stiffness for the unknown deflections
         for i in range(size):
             residual[i] -= combination[e, i] * force
-            nothing[i] += _ROUNDING * (abs(combination[e, i]) * rough)
-            allowed[i] += _ROUNDING * (abs(combination[e, i]) * rougher)
+            force_rounding[i] += _ROUNDING * (abs(combination[e, i]) * force_terms)
+            total_rounding[i] += _ROUNDING * (abs(combination[e, i]) * all_terms)
             for j in range(size):
                 stiffness[i, j] += (combination[e, i] * scale[i]) * (slope * (combination[e, j] * scale[j]))
 
@@ -220,18 +220,18 @@ def rest(system, label, statics, acceleration, x, travel):
     elastic = statics.elastic
     combination = statics.combination
     load = np.empty(size)
-    negligible = np.empty(size)
+    load_rounding = np.empty(size)
     residual = np.empty(size)
-    nothing = np.empty(size)
+    force_rounding = np.empty(size)
     scale = np.empty(size)
     direction = np.empty(size)
-    allowed = np.empty(size)
+    total_rounding = np.empty(size)
     delta = np.empty(elastic.size)
     stiffness = np.empty((size, size))
     vectors = np.empty((size, size))
     pieces = np.empty(elastic.size, np.int64)
     # loads, and a scale of every deflection from the largest stiffness that acts on it
-    _load(system, statics, acceleration, load, negligible)
+    _load(system, statics, acceleration, load, load_rounding)
     for j in range(size):
         x[j] = 0.0
         scale[j] = 0.0
@@ -248,16 +248,18 @@ def rest(system, label, statics, acceleration, x, travel):
         # residual of the balance and stiffness of the present pieces
         for j in range(size):
             residual[j] = load[j]
-        _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
+        _weigh(
+            laws, label, statics, x, travel, scale, delta, pieces, residual, force_rounding, total_rounding, stiffness
+        )
         # whether the residual is zero to rounding
         is_balanced = True
         for j in range(size):
-            nothing[j] = max(nothing[j], negligible[j])
-            is_balanced = is_balanced and abs(residual[j]) <= max(allowed[j], nothing[j])
+            force_rounding[j] = max(force_rounding[j], load_rounding[j])
+            is_balanced = is_balanced and abs(residual[j]) <= max(total_rounding[j], force_rounding[j])
             residual[j] *= scale[j]
-            nothing[j] *= scale[j]
+            force_rounding[j] *= scale[j]
         # a flat direction that is loaded, or Newton's direction
-        is_flat = _direct(stiffness, residual, nothing, vectors, direction)
+        is_flat = _direct(stiffness, residual, force_rounding, vectors, direction)
         power = 0.0
         stays = True
         shift = 0.0

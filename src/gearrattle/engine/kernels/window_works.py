@@ -33,25 +33,29 @@ class Works(NamedTuple):
 
 
 class WorkBuffers(NamedTuple):
-    """Laws of the present pieces, series and scratch; see ``window_march.SweepBuffers``."""
+    """Laws of the present pieces, Taylor series over a window, and scratch.
+
+    m elements, n inertias, H harmonics, E elements with a transmission error, T inertias with a torque. The state has
+    the columns of ``table``: deflections (m,), rates of inertias (n,), and what ``network`` has beside them.
+    """
 
     now: Vector  # (2,) the time: whole periods, fraction of a period
-    table: Matrix
-    waves: Matrix
-    errors: Matrix
-    stiffness: Vector
-    damping: Vector
-    offset: Vector
-    u: Vector
-    y: Vector
-    wave: Vector  # (2 H,)
-    slip: Matrix  # (2, E) errors and their rates
-    torque: Vector  # (m + n,) torques at the columns of the velocities
-    load: Vector  # (T,)
-    force: Vector
-    pull: Vector
-    reach: Vector
-    turn: Vector  # (H,)
+    table: Matrix  # (ORDER + 1, columns) coefficients of the state in the share of the window
+    waves: Matrix  # (ORDER + 2, 2 H) coefficients of the sines and cosines of the inputs
+    errors: Matrix  # (ORDER + 2, E) coefficients of the transmission errors
+    stiffness: Vector  # (m,) slope of the present piece of every element
+    damping: Vector  # (m,) its damping
+    offset: Vector  # (m,) its force at no deflection
+    u: Vector  # (1 + 2 H,) inputs at the begin: one, sines and cosines
+    y: Vector  # (columns,) state at a node
+    wave: Vector  # (2 H,) sines and cosines at a node
+    slip: Matrix  # (2, E) errors and their rates at a node
+    torque: Vector  # (m + n,) torques at a node, at the columns of the velocities
+    load: Vector  # (T,) scratch of ``expand``: one coefficient of every torque
+    force: Vector  # (m,) scratch: one coefficient of every force
+    pull: Vector  # (m + n,) scratch: one coefficient of what acts on every inertia
+    reach: Vector  # (m,) sum of the moduli of a deflection's coefficients from order 1 on
+    turn: Vector  # (H,) angle by which every harmonic turns in the share of the window
 
 
 @kernel
@@ -61,7 +65,7 @@ def _add_powers(network, buffers, works, length, s, weight):
     y = buffers.y
     wave = buffers.wave
     slip = buffers.slip
-    load = buffers.torque
+    torque = buffers.torque
     m = buffers.force.size
     n = network.mean.size - m
     stiffness = buffers.stiffness
@@ -79,13 +83,13 @@ def _add_powers(network, buffers, works, length, s, weight):
         slip[0, i] = value
         slip[1, i] = rate / length
     # torques, and the powers of torques and drags
-    for i in range(load.size):
-        load[i] = network.mean[i]
+    for i in range(torque.size):
+        torque[i] = network.mean[i]
     for i in range(network.driven.size):
         for h in range(wave.size):
-            load[network.driven[i]] += network.torque[h, i] * wave[h]
+            torque[network.driven[i]] += network.torque[h, i] * wave[h]
     for i in range(n):
-        works.torque[i] += weight * load[m + i] * y[m + i]
+        works.torque[i] += weight * torque[m + i] * y[m + i]
         works.drag[i] += weight * network.drag[m + i] * y[m + i] * y[m + i]
     for k in range(m):
         # forces: the powers of transmission errors and of losses

@@ -1,9 +1,9 @@
 """Rows times the state as power series of time, through one interval between two samples, or several.
 
-Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R exp(s M) z a time s after z: a power
-series in s/h with coefficients R (h M)^p / p! z. As many intervals are taken at once as leave |h M| below 2; a single
-one is cut into blocks of equal length h in which |h M| is at most 4, where |h M| = |(h M)^20|^(1/20) is that of the
-fastest oscillation.
+Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R exp(s M) z a time s after z. Over a length
+h this is a power series in s/h with coefficients R (h M)^p / p! z, whose size grows with |h M| = |(h M)^20|^(1/20),
+that of the fastest oscillation. Neighbouring intervals are joined as long as |h M| of their whole length stays below 2.
+A single interval is cut into blocks of equal length h in which |h M| is at most 4.
 """
 
 from __future__ import annotations
@@ -121,7 +121,8 @@ class Series:
         """(J,) nodes on 0 ... 1 and weights for the mean of a fourth power."""
         nodes = 1
         error = (4.0 * self.phase) ** 2 / 24.0
-        while error > _MOMENT or nodes < 3:  # the error of Gauss's rule for exp(4 i |h M| x)
+        # error of Gauss's rule with J nodes, (J!)^4 / ((2 J + 1) (2 J)!^3) f^(2 J), for f = exp(4 i |h M| x)
+        while error > _MOMENT or nodes < 3:
             nodes += 1
             error *= (4.0 * self.phase) ** 2 * nodes**4 * (2 * nodes - 1) / (2 * nodes + 1)
             error /= (2.0 * nodes * (2 * nodes - 1)) ** 3

@@ -73,10 +73,10 @@ class Ramp:
         over = _whole(Fraction(self.over), _CLOCK)
         cut = _RATE + 2 * _CLOCK
         mask = (1 << cut) - 1
-        kept = cut - 64
+        shift = cut - 64  # of a whole turn to 2^64
         slope, bend, final, intercept = self._rates(order)
         turned = ((slope + bend * tick) * tick if tick <= over else final * tick + intercept for tick in ticks)
-        return np.array([(word & mask) >> kept for word in turned], dtype=np.uint64)
+        return np.array([(word & mask) >> shift for word in turned], dtype=np.uint64)
 
     def _rates(self, order: float) -> tuple[int, int, int, int]:
         """Coefficients of phi in turns: of t and t^2 while the speed changes; of t, and the constant, afterwards."""

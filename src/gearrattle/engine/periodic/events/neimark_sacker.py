@@ -2,6 +2,8 @@
 
 The test function is the modulus of the pair minus 1. Without damping all pairs lie on the circle, and leave it where
 two pairs meet.
+
+This file has the test function; ``events_of_step`` finds where it changes its sign, and ``location`` locates the event.
 """
 
 from __future__ import annotations

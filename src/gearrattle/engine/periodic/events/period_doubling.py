@@ -1,4 +1,7 @@
-"""Period doublings: a multiplier passes -1, where det(I + M) = 0, M the gradient of the period map."""
+"""Period doublings: a multiplier passes -1, where det(I + M) = 0, M the gradient of the period map.
+
+This file has the test function; ``events_of_step`` finds where it changes its sign, and ``location`` locates the event.
+"""
 
 from __future__ import annotations
 

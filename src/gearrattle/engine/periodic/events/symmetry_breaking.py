@@ -5,6 +5,8 @@ n / 2 periods; for an odd number and a symmetric driveline it is the half-period
 P = H(H(y)). Where a multiplier of H is -1, the period doubles or the symmetry breaks; I - DH is regular there, and the
 branch of H continues smoothly. P has a multiplier 1 there, and branches of its fixed points cross: with a residual r of
 P the motion is known only to the cube root of r, and the event to its square.
+
+This file has the test function; ``events_of_step`` finds where it changes its sign, and ``location`` locates the event.
 """
 
 from __future__ import annotations
