@@ -8,6 +8,7 @@ from . import typing as typing
 from .advice import advise as advise
 from .analysis.campbell import campbell as campbell
 from .analysis.contact_ratio import contact_ratio as contact_ratio
+from .analysis.drag import drag_points as drag_points
 from .analysis.scaling import nondimensionalize as nondimensionalize
 from .analysis.statics import equilibrium as equilibrium
 from .analysis.statics import modes as modes
@@ -31,7 +32,6 @@ from .model import example as example
 from .model import factor as factor
 from .model import load as load
 from .model import loads as loads
-from .model.drag_points import drag_points as drag_points
 from .orbits import continuation as continuation
 from .orbits import periodic as periodic
 from .pipeline import run as run

@@ -73,32 +73,7 @@ class DragPoint(NamedTuple):
 
 @kept
 def drag_points(model: Dragged) -> tuple[DragPoint, ...]:
-    """Return every part of the drag of a model at its operating point.
-
-    Parameters
-    ----------
-    model
-        of any kind; without ``drag_parts`` there are none.
-
-    Returns
-    -------
-    tuple[DragPoint, ...]
-        In the order of the file, each with ``body``, ``on``, ``path``, relative mean ``speed`` [rad/s], ``torque``
-        [N m] and ``slope`` [N m s/rad], at the reference speed of the model; along a sweep, at the middle of it.
-
-    Raises
-    ------
-    ModelError
-        nothing settles the mean speed of a body, or a measured table does not cover the speed or the temperature.
-
-    Examples
-    --------
-    >>> import gearrattle as gr
-    >>> model = gr.example("idle_rattle_oil")
-    >>> needle = gr.drag_points(model)[3]
-    >>> needle.path, round(needle.torque, 4)
-    ('inertia.second_gear.drag_parts.0', 0.0498)
-    """
+    """Return every part of the drag at the reference speed of the model; along a sweep, at its middle."""
     sweep = model.excitation.sweep
     return points_at(model, model.excitation.omega if sweep is None else 0.5 * (sweep.begin + sweep.end))
 

@@ -213,7 +213,7 @@ def _group_words(pattern: str, paths: Sequence[str], tables: Mapping[str, Any]) 
 
 def printed_unit(si: str) -> str:
     """Return an SI unit as it is printed: ``"kg*m^2"`` becomes ``"kg m²"``."""
-    return si.replace("*", " ").replace("^2", "²")
+    return si.replace("*", " ").replace("^2", "²").replace("^3", "³")
 
 
 def _state_unit(kind: str, subject: str, model: Model) -> str:

@@ -162,9 +162,9 @@ def condition_table(data: xr.Dataset) -> Table:
     headlines = headlines_in(data)
     hardest = data[HARDEST].values.ravel()
     energies = engineering_column(np.where(hardest > 0.0, hardest, np.nan).tolist(), _unit(data, HARDEST))
-    impacts = impacts_of(data)
+    rates = impacts_of(data)
     numbers = {
-        **({} if impacts is None else {_IMPACTS: (impacts, 3)}),
+        **({} if rates is None else {_IMPACTS: (rates, 3)}),
         **({"sound level [dB]": (data[SOUND_LEVEL].values, 3)} if SOUND_LEVEL in data else {}),
         **({MARGIN: (data[MARGIN].values, 3)} if MARGIN in data else {}),
         **({"rating by own points": (data[RATING].values, 2)} if data.attrs.get("calibration") else {}),
@@ -230,9 +230,9 @@ def answer(data: xr.Dataset) -> tuple[Table, ...]:
 def content(data: xr.Dataset) -> dict[str, Any]:
     """Return the same for machines: every condition with its values in SI."""
     grid = axes_in(data)
-    impacts = impacts_of(data)
+    rates = impacts_of(data)
     columns = {name: data[name].values for name in (HARDEST, SOUND_LEVEL, MARGIN, RATING) if name in data}
-    columns |= {} if impacts is None else {_IMPACTS: impacts}
+    columns |= {} if rates is None else {_IMPACTS: rates}
     headlines = headlines_in(data)
     severities = np.array([*words_of(data[VERDICT_SEVERITY]), ""])[data[VERDICT_SEVERITY].values]
 

@@ -31,8 +31,8 @@ function useRoute() {
   return now;
 }
 
-// All jobs, newest first, kept up to date by the socket; read again whenever the connection is made anew. A message that
-// comes while the list is read is newer than the list.
+// All jobs, newest first, kept current by the socket; read again when it rejoins. A message that comes while
+// the list is read is newer than the list.
 function useJobs(onError) {
   const [jobs, setJobs] = useState(null);
   const [isJoined, setJoined] = useState(true);

@@ -54,7 +54,7 @@ const withUnit = (words, { unit }) => (unit ? `${words} [${unit}]` : words);
 
 function Table({ rows, jobs, onError }) {
   const keep = (job) => {
-    const name = prompt("Name of the variant that is kept", job.name);
+    const name = prompt("Name of this variant", job.name);
     if (name) api.patch(`/api/jobs/${job.id}`, { name }).catch(onError);
   };
   const parts = [...new Set(rows.numbers.map((row) => row.part))];
