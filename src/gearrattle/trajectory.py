@@ -163,14 +163,14 @@ class Layout:
         return np.where(covered, np.interp(speed, speeds, torques), np.nan)
 
     def largest_drag_torque(self, body: int) -> float:
-        """Return the largest drag torque of a body over the range of reference speeds [N m]."""
+        """Return the largest size of the drag torque of a body over the range of reference speeds [N m]."""
         if self.ramp is None or body not in self.drag_tables:
-            return float(self.drag_torque[body])
+            return abs(float(self.drag_torque[body]))
         low = min(self.ramp.begin, self.ramp.end)
         high = max(self.ramp.begin, self.ramp.end)
         speeds = self.drag_tables[body][0]
         passed = np.array([low, *speeds[(speeds > low) & (speeds < high)], high])
-        return float(np.max(self.drag_torque_at(body, passed)))
+        return float(np.max(np.abs(self.drag_torque_at(body, passed))))
 
     @property
     def is_bearing(self) -> NDArray[np.bool_]:

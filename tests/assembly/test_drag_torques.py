@@ -9,12 +9,13 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
+from gearrattle.assembly.drag_torques import drag_torques
 from gearrattle.assembly.scaled import dimensionless
 from gearrattle.assembly.variant_assembly import coefficients
 from gearrattle.engine.system.characteristic import characteristic
 from gearrattle.engine.system.plain_arrays import coefficients_of
 from gearrattle.model.drag_points import drag_points
+from gearrattle.signals import loose_gears, torque_ratio
 
 OIL = {"type": "70w-75w-gl4", "temperature": "40 degC"}
 NEEDLE = {"kind": "needle-bearing", "on": "shaft", "mean_diameter": "45 mm"}
@@ -171,12 +172,53 @@ def test_variants_in_one_loop_have_the_bits_of_single_runs() -> None:
             assert data["largest impact energy"].values[i, j, 0] == verdict["idle"].max_impact_energy
 
 
-def test_a_smaller_model_keeps_the_drag() -> None:
-    by_parts = model([NEEDLE, CHURNING])
+@pytest.mark.parametrize("parts", [[NEEDLE, CHURNING], [CHURNING, SEAL], [NEEDLE, CONE]])
+def test_a_smaller_model_needs_the_same_torque_to_balance(parts: list[dict[str, Any]]) -> None:
+    by_parts = model(parts)
     smaller = gr.reduce(by_parts, "200 Hz", limit=0.5).model
-    whole = sum(viscous_drags(by_parts))
-    assert len(smaller["inertia"]) <= 4
-    assert sum(viscous_drags(smaller)) > 0.5 * whole
+    assert len(smaller.inertias) < len(by_parts.inertias)
+    assert gr.equilibrium(smaller).balance == pytest.approx(gr.equilibrium(by_parts).balance, rel=1e-12)
+
+
+def test_a_gear_that_its_shaft_drives_is_loose_all_the_same() -> None:
+    """The bearing presses the gear onto its other flank, with as much torque."""
+    driven = model([NEEDLE])
+    layout = assemble(driven).layout
+    assert layout.drag_torque[3] < 0.0
+    (gear,) = loose_gears(layout)
+    assert layout.inertia_names[gear.loose] == "gear"
+    ratio = torque_ratio(layout, gear, 100.0)
+    assert ratio == pytest.approx(0.002 * gear.reduction * 100.0 / -layout.drag_torque[3])
+    assert torque_ratio(layout, gear, 100.0, float(layout.drag_torque[3])) == ratio
+    assert layout.largest_drag_torque(3) == -layout.drag_torque[3]
+
+
+def test_a_drag_that_falls_with_speed_has_its_form_without_dimensions() -> None:
+    falling = {"kind": "measured", "speed": ["600 rpm", "720 rpm"], "torque": [["0.2 N*m", "0.1 N*m"]]}
+    by_parts = model([falling])
+    assert drag_points(by_parts)[0].slope < 0.0
+    plain = gr.nondimensionalize(by_parts).model
+    assert plain["inertia.gear.drag_parts"][0].slope < 0.0
+    assert drag_points(plain)[0].slope == plain["inertia.gear.drag_parts"][0].slope
+
+
+def test_a_fluctuation_beyond_a_measured_table_leaves_the_page() -> None:
+    from gearrattle.report.drag_table import drag_table, straight_line_error
+
+    narrow = model([{"kind": "measured", "speed": ["660 rpm", "670 rpm"], "torque": [["0.1 N*m", "0.2 N*m"]]}])
+    trajectory = gr.simulate(narrow).trajectory
+    assert np.isnan(straight_line_error(narrow, drag_points(narrow)[0], trajectory))
+    table = drag_table(narrow, trajectory)
+    assert table is not None
+    assert "beyond the measured speeds" in table.rows[0]
+
+
+def test_a_name_that_the_element_of_a_drag_part_has_is_refused() -> None:
+    taken = tables([NEEDLE])
+    taken["coupling"].append({"name": "gear-on-shaft", "between": ["lay", "ground"], "stiffness": 1.0})
+    with pytest.raises(gr.ModelError, match=r"its drag is the element gear-on-shaft, and coupling\.1 has this name"):
+        gr.Model.from_tables(taken)
+    assert gr.Model.from_tables(tables([NEEDLE, CONE])).elements[-1].name == "gear-on-shaft"
 
 
 def test_a_proof_over_the_speed_is_refused() -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gearrattle.assembly.drag_torques import part_drags
+from gearrattle.assembly.drag_torques import part_drags, torques_of
 from gearrattle.assembly.elements import inertia_of
 from gearrattle.model import GROUND, Element, Model
 from gearrattle.model.balance import BALANCE
@@ -110,11 +110,7 @@ def _members(values: Sequence[float], kept: int, owner: Sequence[int]) -> list[f
 
 def _on_housing(model: Model) -> list[float]:
     """Torques of the drag parts on the housing against the rotation of every inertia [N m]."""
-    index = {body.name: i for i, body in enumerate(model.inertias)}
-    torques = [0.0] * len(index)
-    for point in drag_points(model):
-        if point.on == GROUND:
-            torques[index[point.body]] += point.against
+    torques: list[float] = torques_of(model, [point for point in drag_points(model) if point.on == GROUND]).tolist()
     return torques
 
 

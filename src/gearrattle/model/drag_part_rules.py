@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from gearrattle.model.table import Breach, did_you_mean, listed
+from gearrattle.model.drag_points import damper_name
+from gearrattle.model.table import Breach, Location, did_you_mean, listed
 from gearrattle.model.value_kinds import GROUND
 
 
@@ -30,6 +31,16 @@ def drag_rules(inertias: Sequence[Mapping[str, Any]], names: Mapping[str, None],
             if oil is None and law is not None and law.needs_oil:
                 remedy = 'add [oil], such as type = "70w-75w-gl4", temperature = "40 degC"'
                 yield Breach((*location, "kind"), kind, "its law needs the oil, and the model has none", remedy)
+
+
+def damper_names(inertias: Sequence[Mapping[str, Any]]) -> Iterator[tuple[Location, str]]:
+    """Yield where a drag part acts on another body, and the name of the element that stands for it."""
+    for index, inertia in enumerate(inertias):
+        rows = inertia.get("drag_parts")
+        for number, row in enumerate(rows if isinstance(rows, list | tuple) else ()):
+            on = _of(row, "on")
+            if isinstance(on, str) and on != GROUND:
+                yield ("inertia", index, "drag_parts", number, "on"), damper_name(str(inertia.get("name")), on)
 
 
 def _of(row: object, key: str) -> Any:

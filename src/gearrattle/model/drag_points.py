@@ -163,13 +163,13 @@ def component_elements(model: Dragged) -> Sequence[Element]:
 def drag_elements(model: Dragged) -> tuple[Element, ...]:
     """Return what drags between two bodies as elements: pure dampers, one for two bodies, named "gear-on-shaft"."""
     points = drag_points(model)
-    ends = {damper_name(point): point for point in points}
+    ends = {damper_name(point.body, point.on): point for point in points}
     return tuple(_damper(ends[name], slope) for name, slope in damper_slopes(points).items())
 
 
-def damper_name(point: DragPoint) -> str:
-    """Name of the element that stands for the drag between the two bodies of a point."""
-    return f"{point.body}-on-{point.on}"
+def damper_name(body: str, on: str) -> str:
+    """Name of the element that stands for the drag between two bodies."""
+    return f"{body}-on-{on}"
 
 
 def damper_slopes(points: Sequence[DragPoint]) -> dict[str, float]:
@@ -177,7 +177,7 @@ def damper_slopes(points: Sequence[DragPoint]) -> dict[str, float]:
     slopes: dict[str, float] = {}
     for point in points:
         if point.on != GROUND:
-            name = damper_name(point)
+            name = damper_name(point.body, point.on)
             slopes[name] = slopes.get(name, 0.0) + point.slope
     return {name: slope for name, slope in slopes.items() if slope}
 
@@ -186,7 +186,7 @@ def _damper(point: DragPoint, slope: float) -> Element:
     """Return the damper between the two bodies of a point."""
     side = (Piece(0.0, slope, None),)
     return Element(
-        name=damper_name(point),
+        name=damper_name(point.body, point.on),
         path=f"inertia.{point.body}.drag_parts",
         along_line=False,
         arms=((point.body, 1.0), (point.on, -1.0)),

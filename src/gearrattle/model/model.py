@@ -15,7 +15,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.json_types import TomlTable
 from gearrattle.model.components import COMPONENTS, Bearing, Coupling, Mesh, Planetary
 from gearrattle.model.components.component import Component, Element
-from gearrattle.model.drag_part_rules import drag_rules
+from gearrattle.model.drag_part_rules import damper_names, drag_rules
 from gearrattle.model.drag_points import component_elements, drag_elements
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
@@ -372,6 +372,11 @@ def _elements_twice(table: Mapping[str, Any]) -> Iterator[Breach]:
                     rule = f"a name must be unique over {scope} together; {seen[name]} has it already"
                     yield Breach((kind, index, *location), name, rule, "rename one of them")
                 seen.setdefault(name, f"{kind}.{index}")
+    for location, name in damper_names(_rows(table, "inertia")):
+        owner = f"{location[0]}.{location[1]}"
+        if seen.setdefault(name, owner) != owner:
+            rule = f"its drag is the element {name}, and {seen[name]} has this name already"
+            yield Breach(location, name, rule, "rename one of them")
 
 
 def _bodies(

@@ -12,6 +12,7 @@ from itertools import groupby
 
 import numpy as np
 
+from gearrattle.errors import ModelError
 from gearrattle.model import GROUND, Model
 from gearrattle.model.drag_points import DragPoint, drag_points
 from gearrattle.report.plots.numerals import numeral, quantity
@@ -78,14 +79,17 @@ def _error_words(error: float | None) -> str:
         return "–"
     if math.isinf(error):
         return "it reverses"
+    if math.isnan(error):
+        return "beyond the measured speeds"
     return f"{numeral(100.0 * error, 2)} %" if error > _ROUNDING else "0 %"
 
 
 def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) -> float | None:
     """Return the largest difference of law and straight line over the fluctuation, relative to the torque.
 
-    Infinite if the relative rotation changes its sense, because a drag torque then jumps and has no straight line. None
-    along a sweep, where the torque is a table over speed, and for a part without torque.
+    NaN if the fluctuation leaves a measured table. Infinite if the relative rotation changes its sense, because a drag
+    torque then jumps and has no straight line. None along a sweep, where the torque is a table over speed, and for a
+    part without torque.
     """
     if trajectory.layout.ramp is not None or not point.torque:
         return None
@@ -103,6 +107,9 @@ def straight_line_error(model: Model, point: DragPoint, trajectory: Trajectory) 
     if speed + least <= 0.0:
         return math.inf
     deltas = np.linspace(least, most, _POINTS).tolist()
-    laws: list[float] = [point.part.at(speed + delta, model.oil).torque for delta in deltas]
+    try:
+        laws: list[float] = [point.part.at(speed + delta, model.oil).torque for delta in deltas]
+    except ModelError:  # of a measured table, which the mean speed alone must lie in
+        return math.nan
     lines = [point.torque + point.slope * delta for delta in deltas]
     return float(max(abs(law - line) for law, line in zip(laws, lines, strict=True)) / point.torque)

@@ -74,7 +74,7 @@ def is_same_mesh(layout: Layout, one: int, other: int) -> bool:
 
 
 def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | None = None) -> T:
-    """Return J_loose (R_driver/R_loose) theta_driver'' / T_drag: needed torque over drag.
+    """Return J_loose (R_driver/R_loose) theta_driver'' / |T_drag|: needed torque over drag, whatever its sense.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T, drag: T | Non
     """
     needed = float(layout.inertia[gear.loose]) * gear.reduction * acceleration
     if drag is None:
-        return needed / float(layout.drag_torque[gear.loose])
-    return needed / drag
+        return needed / abs(float(layout.drag_torque[gear.loose]))
+    return needed / abs(drag)
 
 
 def decibels(ratio: float) -> float:

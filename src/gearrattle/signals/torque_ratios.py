@@ -93,7 +93,7 @@ def _between(trajectory: Trajectory, gear: LooseGear, sampled: float, peaks: Arr
     """Return the largest ratio by the exact peaks of cycles (c,) and the speed at the samples (N,), which bounds it."""
     layout = trajectory.layout
     per_cycle = trajectory.samples_per_cycle
-    drag = layout.drag_torque_at(gear.loose, speed)
+    drag = np.abs(layout.drag_torque_at(gear.loose, speed))
     of_cycles = [drag[c * per_cycle : (c + 1) * per_cycle + 1] for c in range(len(peaks))]
     low = _ratios(layout, gear, peaks, np.array([part.max() for part in of_cycles]))
     high = _ratios(layout, gear, peaks, np.array([part.min() for part in of_cycles]))

@@ -21,8 +21,8 @@ class ConstantDrag(DragPart):
     """"constant"."""
     torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
     """Drag torque [N m]; may be a table over speed."""
-    slope: Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")] = 0.0
-    """Its change with the relative speed [N m s/rad]."""
+    slope: Annotated[float, Quantity(units.TORSIONAL_DAMPING)] = 0.0
+    """Its change with the relative speed [N m s/rad]; negative where it falls."""
 
     def law(self, speed: float, oil: Oil | None, /) -> Drag:  # noqa: ARG002
         """Return the numbers of the file."""
