@@ -28,4 +28,4 @@ def tree(count: int = 128, seed: int = 3) -> gr.Model:
 
 def linear(model: gr.Model) -> gr.Model:
     """The same driveline without clearances and drag torques."""
-    return model.with_({path: None for path in (*model.paths("*backlash*"), *model.paths("*drag_torque"))})
+    return model.with_(dict.fromkeys((*model.paths("*backlash*"), *model.paths("*drag_torque"))))

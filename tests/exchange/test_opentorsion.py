@@ -93,7 +93,7 @@ def test_an_assembly_has_the_frequencies_of_its_matrices() -> None:
     for imported, words in ((coarse, "a larger split"), (fine, "in 16 parts each")):
         ours = np.asarray(gr.modes(imported.model).frequencies)[1:6]
         error = np.abs(ours / np.sort(omega)[1:6] - 1.0)
-        assert error[0] < 2e-6
+        assert error[0] < 1e-4
         (note,) = [note for note in imported.notes if "lumped" in note]
         assert words in note
         assert f"by {error[0]:.2g} (relative)" in note
@@ -152,8 +152,8 @@ def test_a_system_of_two_components(tmp_path: Path) -> None:
     area = np.pi * 0.06**4 / 32
     assert model["coupling.motor_shaft"].stiffness == pytest.approx(80e9 * area / 0.5, rel=1e-14)
     own = 8000.0 * area * 0.5
-    assert model["inertia.motor_rotor"].J == pytest.approx(1.0 + own / 2, rel=1e-14)
-    assert model["inertia.motor_pinion"].J == pytest.approx(0.01 + own / 2 + 0.05 / 9, rel=1e-14)
+    assert pytest.approx(1.0 + own / 2, rel=1e-14) == model["inertia.motor_rotor"].J
+    assert pytest.approx(0.01 + own / 2 + 0.05 / 9, rel=1e-14) == model["inertia.motor_pinion"].J
     assert [problem.value for problem in imported.left_out] == ["excitation"]
     # a shaft beyond a rigid pair: between bodies of the speeds 1/3 and 1, which turn in opposite senses
     assert model.meshes[0].radii == pytest.approx((1 / 3, 1.0)) or model.meshes[0].radii == pytest.approx((1.0, 1 / 3))

@@ -1,7 +1,7 @@
 """Models from other tools, and for other tools: the table of formats, and what a format cannot hold.
 
-What a format cannot hold is refused, with its place, unless ``partial`` is set: then it is left out and listed. Loads and
-settings that it cannot hold are notes.
+What a format cannot hold is refused, with its place, unless ``partial`` is set: then it is left out and listed. Loads
+and settings that it cannot hold are notes.
 """
 
 from __future__ import annotations

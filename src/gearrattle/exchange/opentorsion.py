@@ -271,15 +271,14 @@ def tors_text(model: Model) -> tuple[str, list[Problem], list[str]]:
     """
     left_out = _not_held(model)
     shafts, drags = _shafts(model)
-    elements = list[dict[str, Any]]()
-    reached = set[str]()
-    for start in (body.name for body in model.inertias):
-        if start in reached:
-            continue
-        if reached:
-            rule = "a TORS file holds one connected driveline"
-            raise ModelError(Problem(f"inertia.{start}", start, rule, "export each train on its own"))
-        _walk(model, start, shafts, drags, elements, reached)
+    disks = {
+        body.name: {"name": body.name, "type": "Disk", "inertia": J, "damping": drags[body.name]}
+        for body, J in zip(model.inertias, inertia_of(model).tolist(), strict=True)
+    }
+    elements = _in_tors_order(model.inertias[0].name, list(shafts.values()), disks)
+    if beyond := [name for name in disks if not any(element is disks[name] for element in elements)]:
+        rule = "a TORS file holds one connected driveline"
+        raise ModelError(Problem(f"inertia.{beyond[0]}", beyond[0], rule, "export each train on its own"))
     system = {
         "name": model.name or "gearrattle",
         "date": "",
@@ -359,26 +358,23 @@ def _linear(element: Element) -> dict[str, float]:
     return {"stiffness": last.stiffness * radius**2, "damping": last.damping * radius**2}
 
 
-def _walk(
-    model: Model,
-    start: str,
-    shafts: Mapping[frozenset[str], Shaft],
-    drags: Mapping[str, float],
-    elements: list[dict[str, Any]],
-    reached: set[str],
-) -> None:
-    """Write a tree in the order of TORS: along one line, then the branches, each from a gear of its own."""
-    inertia = dict(zip((body.name for body in model.inertias), inertia_of(model).tolist(), strict=True))
-    at: dict[str, list[Shaft]] = {body: [] for body in inertia}
-    for shaft in shafts.values():
+def _in_tors_order(start: str, shafts: Sequence[Shaft], disks: Mapping[str, dict[str, Any]]) -> list[dict[str, Any]]:
+    """The elements of the tree from a body on: along one line, then the branches, each from a gear of its own.
+
+    disks: by body, its disk.
+    """
+    at: dict[str, list[Shaft]] = {body: [] for body in disks}
+    for shaft in shafts:
         for end in shaft[1:3]:
             at[end].append(shaft)
+    elements = list[dict[str, Any]]()
     used = set[str]()
+    reached = set[str]()
 
     def arrive(body: str) -> list[tuple[str, Shaft]]:
         """Write the disk of a body, with a gear if branches begin there; return the shafts that lead on."""
         reached.add(body)
-        elements.append({"name": body, "type": "Disk", "inertia": inertia[body], "damping": drags[body]})
+        elements.append(disks[body])
         onward = [(body, shaft) for shaft in reversed(at[body]) if shaft[0] not in used]
         if len(onward) > 1:
             elements.append(_gear(f"{body}_branch", 1.0))
@@ -406,6 +402,7 @@ def _walk(
             elements.append(_gear(f"{name}_{other}", far / _MM, f"{name}_{body}"))
         here = other
         waiting += arrive(other)
+    return elements
 
 
 def _gear(name: str, radius: float, parent: str = "") -> dict[str, Any]:
