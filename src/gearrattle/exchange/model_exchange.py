@@ -13,8 +13,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gearrattle.assembly import steady
 from gearrattle.errors import ModelError, Problem, shown_problems
 from gearrattle.exchange import opentorsion
+from gearrattle.exchange.c_source import c_text
+from gearrattle.exchange.julia_source import julia_text
+from gearrattle.exchange.python_source import python_text
+from gearrattle.exchange.right_hand_side import Equations, equations_of, not_in_equations
+from gearrattle.exchange.state_space import matrices_file
 from gearrattle.exchange.torsional_network import TorsionalNetwork, lumping_note, model_of
 from gearrattle.files import opened
 from gearrattle.json_types import parsed_json
@@ -142,8 +148,40 @@ def _tors(model: Model, _ending: str, _region: object) -> Content:
     return Content(*opentorsion.tors_text(model))
 
 
+def _source_text(write: Callable[[Equations], str]) -> Callable[[Model, str, object], Content]:
+    """Return the writer of the equations of motion in one language."""
+
+    def content(model: Model, _ending: str, _region: object) -> Content:
+        left_out = not_in_equations(model)
+        return Content(write(equations_of(steady(model))), left_out, _assumed(model))
+
+    return content
+
+
+def _matrices(model: Model, ending: str, region: Mapping[str, int] | None) -> Content:
+    left_out = [*not_in_equations(model)]
+    left_out += [
+        Problem(element.path, "clipped contact damping", "the matrices of one region are linear")
+        for element in model.elements
+        if element.contact_damping == "clipped"
+    ]
+    notes = [] if region else ["every element is in its last drive stage; region (--region) chooses another"]
+    return Content(matrices_file(steady(model), ending, region), left_out, (*notes, *_assumed(model)))
+
+
+def _assumed(model: Model) -> list[str]:
+    """Notes on what equations take as fixed."""
+    notes = [f"the motion of {motion.on} is an error of the elements at it" for motion in model.motions]
+    drag = [body.name for body in model.inertias if body.drag_torque or body.drag_parts]
+    return notes + ([f"drag torques of {listed(drag)} are mean torques"] if drag else [])
+
+
 EXPORTS: Mapping[str, _ExportFormat] = {
     "opentorsion": _ExportFormat((".json",), _tors),
+    "python": _ExportFormat((".py",), _source_text(python_text)),
+    "julia": _ExportFormat((".jl",), _source_text(julia_text)),
+    "c": _ExportFormat((".c",), _source_text(c_text)),
+    "state-space": _ExportFormat((".npz", ".mat"), _matrices, takes_region=True),
 }
 """Every format that is written."""
 IMPORTS = ("opentorsion",)
@@ -300,7 +338,8 @@ def export_model(
     path
         the file; one that exists is replaced.
     format
-        "opentorsion" (.json); by default told by the ending.
+        "opentorsion" (.json), "python" (.py), "julia" (.jl), "c" (.c) or "state-space" (.npz, .mat); by default told
+        by the ending.
     region
         for "state-space": region label by element name; others are in their last drive stage.
     partial
