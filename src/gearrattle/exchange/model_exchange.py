@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,13 +18,15 @@ from gearrattle.errors import ModelError, Problem, shown_problems
 from gearrattle.exchange import opentorsion
 from gearrattle.exchange.c_source import c_text
 from gearrattle.exchange.julia_source import julia_text
+from gearrattle.exchange.modelica_export import modelica_text, not_in_modelica
+from gearrattle.exchange.modelica_import import driveline_of_text, with_orders
 from gearrattle.exchange.python_source import python_text
 from gearrattle.exchange.right_hand_side import Equations, equations_of, not_in_equations
 from gearrattle.exchange.state_space import matrices_file
 from gearrattle.exchange.torsional_network import TorsionalNetwork, lumping_note, model_of
 from gearrattle.files import opened
 from gearrattle.json_types import parsed_json
-from gearrattle.model import Model, check_model, units
+from gearrattle.model import Excitation, Model, check_model, units
 from gearrattle.model.model_file import text_of, unreadable
 from gearrattle.model.value_kinds import FLAG, Choice, Count, Quantity, argument_problems, check_arguments
 from gearrattle.wording import counted, listed
@@ -169,6 +171,11 @@ def _matrices(model: Model, ending: str, region: Mapping[str, int] | None) -> Co
     return Content(matrices_file(steady(model), ending, region), left_out, (*notes, *_assumed(model)))
 
 
+def _modelica(model: Model, _ending: str, _region: object) -> Content:
+    notes = [*_assumed(model), "written for the Modelica Standard Library 4.0.0; not compiled here"]
+    return Content(modelica_text(steady(model), "Driveline"), not_in_modelica(model), notes)
+
+
 def _assumed(model: Model) -> list[str]:
     """Notes on what equations take as fixed."""
     notes = [f"the motion of {motion.on} is an error of the elements at it" for motion in model.motions]
@@ -178,13 +185,14 @@ def _assumed(model: Model) -> list[str]:
 
 EXPORTS: Mapping[str, _ExportFormat] = {
     "opentorsion": _ExportFormat((".json",), _tors),
+    "modelica": _ExportFormat((".mo",), _modelica),
     "python": _ExportFormat((".py",), _source_text(python_text)),
     "julia": _ExportFormat((".jl",), _source_text(julia_text)),
     "c": _ExportFormat((".c",), _source_text(c_text)),
     "state-space": _ExportFormat((".npz", ".mat"), _matrices, takes_region=True),
 }
 """Every format that is written."""
-IMPORTS = ("opentorsion",)
+IMPORTS = ("opentorsion", "modelica")
 """Every format that is read."""
 
 
@@ -209,9 +217,9 @@ def import_model(
     Parameters
     ----------
     source
-        a file: .json of openTorsion (TORS); or an object: an assembly of openTorsion.
+        a file: .json of openTorsion (TORS), .mo of Modelica; or an object: an assembly of openTorsion.
     format
-        "opentorsion"; by default told by the content.
+        "opentorsion" or "modelica"; by default told by the content.
     speed
         reference speed of the model: a number [rad/s] or a text with a unit; by default that of the source, if it
         states one, otherwise 1 rad/s, noted.
@@ -247,15 +255,32 @@ def import_model(
         problems += argument_problems({"speed": (_SPEED, speed)}, dimensionless=False)
     if problems:
         raise ModelError(problems)
-    # the source
-    is_file = isinstance(source, str | os.PathLike)
-    read = _from_file(Path(source), format, split) if is_file else _from_object(source, format, split)
+    # the source; messages name the file
+    if not isinstance(source, str | os.PathLike):
+        return _imported(_from_object(source, format, split), speed, split, partial=partial)
+    path = Path(source)
+    text = _text(path)
+    try:
+        return _imported(_of_text(path, text, format, split), speed, split, partial=partial)
+    except ModelError as error:
+        places = [replace(one, place=f"{path}: {one.place}" if one.place else str(path)) for one in error.problems]
+        raise ModelError(places) from None
+
+
+def _imported(read: _Source, speed: float | str | None, split: int, *, partial: bool) -> ImportedModel:
+    """Make the model of what was read; ModelError for what is refused."""
     if read.refused and not partial:
         raise ModelError([*shown_problems(read.refused), Problem("", "", "the import is not whole", _PARTIAL)])
     excitation = read.excitation if speed is None else {"speed": speed}
+    with_orders(read.split, _omega(excitation))
     model, notes = model_of(read.split, excitation)
     lumped = lumping_note(read.whole, model, split)
     return ImportedModel(model, read.format, (*read.notes, *notes, *lumped), (*read.refused, *read.left_out))
+
+
+def _omega(excitation: Mapping[str, Any] | None) -> float:
+    """The reference speed of a table of the excitation [rad/s]."""
+    return Excitation.model_validate(excitation).omega if excitation else 1.0
 
 
 def _from_object(source: Any, format: str, split: int) -> _Source:
@@ -268,16 +293,6 @@ def _from_object(source: Any, format: str, split: int) -> _Source:
     raise ModelError(Problem("source", type(source).__name__, rule))
 
 
-def _from_file(path: Path, format: str, split: int) -> _Source:
-    """Read a file of another tool; messages name it."""
-    text = _text(path)
-    try:
-        return _of_text(path, text, format, split)
-    except ModelError as error:
-        places = [Problem(f"{path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
-        raise ModelError(places) from None
-
-
 def _of_text(path: Path, text: str, format: str, split: int) -> _Source:
     """Tell a file's format by its content, and read it."""
     content = _json_content(text) if path.suffix.lower() == ".json" else None
@@ -285,6 +300,9 @@ def _of_text(path: Path, text: str, format: str, split: int) -> _Source:
         whole, left_out = opentorsion.network_of_tors(content, 1)
         divided, _ = opentorsion.network_of_tors(content, split)
         return _Source("opentorsion", whole, divided, left_out)
+    if format == "modelica" or (path.suffix.lower() == ".mo" and not format):
+        read = driveline_of_text(text)
+        return _Source("modelica", read.network, read.network, read.left_out, read.refused, read.notes, read.excitation)
     if path.suffix.lower() == ".toml" and _is_own(text):
         raise ModelError(Problem("", "a model file of gearrattle", "needs no import", "gr.load reads it"))
     wanted = f"a file of {format}" if format else f"a file of {listed(IMPORTS, 'or')}"
@@ -338,8 +356,8 @@ def export_model(
     path
         the file; one that exists is replaced.
     format
-        "opentorsion" (.json), "python" (.py), "julia" (.jl), "c" (.c) or "state-space" (.npz, .mat); by default told
-        by the ending.
+        "opentorsion" (.json), "modelica" (.mo), "python" (.py), "julia" (.jl), "c" (.c) or "state-space" (.npz,
+        .mat); by default told by the ending.
     region
         for "state-space": region label by element name; others are in their last drive stage.
     partial

@@ -173,7 +173,7 @@ def model_of(network: TorsionalNetwork, excitation: Mapping[str, Any] | None) ->
     notes += dropped
     tables |= {kind: of_kind[kind] for kind in COMPONENTS if of_kind.get(kind)}
     tables["excitation"] = dict(excitation) if excitation is not None else {"speed": 1.0}
-    if torques := [_torque(torque, bodies, names) for torque in network.torques if bodies.kept[torque["on"]] != GROUND]:
+    if torques := _torques(network, bodies, names):
         tables["torque"] = torques
     # what the user must know
     if excitation is None:
@@ -306,6 +306,21 @@ def _components(
 def _is_simple(table: Table) -> bool:
     """Whether a coupling is linear or a free gap."""
     return not any(table.get(key) for key in ("stages", "preload", "stiffness_ratio", "damping_ratio"))
+
+
+def _torques(network: TorsionalNetwork, bodies: _Bodies, names: Mapping[Node, str]) -> list[Table]:
+    """One torque a body: means and sines of all that act on it."""
+    by_body: dict[str, Table] = {}
+    for torque in network.torques:
+        if bodies.kept[torque["on"]] == GROUND:
+            continue
+        moved = _torque(torque, bodies, names)
+        table = by_body.setdefault(moved["on"], {"on": moved["on"]})
+        if "mean" in moved:
+            table["mean"] = table.get("mean", 0.0) + moved["mean"]
+        if "harmonics" in moved:
+            table["harmonics"] = [*table.get("harmonics", ()), *moved["harmonics"]]
+    return list(by_body.values())
 
 
 def _torque(torque: Table, bodies: _Bodies, names: Mapping[Node, str]) -> Table:
