@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from gearrattle.assembly import steady
 from gearrattle.errors import ModelError, Problem, shown_problems
-from gearrattle.exchange import opentorsion
+from gearrattle.exchange import opentorsion, ross_rotor
 from gearrattle.exchange.c_source import c_text
 from gearrattle.exchange.julia_source import julia_text
 from gearrattle.exchange.modelica_export import modelica_text, not_in_modelica
@@ -192,7 +192,7 @@ EXPORTS: Mapping[str, _ExportFormat] = {
     "state-space": _ExportFormat((".npz", ".mat"), _matrices, takes_region=True),
 }
 """Every format that is written."""
-IMPORTS = ("opentorsion", "modelica")
+IMPORTS = ("opentorsion", "ross", "modelica")
 """Every format that is read."""
 
 
@@ -217,9 +217,10 @@ def import_model(
     Parameters
     ----------
     source
-        a file: .json of openTorsion (TORS), .mo of Modelica; or an object: an assembly of openTorsion.
+        a file: .json of openTorsion (TORS); .toml or .json of ROSS (``rotor.save``); .mo of Modelica; or an object: an
+        assembly of openTorsion, a rotor of ROSS.
     format
-        "opentorsion" or "modelica"; by default told by the content.
+        "opentorsion", "ross" or "modelica"; by default told by the content.
     speed
         reference speed of the model: a number [rad/s] or a text with a unit; by default that of the source, if it
         states one, otherwise 1 rad/s, noted.
@@ -289,24 +290,32 @@ def _from_object(source: Any, format: str, split: int) -> _Source:
         return _Source(
             "opentorsion", opentorsion.network_of_assembly(source, 1), opentorsion.network_of_assembly(source, split)
         )
-    rule = "must be a file, or an assembly of openTorsion"
+    if ross_rotor.is_rotor(source) and format in ("", "ross"):
+        whole, refused, notes = ross_rotor.network_of_rotor(source, 1)
+        return _Source("ross", whole, ross_rotor.network_of_rotor(source, split)[0], [], refused, notes)
+    rule = "must be a file, an assembly of openTorsion, or a rotor of ROSS"
     raise ModelError(Problem("source", type(source).__name__, rule))
 
 
 def _of_text(path: Path, text: str, format: str, split: int) -> _Source:
     """Tell a file's format by its content, and read it."""
-    content = _json_content(text) if path.suffix.lower() == ".json" else None
+    ending = path.suffix.lower()
+    if format == "modelica" or (ending == ".mo" and not format):
+        read = driveline_of_text(text)
+        return _Source("modelica", read.network, read.network, read.left_out, read.refused, read.notes, read.excitation)
+    content = _tables(text, is_toml=ending == ".toml")
     if opentorsion.is_tors(content) and format in ("", "opentorsion"):
         whole, left_out = opentorsion.network_of_tors(content, 1)
         divided, _ = opentorsion.network_of_tors(content, split)
         return _Source("opentorsion", whole, divided, left_out)
-    if format == "modelica" or (path.suffix.lower() == ".mo" and not format):
-        read = driveline_of_text(text)
-        return _Source("modelica", read.network, read.network, read.left_out, read.refused, read.notes, read.excitation)
-    if path.suffix.lower() == ".toml" and _is_own(text):
+    if ross_rotor.is_rotor_file(content) and format in ("", "ross"):
+        whole, refused, notes = ross_rotor.network_of_rotor_file(content, 1)
+        divided = ross_rotor.network_of_rotor_file(content, split)[0]
+        return _Source("ross", whole, divided, [], refused, notes)
+    if isinstance(content, Mapping) and "inertia" in content:
         raise ModelError(Problem("", "a model file of gearrattle", "needs no import", "gr.load reads it"))
     wanted = f"a file of {format}" if format else f"a file of {listed(IMPORTS, 'or')}"
-    raise ModelError(Problem("", path.suffix or "no ending", f"{wanted} is needed"))
+    raise ModelError(Problem("", ending or "no ending", f"{wanted} is needed"))
 
 
 def _text(path: Path) -> str:
@@ -324,19 +333,15 @@ def _text(path: Path) -> str:
         raise ModelError(Problem(str(path), "bytes that are no text", "must be a text in UTF-8")) from None
 
 
-def _json_content(text: str) -> Any:
+def _tables(text: str, *, is_toml: bool) -> Any:
+    """The content of a TOML or JSON text; ModelError if it is neither."""
     try:
-        return parsed_json(text)
+        return tomllib.loads(text) if is_toml else parsed_json(text)
+    except RecursionError:
+        raise ModelError(Problem("", "", "is nested too deeply")) from None
     except ValueError as error:
-        raise ModelError(Problem("", "", f"is no JSON: {str(error)[:100]}")) from None
-
-
-def _is_own(text: str) -> bool:
-    """Whether a TOML text is a model file of gearrattle."""
-    try:
-        return "inertia" in tomllib.loads(text)
-    except (ValueError, RecursionError):
-        return False
+        kind = "TOML" if is_toml else "JSON"
+        raise ModelError(Problem("", "", f"is no {kind}: {str(error)[:100]}")) from None
 
 
 def export_model(
