@@ -37,6 +37,8 @@ CALLS: dict[str, Callable[..., Any]] = {
     ),
     "identification.fit_loop": lambda **settings: gr.identification.fit_loop(LOOP, **settings),
     "gas_torque": lambda **settings: gr.gas_torque(**{"cylinders": 4, **CYLINDER, **settings}),
+    "export_model": lambda **settings: gr.export_model(MODEL, "case1.c", **settings),
+    "import_model": lambda **settings: gr.import_model("case1.mo", **settings),
     "listen": lambda **settings: gr.listen(_run(), **settings),
     "optimize": lambda **settings: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **settings),
     "spectral.order_map": lambda **settings: gr.spectral.order_map(_run(), "velocity.hub", **settings),

@@ -34,6 +34,8 @@ def _study_line(kind: str, kit: Kit, out: Path) -> list[str]:
 
 COMMAND_LINES: Mapping[str, Words] = {
     "check": lambda kit, _: ["check", str(kit.model_file)],
+    "export": lambda kit, out: ["export", str(kit.model_file), "-o", str(out / "equations.c")],
+    "import": lambda kit, _: ["import", str(kit.modelica)],
     "modes": lambda kit, _: ["modes", str(kit.model_file)],
     "modes -o": lambda kit, out: ["modes", str(kit.model_file), "-o", str(out)],
     "scale": lambda kit, out: ["scale", str(kit.model_file), "-o", str(out / "scaled.toml")],

@@ -169,13 +169,13 @@ def test_scipy_meets_our_crossings_before_chaos(name: str, cycles: float, tmp_pa
 
 
 def test_what_a_plain_right_hand_side_does_not_hold_is_refused(tmp_path: Path) -> None:
-    for name, place in (
+    for name, key in (
         ("clutch_friction", "hysteresis"),
         ("alternating_mesh", "alternation"),
         ("run_up", "sweep"),
         ("tip_in", "ramps"),
     ):
         for ending in ("py", "c", "jl", "npz"):
-            with pytest.raises(gr.ModelError, match=place):
+            with pytest.raises(gr.ModelError, match=key):
                 gr.export_model(gr.example(name), tmp_path / f"a.{ending}")
     assert list(tmp_path.iterdir()) == []

@@ -25,7 +25,7 @@ from gearrattle.exchange.right_hand_side import Equations, equations_of, not_in_
 from gearrattle.exchange.state_space import matrices_file
 from gearrattle.exchange.torsional_network import TorsionalNetwork, lumping_note, model_of
 from gearrattle.files import opened
-from gearrattle.json_types import parsed_json
+from gearrattle.json_types import Json, parsed_json
 from gearrattle.model import Excitation, Model, check_model, units
 from gearrattle.model.model_file import text_of, unreadable
 from gearrattle.model.value_kinds import FLAG, Choice, Count, Quantity, argument_problems, check_arguments
@@ -56,7 +56,7 @@ class ImportedModel:
 
     Examples
     --------
-    >>> from gearrattle.exchange.model_exchange import ImportedModel
+    >>> from gearrattle.typing import ImportedModel
     >>> ImportedModel(gr.example("case3"), "modelica").left_out
     ()
     """
@@ -66,7 +66,7 @@ class ImportedModel:
     notes: tuple[str, ...] = ()
     left_out: tuple[Problem, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return names, notes and what was left out, as ``gearrattle import --json`` prints them."""
         return {
             "format": self.format,
@@ -109,7 +109,8 @@ class ExportedModel:
 
     Examples
     --------
-    >>> from gearrattle.exchange.model_exchange import ExportedModel
+    >>> from pathlib import Path
+    >>> from gearrattle.typing import ExportedModel
     >>> ExportedModel(Path("x.json"), "opentorsion").notes
     ()
     """
@@ -119,7 +120,7 @@ class ExportedModel:
     notes: tuple[str, ...] = ()
     left_out: tuple[Problem, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Json]:
         """Return path, format, notes and what was left out, as ``gearrattle export --json`` prints them."""
         return {
             "output": str(self.path),
@@ -210,14 +211,14 @@ class _Source:
 
 
 def import_model(
-    source: Any, format: str = "", *, speed: float | str | None = None, split: int = 1, partial: bool = False
+    source: object, format: str = "", *, speed: float | str | None = None, split: int = 1, partial: bool = False
 ) -> ImportedModel:
     """Read a driveline that another tool describes.
 
     Parameters
     ----------
     source
-        a file: .json of openTorsion (TORS); .toml or .json of ROSS (``rotor.save``); .mo of Modelica; or an object: an
+        a file: .json of openTorsion (TORS); .toml or .json of ROSS; .mo of Modelica; or an object: an
         assembly of openTorsion, a rotor of ROSS.
     format
         "opentorsion", "ross" or "modelica"; by default told by the content.
@@ -383,7 +384,7 @@ def export_model(
     Examples
     --------
     >>> written = gr.export_model(gr.example("case3"), "case3.json", partial=True)
-    >>> [problem.place for problem in written.left_out]
+    >>> [problem.place for problem in written.left_out][:3]
     ['coupling.clutch', 'coupling.spline', 'mesh.gear']
     """
     # the arguments

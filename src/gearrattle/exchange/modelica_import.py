@@ -129,14 +129,14 @@ def _components(made: ModelicaClass, constants: Constants, read: ModelicaDriveli
         if {"parameter", "constant"} & one.prefixes:
             continue
         kind = _kind(one.type, made)
-        place = f"line {one.line}"
+        where = f"line {one.line}"
         if one.type == _ELEMENT_NAME and is_ours:
             kind = _ELEMENT_NAME
         if kind == "sensor":
-            read.left_out.append(Problem(place, f"{one.type} {one.name}", "a sensor is no part of a driveline"))
+            read.left_out.append(Problem(where, f"{one.type} {one.name}", "a sensor is no part of a driveline"))
         elif not kind or "[]" in one.modifiers or "if" in one.modifiers:
             rule = "an array or a condition is not understood" if kind else "is no component that a model has"
-            read.refused.append(Problem(place, f"{one.type} {one.name}", rule))
+            read.refused.append(Problem(where, f"{one.type} {one.name}", rule))
         else:
             components[one.name] = _with_values(kind, one, constants, read)
     for name, tokens in made.classes.items():

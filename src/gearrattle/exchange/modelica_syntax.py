@@ -297,8 +297,8 @@ def _declarations(statement: list[Token]) -> list[Declaration]:
     made = []
     for part in _split(statement[index:], ","):
         if not part or part[0].kind != "name":
-            place = f"line {statement[0].line}"
-            raise ModelError(Problem(place, " ".join(t.text for t in statement)[:60], "is no declaration of Modelica"))
+            where = f"line {statement[0].line}"
+            raise ModelError(Problem(where, " ".join(t.text for t in statement)[:60], "is no declaration of Modelica"))
         made.append(_declaration(type_name, part, frozenset(prefixes)))
     return made
 

@@ -37,20 +37,20 @@ def network_of_assembly(assembly: Any, split: int) -> TorsionalNetwork:
     """Return the network of an assembly; ModelError for numbers that are none."""
     network = TorsionalNetwork("from openTorsion")
     for k, shaft in enumerate(_list(assembly, "shaft_elements")):
-        place = f"shaft_elements[{k}]"
+        where = f"shaft_elements[{k}]"
         # matrix of its own inertia is `mass` times [[2, 1], [1, 2]]
         values = {
-            "stiffness": _number(shaft.k, place),
-            "damping": _number(shaft.c, place),
-            "inertia": 6.0 * _number(shaft.mass, place),
+            "stiffness": _number(shaft.k, where),
+            "damping": _number(shaft.c, where),
+            "inertia": 6.0 * _number(shaft.mass, where),
         }
-        network.add_shaft(f"shaft_{k}", (_node(shaft.nl), _node(shaft.nr)), values, place, split)
+        network.add_shaft(f"shaft_{k}", (_node(shaft.nl), _node(shaft.nr)), values, where, split)
     for k, disk in enumerate(_list(assembly, "disk_elements")):
-        place = f"disk_elements[{k}]"
-        network.add_inertia(_node(disk.node), _number(disk.I, place), f"disk_{disk.node}", _number(disk.c, place))
-        if stiffness := _number(disk.k, place):
+        where = f"disk_elements[{k}]"
+        network.add_inertia(_node(disk.node), _number(disk.I, where), f"disk_{disk.node}", _number(disk.c, where))
+        if stiffness := _number(disk.k, where):
             table = {"name": f"disk_{k}_to_ground", "between": [_node(disk.node), GROUND], "stiffness": stiffness}
-            network.components.append(("coupling", table, place))
+            network.components.append(("coupling", table, where))
     for k, gear in enumerate(_list(assembly, "gear_elements")):
         _add_gear(network, gear, f"gear_elements[{k}]", is_elastic=False)
     for k, gear in enumerate(_list(assembly, "elastic_gear_elements")):
@@ -66,41 +66,41 @@ def _node(number: Any) -> str:
     return f"node_{number}"
 
 
-def _number(value: Any, place: str) -> float:
+def _number(value: Any, where: str) -> float:
     """A number; None counts as zero; ModelError for anything else."""
     try:
         number = 0.0 if value is None else float(value)
     except (TypeError, ValueError):
         number = math.nan
     if isinstance(value, bool) or not math.isfinite(number):
-        raise ModelError(Problem(place, str(value)[:40], "must be a number"))
+        raise ModelError(Problem(where, str(value)[:40], "must be a number"))
     return number
 
 
-def _add_gear(network: TorsionalNetwork, gear: Any, place: str, *, is_elastic: bool) -> None:
+def _add_gear(network: TorsionalNetwork, gear: Any, where: str, *, is_elastic: bool) -> None:
     """Add a gear: its inertia, and the mesh or the constraint with its parent."""
     node = _node(gear.node)
-    network.add_inertia(node, _number(gear.I, place), f"gear_{gear.node}")
+    network.add_inertia(node, _number(gear.I, where), f"gear_{gear.node}")
     if gear.parent is None:
         return
     nodes = (_node(gear.parent.node), node)
-    radii = _radii(_number(gear.parent.R, place), _number(gear.R, place), place)
+    radii = _radii(_number(gear.parent.R, where), _number(gear.R, where), where)
     if is_elastic:
-        _mesh(network, nodes, radii, (_number(gear.k, place), _number(gear.c, place)), place)
+        _mesh(network, nodes, radii, (_number(gear.k, where), _number(gear.c, where)), where)
     else:
-        network.gears.append(_constraint(nodes, radii, place))
+        network.gears.append(_constraint(nodes, radii, where))
 
 
-def _radii(parent: float, child: float, place: str) -> tuple[float, float]:
+def _radii(parent: float, child: float, where: str) -> tuple[float, float]:
     """Radii of a pair of gears; ModelError unless both are greater than zero."""
     if min(parent, child) <= 0.0:
-        raise ModelError(Problem(place, f"{parent:g} and {child:g}", "radii of gears must be greater than zero"))
+        raise ModelError(Problem(where, f"{parent:g} and {child:g}", "radii of gears must be greater than zero"))
     return parent, child
 
 
-def _constraint(nodes: tuple[str, str], radii: tuple[float, float], place: str) -> IdealGear:
+def _constraint(nodes: tuple[str, str], radii: tuple[float, float], where: str) -> IdealGear:
     """R_p theta_p + R_c theta_c = 0."""
-    return IdealGear(*nodes, -radii[1] / radii[0], place)
+    return IdealGear(*nodes, -radii[1] / radii[0], where)
 
 
 def _mesh(
@@ -108,7 +108,7 @@ def _mesh(
     nodes: tuple[str, str],
     radii: tuple[float, float],
     law: tuple[float, float],
-    place: str,
+    where: str,
 ) -> None:
     """Add an elastic pair; law: stiffness and damping at the parent [N m/rad, N m s/rad].
 
@@ -124,8 +124,8 @@ def _mesh(
     }
     if law[1]:
         table["damping"] = law[1] / first**2
-    network.gears.append(IdealGear(f"{child}/turned", child, -1.0, place))
-    network.components.append(("mesh", table, place))
+    network.gears.append(IdealGear(f"{child}/turned", child, -1.0, where))
+    network.components.append(("mesh", table, where))
 
 
 # --- a TORS file ---
@@ -150,33 +150,33 @@ def network_of_tors(content: Mapping[str, Any], split: int) -> tuple[TorsionalNe
     parents: dict[tuple[str, str], tuple[int, float]] = {}
     for component, element in _in_order(content):
         name = f"{component}.{element.get('name')}"
-        place = f"component {component}, element {element.get('name')}"
+        where = f"component {component}, element {element.get('name')}"
         kind = element.get("type")
         if kind == "Disk":
-            damping = _value(element, "damping", place, 0.0)
-            network.add_inertia(_node(node), _value(element, "inertia", place), label_of(name), damping)
+            damping = _value(element, "damping", where, 0.0)
+            network.add_inertia(_node(node), _value(element, "inertia", where), label_of(name), damping)
         elif kind in ("ShaftDiscrete", "ShaftContinuous"):
-            values = _shaft(element, place)
-            network.add_shaft(label_of(name), (_node(node), _node(node + 1)), values, place, split)
+            values = _shaft(element, where)
+            network.add_shaft(label_of(name), (_node(node), _node(node + 1)), values, where, split)
             node += 1
         elif kind == "GearElement":
-            radius = _value(element, "teeth" if "teeth" in element else "diameter", place)
+            radius = _value(element, "teeth" if "teeth" in element else "diameter", where)
             parent = parents.get((component, str(element.get("parent"))))
             if "parent" in element and parent is None:
                 rule = "parent must be a gear before it in the same component"
-                raise ModelError(Problem(place, str(element["parent"])[:40], rule))
+                raise ModelError(Problem(where, str(element["parent"])[:40], rule))
             node += parent is not None
-            network.add_inertia(_node(node), _value(element, "inertia", place), label_of(name))
+            network.add_inertia(_node(node), _value(element, "inertia", where), label_of(name))
             if parent is not None:
-                radii = _radii(parent[1], radius, place)
-                network.gears.append(_constraint((_node(parent[0]), _node(node)), radii, place))
+                radii = _radii(parent[1], radius, where)
+                network.gears.append(_constraint((_node(parent[0]), _node(node)), radii, where))
             parents[component, str(element.get("name"))] = (node, radius)
         else:
             rule = "is no element of TORS: Disk, ShaftDiscrete, ShaftContinuous and GearElement are"
-            raise ModelError(Problem(place, str(kind)[:40], rule))
+            raise ModelError(Problem(where, str(kind)[:40], rule))
         if "excitation" in element:
             rule = "openTorsion's excitations name no unit and no speed: write the torque as [[torque]]"
-            left_out.append(Problem(place, "excitation", rule))
+            left_out.append(Problem(where, "excitation", rule))
     return network, left_out
 
 
@@ -231,26 +231,26 @@ def _structure(structure: Any, components: Mapping[str, Any]) -> tuple[dict[tupl
     return joined, begins[0]
 
 
-def _value(element: Mapping[str, Any], key: str, place: str, default: float | None = None) -> float:
+def _value(element: Mapping[str, Any], key: str, where: str, default: float | None = None) -> float:
     """A number of an element; ModelError if it is missing or none."""
     if key not in element and default is not None:
         return default
     value = element.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ModelError(Problem(f"{place}: {key}", str(value)[:40], "must be a number"))
+        raise ModelError(Problem(f"{where}: {key}", str(value)[:40], "must be a number"))
     return float(value)
 
 
-def _shaft(element: Mapping[str, Any], place: str) -> dict[str, float]:
+def _shaft(element: Mapping[str, Any], where: str) -> dict[str, float]:
     """Stiffness, damping and own inertia of a shaft: K = G I_p / L and I = rho I_p L of a round one."""
     if element["type"] == "ShaftDiscrete":
-        return {key: _value(element, key, place, 0.0 if key == "damping" else None) for key in ("stiffness", "damping")}
-    length = _value(element, "length", place) * _MM
-    inner = _value(element, "innerDiameter", place) * _MM
-    outer = _value(element, "outerDiameter", place) * _MM
-    density = _value(element, "density", place, _DENSITY)
+        return {key: _value(element, key, where, 0.0 if key == "damping" else None) for key in ("stiffness", "damping")}
+    length = _value(element, "length", where) * _MM
+    inner = _value(element, "innerDiameter", where) * _MM
+    outer = _value(element, "outerDiameter", where) * _MM
+    density = _value(element, "density", where, _DENSITY)
     if not (length > 0.0 and outer > inner >= 0.0):
-        raise ModelError(Problem(place, "", "a shaft needs a length, and an outer diameter beyond the inner one"))
+        raise ModelError(Problem(where, "", "a shaft needs a length, and an outer diameter beyond the inner one"))
     area = math.pi * (outer**4 - inner**4) / 32.0
     return {"stiffness": _SHEAR_MODULUS * area / length, "inertia": density * area * length}
 

@@ -1,4 +1,4 @@
-"""The torsion of a rotor of ROSS: of a file that ``rotor.save`` wrote, or of the object.
+"""The torsion of a rotor of ROSS: of a file that its method ``save`` wrote, or of the object.
 
 Torsion is the sixth of the six degrees of freedom of a node. Of a shaft element, K = G J_p / L and the consistent
 inertia is rho J_p L, with the mean J_p of both ends (ROSS 2.3.0, shaft_element.py); damping is alpha M + beta K.
@@ -67,47 +67,47 @@ def network_of_rotor_file(content: Mapping[str, Any], split: int) -> tuple[Torsi
     return network, refused, notes
 
 
-def _node(number: Any, place: str) -> str:
+def _node(number: Any, where: str) -> str:
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
-        raise ModelError(Problem(f"{place}: n", str(number)[:40], "must be the number of a node"))
+        raise ModelError(Problem(f"{where}: n", str(number)[:40], "must be the number of a node"))
     return f"node_{number}"
 
 
-def _value(values: Mapping[str, Any], key: str, place: str, default: float | None = None) -> float:
+def _value(values: Mapping[str, Any], key: str, where: str, default: float | None = None) -> float:
     """A number of an element; ModelError if it is missing or none."""
     value = values.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ModelError(Problem(f"{place}: {key}", str(value)[:40], "must be a number"))
+        raise ModelError(Problem(f"{where}: {key}", str(value)[:40], "must be a number"))
     return float(value)
 
 
-def _ends(values: Mapping[str, Any], place: str) -> tuple[str, str]:
+def _ends(values: Mapping[str, Any], where: str) -> tuple[str, str]:
     first = values.get("n")
-    return _node(first, place), _node(first + 1 if isinstance(first, int) else first, place)
+    return _node(first, where), _node(first + 1 if isinstance(first, int) else first, where)
 
 
-def _add_shaft_of_file(network: TorsionalNetwork, tag: str, values: Mapping[str, Any], place: str, split: int) -> None:
+def _add_shaft_of_file(network: TorsionalNetwork, tag: str, values: Mapping[str, Any], where: str, split: int) -> None:
     """Add a shaft element by its diameters and its material."""
     material = values.get("material")
     if not isinstance(material, Mapping):
-        raise ModelError(Problem(f"{place}: material", str(material)[:40], "must be a table with rho and G_s"))
-    length = _value(values, "L", place)
+        raise ModelError(Problem(f"{where}: material", str(material)[:40], "must be a table with rho and G_s"))
+    length = _value(values, "L", where)
     # mean polar moment of area of both ends
-    ends = [[_value(values, f"{which}d{end}", place) for which in "oi"] for end in "lr"]
+    ends = [[_value(values, f"{which}d{end}", where) for which in "oi"] for end in "lr"]
     area = sum(math.pi * (outer**4 - inner**4) / 32.0 for outer, inner in ends) / 2.0
     if not (length > 0.0 and area > 0.0):
-        raise ModelError(Problem(place, "", "a shaft needs a length, and outer diameters beyond the inner ones"))
+        raise ModelError(Problem(where, "", "a shaft needs a length, and outer diameters beyond the inner ones"))
     _add_shaft(
         network,
         tag,
-        _ends(values, place),
+        _ends(values, where),
         {
-            "stiffness": _value(material, "G_s", place) * area / length,
-            "inertia": _value(material, "rho", place) * area * length,
-            "alpha": _value(values, "alpha", place, 0.0),
-            "beta": _value(values, "beta", place, 0.0),
+            "stiffness": _value(material, "G_s", where) * area / length,
+            "inertia": _value(material, "rho", where) * area * length,
+            "alpha": _value(values, "alpha", where, 0.0),
+            "beta": _value(values, "beta", where, 0.0),
         },
-        (place, split),
+        (where, split),
     )
 
 
@@ -116,26 +116,26 @@ def _add_shaft(
     tag: str,
     ends: tuple[str, str],
     values: Mapping[str, float],
-    where: tuple[str, int],
+    about: tuple[str, int],
 ) -> None:
-    """Add a shaft with damping alpha M + beta K; where: place, and number of parts."""
+    """Add a shaft with damping alpha M + beta K; about: where it stands, and number of parts."""
     damping = values["beta"] * values["stiffness"]
     law = {"stiffness": values["stiffness"], "damping": damping, "inertia": values["inertia"]}
     before = dict(network.inertia)
-    network.add_shaft(label_of(tag), ends, law, *where)
+    network.add_shaft(label_of(tag), ends, law, *about)
     if values["alpha"]:
         for node, inertia in network.inertia.items():
             more = inertia - before.get(node, 0.0)
             network.drag[node] = network.drag.get(node, 0.0) + values["alpha"] * more
 
 
-def _add_coupling(network: TorsionalNetwork, tag: str, values: Mapping[str, Any], place: str) -> None:
+def _add_coupling(network: TorsionalNetwork, tag: str, values: Mapping[str, Any], where: str) -> None:
     """Add a coupling: stiffness and damping about the axis, an inertia at either end."""
-    first, second = _ends(values, place)
-    law = {"stiffness": _value(values, "kr_z", place), "damping": _value(values, "cr_z", place, 0.0)}
-    network.add_inertia(first, _value(values, "Ip_l", place))
-    network.add_inertia(second, _value(values, "Ip_r", place))
-    network.add_shaft(label_of(tag), (first, second), law, place, 1)
+    first, second = _ends(values, where)
+    law = {"stiffness": _value(values, "kr_z", where), "damping": _value(values, "cr_z", where, 0.0)}
+    network.add_inertia(first, _value(values, "Ip_l", where))
+    network.add_inertia(second, _value(values, "Ip_r", where))
+    network.add_shaft(label_of(tag), (first, second), law, where, 1)
 
 
 def network_of_rotor(rotor: Any, split: int) -> tuple[TorsionalNetwork, list[Problem], list[str]]:
@@ -152,9 +152,9 @@ def network_of_rotor(rotor: Any, split: int) -> tuple[TorsionalNetwork, list[Pro
         rule = "a pair of gears couples torsion and bending: import each rotor, and add a [[mesh]]"
         refused.append(Problem("mesh", type(rotor).__name__, rule))
     for k, shaft in enumerate(rotor.shaft_elements):
-        place = f"shaft_elements[{k}]"
-        mass = _uncoupled(shaft.M(), place)
-        stiffness = _uncoupled(shaft.K(), place)
+        where = f"shaft_elements[{k}]"
+        mass = _uncoupled(shaft.M(), where)
+        stiffness = _uncoupled(shaft.K(), where)
         ends = (f"node_{shaft.n_l}", f"node_{shaft.n_r}")
         tag = str(shaft.tag or f"shaft_{k}")
         alpha = float(getattr(shaft, "alpha", 0.0) or 0.0)
@@ -163,23 +163,23 @@ def network_of_rotor(rotor: Any, split: int) -> tuple[TorsionalNetwork, list[Pro
         own = 6.0 * mass[0, 1]
         if own:
             values = {"stiffness": stiffness[0, 0], "inertia": own, "alpha": alpha, "beta": beta}
-            _add_shaft(network, tag, ends, values, (place, split))
+            _add_shaft(network, tag, ends, values, (where, split))
         else:
             network.add_inertia(ends[0], mass[0, 0])
             network.add_inertia(ends[1], mass[1, 1])
             law = {"stiffness": stiffness[0, 0], "damping": float(getattr(shaft, "cr_z", 0.0))}
-            network.add_shaft(label_of(tag), ends, law, place, 1)
+            network.add_shaft(label_of(tag), ends, law, where, 1)
     for k, disk in enumerate(rotor.disk_elements):
         network.add_inertia(f"node_{disk.n}", float(disk.Ip), label_of(str(disk.tag or f"disk_{k}")))
     return network, refused, ["bending and bearings are not imported"]
 
 
-def _uncoupled(matrix: Any, place: str) -> np.ndarray:
+def _uncoupled(matrix: Any, where: str) -> np.ndarray:
     """(2, 2) torsional block of an element's matrix; ModelError if it is coupled with the other degrees of freedom."""
     whole = np.asarray(matrix, dtype=float)
     own = [_TORSION, _FAR]
     others = [i for i in range(len(whole)) if i not in own]
     block = whole[np.ix_(own, own)]
     if np.abs(whole[np.ix_(own, others)]).max(initial=0.0) > _COUPLED * np.abs(block).max():
-        raise ModelError(Problem(place, "", "couples torsion with bending"))
+        raise ModelError(Problem(where, "", "couples torsion with bending"))
     return block

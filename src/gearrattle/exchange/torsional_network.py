@@ -36,12 +36,12 @@ _NO_INERTIA = "has no inertia: a model needs one where elements meet"
 
 @dataclass(frozen=True)
 class IdealGear:
-    """A rigid constraint theta_a = ratio theta_b; ``place`` is where the source states it."""
+    """A rigid constraint theta_a = ratio theta_b; ``where`` is where the source states it."""
 
     a: Node
     b: Node
     ratio: float
-    place: str
+    where: str
 
 
 @dataclass
@@ -61,7 +61,7 @@ class TorsionalNetwork:
     grounded
         nodes that are held fast.
     components
-        kind, table whose ``between`` holds nodes, and the place in the source.
+        kind, table whose ``between`` holds nodes, and where the source states it.
     gears
         ideal gears.
     torques
@@ -89,7 +89,7 @@ class TorsionalNetwork:
             self.names.setdefault(node, name)
 
     def add_shaft(
-        self, name: str, ends: tuple[Node, Node], values: Mapping[str, float], place: str, split: int
+        self, name: str, ends: tuple[Node, Node], values: Mapping[str, float], where: str, split: int
     ) -> None:
         """Add a shaft of stiffness, damping and own ``inertia``, in ``split`` equal parts with half their inertia at
         either end.
@@ -102,7 +102,7 @@ class TorsionalNetwork:
             table = {"name": part_name, "between": [nodes[k], nodes[k + 1]], "stiffness": values["stiffness"] * parts}
             if values.get("damping"):
                 table["damping"] = values["damping"] * parts
-            self.components.append(("coupling", table, place))
+            self.components.append(("coupling", table, where))
             for node in (nodes[k], nodes[k + 1]):
                 self.add_inertia(node, 0.5 * own / parts, f"{name}_{k}" if "/" in node else "")
             if own:
@@ -192,19 +192,19 @@ def _bodies(network: TorsionalNetwork) -> _Bodies:
     # angle of every node over that of the first node of its group
     linked: dict[Node, list[tuple[Node, float, str]]] = {node: [] for node in nodes}
     for gear in network.gears:
-        linked.setdefault(gear.a, []).append((gear.b, 1.0 / gear.ratio, gear.place))
-        linked.setdefault(gear.b, []).append((gear.a, gear.ratio, gear.place))
+        linked.setdefault(gear.a, []).append((gear.b, 1.0 / gear.ratio, gear.where))
+        linked.setdefault(gear.b, []).append((gear.a, gear.ratio, gear.where))
     signed, group = _spread(linked, "gears block each other: two paths have different ratios")
     # sense of every group: components join nodes that turn in the same sense
-    beside: dict[Node, list[tuple[Node, float, str]]] = {root: [] for root in dict.fromkeys(group.values())}
-    for _, table, place in network.components:
+    joined: dict[Node, list[tuple[Node, float, str]]] = {root: [] for root in dict.fromkeys(group.values())}
+    for _, table, where in network.components:
         a, b = table["between"]
         if GROUND in (a, b) or {a, b} & network.grounded:
             continue
         sense = float(np.sign(signed[a] * signed[b]))
-        beside[group[a]].append((group[b], sense, place))
-        beside[group[b]].append((group[a], sense, place))
-    senses, _ = _spread(beside, "closes a loop in which the gears turn it against itself")
+        joined[group[a]].append((group[b], sense, where))
+        joined[group[b]].append((group[a], sense, where))
+    senses, _ = _spread(joined, "closes a loop in which the gears turn it against itself")
     # the node kept: the first with an inertia
     kept = {}
     for root in dict.fromkeys(group.values()):
@@ -235,31 +235,31 @@ def _spread(
         waiting = [start]
         while waiting:
             node = waiting.pop()
-            for other, times, place in linked[node]:
+            for other, times, where in linked[node]:
                 value = factor[node] * times
                 if other not in factor:
                     factor[other] = value
                     root[other] = start
                     waiting.append(other)
                 elif abs(factor[other] - value) > _SAME_RATIO * abs(value):
-                    raise ModelError(Problem(place, "", conflict, "check the ratios and signs of the gears"))
+                    raise ModelError(Problem(where, "", conflict, "check the ratios and signs of the gears"))
     return factor, root
 
 
 def _check_inertia(network: TorsionalNetwork, bodies: _Bodies) -> None:
     """Refuse bodies without inertia at which elements or torques act (ModelError)."""
     turning = {bodies.kept[node] for node, J in network.inertia.items() if J > 0.0}
-    acting = [(node, place) for _, table, place in network.components for node in table["between"]]
+    acting = [(node, where) for _, table, where in network.components for node in table["between"]]
     acting += [(torque["on"], f"torque on {torque['on']}") for torque in network.torques]
     without = {}
-    for node, place in acting:
+    for node, where in acting:
         kept = bodies.kept[node]
         if kept != GROUND and kept not in turning:
-            without.setdefault(kept, place)
+            without.setdefault(kept, where)
     if without:
         remedy = "give it one, or join the elements there into one"
         problems = [
-            Problem(place, network.names.get(node, node), _NO_INERTIA, remedy) for node, place in without.items()
+            Problem(where, network.names.get(node, node), _NO_INERTIA, remedy) for node, where in without.items()
         ]
         raise ModelError(problems)
 
@@ -272,11 +272,11 @@ def _components(
     notes = []
     problems = []
     taken = set[str]()
-    for kind, written, place in network.components:
+    for kind, written, where in network.components:
         table = {**written, "name": label_of(written["name"], taken)}
         a, b = table["between"]
         if bodies.kept[a] == bodies.kept[b]:
-            notes.append(f"{place}: {written['name']} is left out: it acts within one rigid body")
+            notes.append(f"{where}: {written['name']} is left out: it acts within one rigid body")
             continue
         # a component whose ends count their angles in the opposite sense is seen from its other end
         is_turned = min(bodies.turned[end] for end in (a, b)) < 0.0
@@ -293,7 +293,7 @@ def _components(
         component = (Mesh if kind == "mesh" else Coupling).model_validate(table, context={"dimensionless": False})
         if kind == "coupling" and not _is_simple(table) and bodies.ratio[a] != bodies.ratio[b] and GROUND not in to:
             rule = "acts between different speeds of one gear, and only a linear law or a free gap can be a mesh"
-            problems.append(Problem(place, written["name"], rule, "give the gear an inertia on either side"))
+            problems.append(Problem(where, written["name"], rule, "give the gear an inertia on either side"))
             continue
         ratios = {name: (name, bodies.ratio[end]) for name, end in to.items()}
         new_kind, row = component.between_groups(ratios)
