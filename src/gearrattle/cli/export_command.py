@@ -21,14 +21,7 @@ def export(
     /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    format_: Annotated[
-        str,
-        Parameter(
-            name="--format",
-            show_default=False,
-            help='"opentorsion", "modelica", "python", "julia", "c" or "state-space". Default: told by the ending.',
-        ),
-    ] = "",
+    format_: Annotated[str, Parameter(name="--format", show_default=False)] = "",
     region: Words = (),
     partial: Annotated[bool, Parameter(show_default=False)] = False,
     changes: Changes = (),
@@ -43,6 +36,8 @@ def export(
     output
         File: .json (openTorsion), .mo (Modelica), .py (Python), .jl (Julia), .c (C), .npz or .mat (state-space
         matrices).
+    format_
+        "opentorsion", "modelica", "python", "julia", "c" or "state-space". Default: told by the ending.
     region
         NAME=LABEL: of the matrices, the region of an element with a clearance; 0 is the centre. May be repeated.
         Default: in contact.

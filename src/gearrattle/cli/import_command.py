@@ -19,14 +19,7 @@ def import_(
     /,
     *,
     output: OutputPath = None,
-    format_: Annotated[
-        str,
-        Parameter(
-            name="--format",
-            show_default=False,
-            help='"opentorsion", "ross" or "modelica". Default: told by the content.',
-        ),
-    ] = "",
+    format_: Annotated[str, Parameter(name="--format", show_default=False)] = "",
     speed: str | None = None,
     split: Whole = 1,
     partial: Annotated[bool, Parameter(show_default=False)] = False,
@@ -42,6 +35,8 @@ def import_(
         File: .json of openTorsion; .toml or .json of ROSS; .mo of Modelica.
     output
         Model file (.toml). Default: the model is printed.
+    format_
+        "opentorsion", "ross" or "modelica". Default: told by the content.
     speed
         Reference speed, e.g. "1500 rpm". Default: that of the source, if it states one, otherwise 1 rad/s.
     split
