@@ -61,6 +61,9 @@ def test_a_section_without_a_date_is_added_to_and_dated(project: Path) -> None:
         "- First.",
     ]
     assert changelog(project, "--check").returncode == 0
+    newest = changelog(project, "--newest").stdout
+    assert newest.startswith("### Added\n\n- A call.\n\n### Changed")
+    assert newest.endswith("- Another.\n")
 
 
 def test_what_a_release_lacks_is_named(project: Path) -> None:

@@ -6,9 +6,8 @@ import json
 import re
 import subprocess
 import sys
-import tomllib
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, distribution, packages_distributions
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
 
@@ -18,41 +17,26 @@ from packaging.requirements import Requirement
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import NotInstalled
-from tests.architecture.places import EXAMPLES, ROOT
+from tests.architecture.places import EXAMPLES
+from tests.dependencies import DEPENDENCIES, EXTRAS, PROJECT
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CASE = str(EXAMPLES / "paper" / "case3.toml")
 FIGURES = 'pip install "gearrattle[figures]"'
 STUDIES = 'pip install "gearrattle[studies]"'
 SHORT = ["--cycles", "4", "--discard", "2", "--samples-per-cycle", "64"]
 
 
-def _name(package: str) -> str:
-    return re.sub(r"[-_.]+", "-", package).lower()
-
-
 def _core() -> set[str]:
     """Packages that an installation without extras brings."""
-    names: set[str] = set()
-    wanted = [Requirement(text) for text in PROJECT["dependencies"]]
-    while wanted:
-        requirement = wanted.pop()
-        if _name(requirement.name) in names or (requirement.marker and not requirement.marker.evaluate({"extra": ""})):
-            continue
-        try:
-            needed = distribution(requirement.name).requires or ()
-        except PackageNotFoundError:
-            continue
-        names.add(_name(requirement.name))
-        wanted += map(Requirement, needed)
-    return names
+    packages, _ = DEPENDENCIES.brought(PROJECT["dependencies"])
+    return {name for name, package in packages.items() if package is not None}
 
 
 def _left_out() -> list[str]:
     """Top-level modules of the packages that an installation without extras does not bring."""
     core = _core() | {"gearrattle"}
     modules = packages_distributions().items()
-    return sorted(module for module, packages in modules if core.isdisjoint(map(_name, packages)))
+    return sorted(module for module, packages in modules if core.isdisjoint(map(DEPENDENCIES.plain, packages)))
 
 
 def _command(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -69,7 +53,7 @@ sys.exit(main({list(arguments)!r}))
 
 
 def test_the_core_has_no_library_of_an_extra() -> None:
-    extras = {_name(Requirement(row).name) for rows in PROJECT["optional-dependencies"].values() for row in rows}
+    extras = {DEPENDENCIES.plain(Requirement(row).name) for rows in EXTRAS.values() for row in rows}
     assert {"matplotlib", "zarr", "starlette"} <= extras
     assert extras.isdisjoint(_core())
     assert {"matplotlib", "zarr", "PIL"} <= set(_left_out())

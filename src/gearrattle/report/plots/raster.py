@@ -33,8 +33,8 @@ def raster(heat: Heat, x: Axis, y: Axis) -> str:
 def _png(heat: Heat) -> bytes:
     """Return a picture with one point a cell, the first row lowest; shade 0 is transparent.
 
-    Format: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)": 8 bits a point, colours from a palette,
-    rows without a filter.
+    Format: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)", 2025: 8 bits a point, colours from a
+    palette, rows without a filter.
     """
     # shade of every cell
     with np.errstate(invalid="ignore"):

@@ -1,9 +1,9 @@
 """Thinning of curves to the number of samples that a screen can show.
 
 A curve of a rattling run has about 1e5 samples, and a screen about 1e3 columns. Every n-th sample would miss the
-impacts. So the curve is cut into equal buckets, and the lowest and the highest sample of every bucket are kept (U. Jugel
-et al., "M4: A Visualization-Oriented Time Series Data Aggregation", Proc. VLDB Endowment 7 (2014) 797-808, where this is
-MinMax). Therefore every spike remains visible, and the envelope is exact.
+impacts. So the curve is cut into equal buckets, and the lowest and the highest sample of every bucket are kept: MinMax
+of U. Jugel et al., "M4: A Visualization-Oriented Time Series Data Aggregation", Proc. VLDB Endowment 7 (2014) 797-808.
+Therefore every spike remains visible, and the envelope is exact.
 
 The selection is an array of indices, so that one selection can serve several curves.
 """
