@@ -28,7 +28,8 @@ R = TypeVar("R")
 
 NUMBER_ENDINGS = (".nc", ".csv")
 """Endings of files with the numbers of a result."""
-FIGURE_ENDINGS = (".svg", ".pdf", ".eps", ".png", ".tiff")
+PRINT_ENDINGS = (".pdf", ".eps", ".png", ".tiff")
+FIGURE_ENDINGS = (".svg", *PRINT_ENDINGS)
 """Endings of files with the figure of a result that has exactly one."""
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.json_types import json_text
-from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, PRINT_ENDINGS, Presentation
 from gearrattle.report.provenance import versions
 from gearrattle.result import KIND
 from gearrattle.wording import listed
@@ -73,7 +73,8 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
     """Refuse a path to which the result cannot be saved, before anything is computed.
 
     ``option`` is the name of the option with this path, for the message. ModelError for another ending, for a folder or
-    one of the inputs at the path of a file, and for a file at the path of a folder.
+    one of the inputs at the path of a file, and for a file at the path of a folder; NotInstalled for a figure for print
+    without matplotlib.
     """
     suffix = path.suffix.lower()
     if suffix in endings:
@@ -81,6 +82,10 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
             raise ModelError(Problem(option, f'"{path}"', "is a folder; a file is needed"))
         if path.parent.exists() and not path.parent.is_dir():
             raise ModelError(Problem(option, f'"{path}"', "lies below a file; a folder is needed"))
+        if suffix in PRINT_ENDINGS:
+            from gearrattle.report.plots.typeset.style import check_matplotlib
+
+            check_matplotlib(option, f'"{path}"')
     elif suffix in _FILE_ENDINGS and not path.is_dir():
         rule = f"must be a folder, or a file that ends in {listed(endings, 'or')}"
         raise ModelError(Problem(option, f'"{path}"', rule))
