@@ -191,7 +191,7 @@ def test_drag_that_is_negative_in_all_survives_a_reduction(part: dict[str, Any])
             {"name": "gear", "J": 0.002, "drag_parts": [{"kind": "constant", "torque": 3.0, **part}]},
         ],
         "coupling": [{"name": "shaft", "between": ["engine", "hub"], "stiffness": 1e3, "damping": 0.1}],
-        "mesh": [{"name": "mesh", "between": ["hub", "gear"], "radii": [0.04, 0.05], "stiffness": 1e8, "damping": 1e2}],
+        "mesh": [{"name": "mesh", "between": ["hub", "gear"], "radii": [0.04, 0.05], "stiffness": 1e9, "damping": 1e2}],
         "excitation": {"speed": 100.0},
         "torque": [{"on": "engine", "mean": "balance", "harmonics": [{"order": 2, "amplitude": 5.0}]}],
     }
@@ -201,10 +201,10 @@ def test_drag_that_is_negative_in_all_survives_a_reduction(part: dict[str, Any])
     assert gr.equilibrium(smaller).balance == pytest.approx(gr.equilibrium(whole).balance, rel=1e-12)
     assert viscous_drags(smaller)[1] == pytest.approx(0.64 * viscous_drags(whole)[2], rel=1e-12)
     one, other = (
-        gr.simulate(m, cycles=6, discard=1, samples_per_cycle=64).data["velocity"].sel(inertia="hub").values
+        gr.simulate(m, cycles=6, discard=1, initial="static").data["velocity"].sel(inertia="hub").values
         for m in (whole, smaller)
     )
-    assert np.max(np.abs(one - other)) < 5e-4 * np.max(np.abs(one))
+    assert np.max(np.abs(one - other)) < 1e-4 * np.max(np.abs(one))
 
 
 def test_a_gear_that_its_shaft_drives_is_loose_all_the_same() -> None:
