@@ -94,12 +94,10 @@ def fit(
 ) -> None:
     """Fit parameters to measured frequencies, responses, drags or to a recorded motion; say what stays open.
 
-    A model with a speed sweep is fitted to a run-up, order by order over speed.
-
     Parameters
     ----------
     model
-        Model file (TOML): the rough start.
+        Model file (TOML): the rough start. One with a speed sweep is fitted order by order over speed.
     data
         Data file (TOML) with [[mode]] and [[response]] tables, with [[drag]], or with [recording]; or a measured file,
         or a mapping for it (measurement.toml), as validate takes it.
