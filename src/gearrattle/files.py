@@ -96,12 +96,6 @@ def opened_text(path: str | os.PathLike[str], encoding: str, errors: str = "stri
     return io.TextIOWrapper(opened(path), encoding=encoding, errors=errors)
 
 
-def check_regular(path: str | os.PathLike[str]) -> int:
-    """Return the size of a regular file [bytes] before a library opens it; raises as ``opened``."""
-    with opened(path) as stream:
-        return os.fstat(stream.fileno()).st_size
-
-
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
     """Return the content of a regular file that is within the limit; raises as ``opened``."""
     with opened(path) as stream:
@@ -139,6 +133,15 @@ def check_archive(path: str | os.PathLike[str]) -> None:
         within_limit(sum(entry.file_size for entry in archive.infolist()))
 
 
+NETCDF_3_RULE = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
+NETCDF_3_REMEDY = "nccopy -k nc4 old.nc new.nc converts it"
+
+
+def is_netcdf_3(head: bytes) -> bool:
+    """Whether a file that begins so is netCDF 3."""
+    return head.startswith(b"CDF")
+
+
 def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     """Open an HDF5 file (``h5py.File``) after checking that it has no external data and is within the limit.
 
@@ -150,12 +153,14 @@ def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     Raises
     ------
     Refused
-        the file has external links, external storage or virtual datasets, is larger than the limit, or is damaged; and
-        as ``opened``.
+        the file is netCDF 3, has external links, external storage or virtual datasets, is larger than the limit, or is
+        damaged; and as ``opened``.
     """
     import h5py
 
-    check_regular(path)
+    with opened(path) as stream:
+        if is_netcdf_3(stream.read(3)):
+            raise Refused(NETCDF_3_RULE, NETCDF_3_REMEDY)
     file = h5py.File(path, "r")
     try:
         _check_hdf5(file, in_parts=in_parts)

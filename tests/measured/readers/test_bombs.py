@@ -163,6 +163,9 @@ def test_netcdf_3_is_called_by_its_name(tmp_path: Path) -> None:
         file.createVariable("time", "d", ("time",))[:] = np.arange(5.0)
     with pytest.raises(ModelError, match="found a netCDF 3 file; netCDF 3 is not read; netCDF-4, which is HDF5, is"):
         gr.read(path)
+    for reads in (gr.open_run, gr.figures):
+        with pytest.raises(ModelError, match="netCDF 3 is not read"):
+            reads(path)
 
 
 def test_a_wav_of_many_tracks_is_read_within_seconds(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import Refused, opened
+from gearrattle.files import NETCDF_3_REMEDY, NETCDF_3_RULE, Refused, is_netcdf_3, opened
 from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run_reader, uff, wav
 from gearrattle.measured.readers.reader import HEAD, Column, Raw, Reader, Request, refuse_doubles
 from gearrattle.measured.readers.reader_answers import ANSWERS
@@ -55,9 +55,8 @@ def format_of(path: str | os.PathLike[str]) -> str:
         if reader.knows(file_path, head):
             return reader.NAME
     # no reader: name the likely cause
-    if head[:3] == b"CDF":
-        rule = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
-        raise ModelError(Problem(name, "a netCDF 3 file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
+    if is_netcdf_3(head):
+        raise ModelError(Problem(name, "a netCDF 3 file", NETCDF_3_RULE, NETCDF_3_REMEDY))
     ending = next((r.NAME for r in READERS.values() if file_path.suffix.lower() in r.SUFFIXES), "")
     rule = f"its content is none of {listed(READERS)}"
     remedy = (
