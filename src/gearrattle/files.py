@@ -96,6 +96,12 @@ def opened_text(path: str | os.PathLike[str], encoding: str, errors: str = "stri
     return io.TextIOWrapper(opened(path), encoding=encoding, errors=errors)
 
 
+def check_regular(path: str | os.PathLike[str]) -> int:
+    """Return the size of a regular file [bytes] before a library opens it; raises as ``opened``."""
+    with opened(path) as stream:
+        return os.fstat(stream.fileno()).st_size
+
+
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
     """Return the content of a regular file that is within the limit; raises as ``opened``."""
     with opened(path) as stream:
@@ -133,15 +139,6 @@ def check_archive(path: str | os.PathLike[str]) -> None:
         within_limit(sum(entry.file_size for entry in archive.infolist()))
 
 
-NETCDF_3_RULE = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
-NETCDF_3_REMEDY = "nccopy -k nc4 old.nc new.nc converts it"
-
-
-def is_netcdf_3(head: bytes) -> bool:
-    """Whether a file that begins so is netCDF 3."""
-    return head.startswith(b"CDF")
-
-
 def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     """Open an HDF5 file (``h5py.File``) after checking that it has no external data and is within the limit.
 
@@ -159,8 +156,9 @@ def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     import h5py
 
     with opened(path) as stream:
-        if is_netcdf_3(stream.read(3)):
-            raise Refused(NETCDF_3_RULE, NETCDF_3_REMEDY)
+        if stream.read(3) == b"CDF":
+            rule = "is netCDF 3; results are saved as netCDF-4, which is HDF5"
+            raise Refused(rule, "nccopy -k nc4 old.nc new.nc converts it")
     file = h5py.File(path, "r")
     try:
         _check_hdf5(file, in_parts=in_parts)
