@@ -23,6 +23,7 @@ from gearrattle.measured.identification.data_file import Data, tables_of
 from gearrattle.measured.identification.data_tables import DataTables, DragTable
 from gearrattle.measured.identification.unit_columns import check_sign, check_units, in_si, read_unit_columns
 from gearrattle.model import Model, units
+from gearrattle.model.drag_parts import DragPart
 from gearrattle.model.model_file import check_reachable, read_text
 from gearrattle.model.pydantic_problems import model_error, place
 from gearrattle.model.table import Breach, did_you_mean, listed, shown
@@ -50,7 +51,7 @@ class MeasuredDrags:
 
     Attributes
     ----------
-    paths
+    indices
         of the drag parts that were measured together.
     speed
         (N,) against what they act on [rad/s].
@@ -63,12 +64,22 @@ class MeasuredDrags:
     """
 
     body: str
-    paths: tuple[str, ...]
+    indices: tuple[int, ...]
     speed: Array
     temperature: Array | None
     torque: Array
     error: Array
     assumed: bool
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of the drag parts."""
+        return tuple(f"inertia.{self.body}.drag_parts.{index}" for index in self.indices)
+
+    def parts(self, model: Model) -> list[DragPart]:
+        """Return the drag parts of a model."""
+        (drag_parts,) = (inertia.drag_parts for inertia in model.inertias if inertia.name == self.body)
+        return [drag_parts[index] for index in self.indices]
 
 
 def has_drags(data: Data) -> bool:
@@ -139,5 +150,4 @@ def _with_errors(row: DragTable, samples: DragSamples, model: Model) -> Measured
     if error is None:
         error = (row.relative_error or DRAG_ERROR) * samples.torque
     indices = dict.fromkeys(range(count) if row.parts is None else row.parts)
-    paths = tuple(f"inertia.{row.of}.drag_parts.{index}" for index in indices)
-    return MeasuredDrags(row.of, paths, samples.speed, samples.temperature, samples.torque, error, is_assumed)
+    return MeasuredDrags(row.of, tuple(indices), samples.speed, samples.temperature, samples.torque, error, is_assumed)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,10 +161,15 @@ class DragProblem(DataProblem):
         """(N,) drag torques at logarithms x."""
         values = dict(zip(self.parameters.paths, (self.parameters.start * np.exp(x)).tolist(), strict=True))
         sums = []
-        for m, laws in zip(self.measured, self._laws(x), strict=True):
-            factors = [values.get(path + _FACTOR, self.model[path + _FACTOR]) for path in m.paths]
+        for m, own, laws in zip(self.measured, self._own_factors, self._laws(x), strict=True):
+            factors = [values.get(path + _FACTOR, factor) for path, factor in zip(m.paths, own, strict=True)]
             sums.append(laws @ np.array(factors))
         return np.concatenate(sums)
+
+    @cached_property
+    def _own_factors(self) -> list[list[float]]:
+        """Factors of the parts in the model, by body."""
+        return [[part.factor for part in m.parts(self.model)] for m in self.measured]
 
     def _laws(self, x: Array) -> list[Array]:
         """(N, parts) torques of the laws themselves, of every body; kept, for factors change them not."""
@@ -181,14 +187,14 @@ def _law_torques(model: Model, measured: MeasuredDrags) -> Array:
     temperatures = [None] * measured.speed.size if measured.temperature is None else measured.temperature.tolist()
     torques = np.empty((measured.speed.size, len(measured.paths)))
     problems = []
-    for i, path in enumerate(measured.paths):
-        part = model[path].at_reference(model.excitation.omega)
+    for i, (path, part) in enumerate(zip(measured.paths, measured.parts(model), strict=True)):
+        at_reference = part.at_reference(model.excitation.omega)
         for row, (speed, temperature) in enumerate(zip(measured.speed.tolist(), temperatures, strict=True)):
             oil = model.oil
             if oil is not None and temperature is not None:
                 oil = oil.model_copy(update={"temperature": temperature})
             try:
-                torques[row, i] = part.law(speed, oil).torque
+                torques[row, i] = at_reference.law(speed, oil).torque
             except ModelError as error:
                 problems += [replace(problem, place=f"{path}.{problem.place}") for problem in error.problems]
     if problems:
