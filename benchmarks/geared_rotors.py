@@ -110,7 +110,7 @@ def modes(rotor: Any) -> list[dict[str, float]]:
     mass = rotor.M(0)
     shift = (2.0 * np.pi * 100.0) ** 2  # makes the stiffness of free motions positive
     inverses, shapes = eigh(mass, rotor.K(0) + shift * mass)
-    found = []
+    listed = []
     for inverse, shape in zip(inverses[::-1], shapes.T[::-1], strict=True):
         hertz = float(np.sqrt(max(1.0 / inverse - shift, 0.0)) / (2.0 * np.pi)) if inverse > 0.0 else np.inf
         if hertz > 2e4:
@@ -119,8 +119,8 @@ def modes(rotor: Any) -> list[dict[str, float]]:
         by_direction = energy.reshape(-1, 6).sum(axis=0) / energy.sum()
         x, y, z, tilt_x, tilt_y, turn = by_direction.tolist()
         shares = {"lateral": x + y, "axial": z, "tilting": tilt_x + tilt_y, "torsional": turn}
-        found.append({"hertz": hertz} | {name: round(share, 6) for name, share in shares.items()})
-    return found
+        listed.append({"hertz": hertz} | {name: round(share, 6) for name, share in shares.items()})
+    return listed
 
 
 def main() -> None:

@@ -92,7 +92,7 @@ def test_a_file_says_the_same_as_arrays(model: gr.Model, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("changes", "free", "place", "rule"),
+    ("changes", "free", "location", "rule"),
     [
         ({"of": "sixth_gear"}, FACTORS, "drag.0.of", "no inertia has this name"),
         ({"of": "hub"}, FACTORS, "drag.0.of", "has no drag_parts"),
@@ -105,11 +105,11 @@ def test_a_file_says_the_same_as_arrays(model: gr.Model, tmp_path: Path) -> None
     ],
 )
 def test_what_is_no_measured_drag_is_refused(
-    model: gr.Model, changes: dict[str, Any], free: list[str], place: str, rule: str
+    model: gr.Model, changes: dict[str, Any], free: list[str], location: str, rule: str
 ) -> None:
     with pytest.raises(gr.ModelError) as refused:
         gr.identification.fit(model, {"drag": [measured(model) | changes]}, free)
-    assert any(place in problem.place and rule in problem.rule for problem in refused.value.problems), refused.value
+    assert any(location in problem.place and rule in problem.rule for problem in refused.value.problems), refused.value
 
 
 @pytest.mark.parametrize(

@@ -97,15 +97,15 @@ def check_sign(name: str, columns: UnitColumns, column: str, *, may_be_zero: boo
 
 def _units(location: str, header: Sequence[str], example: str) -> dict[str, str]:
     """Return unit by column, in the order of the file."""
-    found: dict[str, str] = {}
+    units_by_name: dict[str, str] = {}
     for cell in header:
         match = _COLUMN.fullmatch(cell)
-        if match is None or match[1] in found:
+        if match is None or match[1] in units_by_name:
             raise ModelError(
                 Problem(location, shown(cell.strip()), "must be a column name, once, and its unit", example)
             )
-        found[match[1]] = match[2] or ""
-    return found
+        units_by_name[match[1]] = match[2] or ""
+    return units_by_name
 
 
 def _row(location: str, cells: Sequence[str], columns: Sequence[str]) -> list[float]:
