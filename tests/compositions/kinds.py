@@ -208,7 +208,7 @@ def _sideways() -> gr.Model:
     """Both gears move sideways, one of them with a clearance."""
     held = {"stiffness": 2e7, "damping": 3000.0}
     bearings = [{"name": "front", "on": "hub", **held}]
-    bearings.append({"name": "rear", "on": "wheel", **held, "clearance": 1e-5, "faces": 4})
+    bearings.append({"name": "rear", "on": "wheel", "around": "hub", **held, "clearance": 1e-5, "faces": 4})
     masses = {"inertia.hub.mass": 2.0, "inertia.wheel.mass": 1.0}
     return base({**masses, "mesh.gear.pressure_angle": 0.35, "bearing": bearings})
 

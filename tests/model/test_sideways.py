@@ -140,6 +140,16 @@ def test_a_ring_of_faces_is_as_far_from_a_circle_as_is_said(faces: int) -> None:
     assert 0.5 * said < worst <= said
     assert any(f"at most {said:g} k C" in note for note in model.components["bearing.front"].notes())
     assert laws[0].elastic(1.01 * gap) == pytest.approx(0.01 * gap * stiffness, rel=1e-9)
+def test_a_bearing_around_a_body_moves_with_it_and_says_ground_for_the_housing() -> None:
+    needles = {"name": "needles", "on": "b", "around": "a", "stiffness": 1e8, "direction": 0.3}
+    masses = [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"]
+    front = {"name": "front", **HELD, "around": "ground"}
+    layout = assemble(gr.Model.from_tables(tables(inertia=masses, bearing=[front, needles]))).layout
+    assert list(layout.direction_names) == ["a.x", "a.y", "b.u"]
+    assert layout.direction_rows[-1] == pytest.approx([-cos(0.3), -sin(0.3), 1.0], abs=1e-15)
+    assert layout.casing_rows @ np.arange(1.0, 5.0) == pytest.approx([2.0, 3.0])
+
+
     assert laws[0].elastic(gap) == 0.0
 
 

@@ -85,11 +85,12 @@ def contacts_of(tables: dict[str, Any]) -> list[Contact]:
             if not gap:
                 break
     for table in tables["bearing"]:
-        contacts += _bearing(table, names.index(table["on"]), size)
+        around = names.index(table["around"]) if "around" in table else None
+        contacts += _bearing(table, names.index(table["on"]), around, size)
     return contacts
 
 
-def _bearing(table: dict[str, Any], body: int, size: int) -> list[Contact]:
+def _bearing(table: dict[str, Any], body: int, around: int | None, size: int) -> list[Contact]:
     gap = table.get("clearance", 0.0)
     faces = table.get("faces", 16)
     if not gap:
@@ -100,6 +101,8 @@ def _bearing(table: dict[str, Any], body: int, size: int) -> list[Contact]:
     for name, x, y in directions:
         row = np.zeros(size)
         row[3 * body + 1 : 3 * body + 3] = x, y
+        if around is not None:
+            row[3 * around + 1 : 3 * around + 3] = -x, -y
         contacts += _sides(table, row, gap, table["stiffness"], table["name"] + name)
         if gap and faces > 4:
             # beyond the second corner a face has 4/N of its slope: a negative spring is added

@@ -40,7 +40,7 @@ def started(tables: dict[str, Any], seed: int) -> np.ndarray:
     return start
 
 
-def compare(seed: int) -> tuple[int, float]:
+def compare(tables: dict[str, Any], seed: int) -> tuple[int, float]:
     """Return the number of crossings, and the largest error while a perturbation has not grown too much.
 
     All crossings must be there, in order.

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.prescribed_motion import columns_of
-from gearrattle.assembly.sideways import beside_directions
 from gearrattle.assembly.unloaded import unloaded
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium

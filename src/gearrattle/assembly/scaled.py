@@ -122,6 +122,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
             sideways.acceleration * (unit["line_speed"] / unit["time"]),
             sideways.bearing_force * unit["force"],
         )
+            sideways.casing_force * unit["force"],
     # samples, events and force integrals in SI
     return replace(
         trajectory,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.derived_values import kept
-from gearrattle.model import Model
+from gearrattle.model import GROUND, Model
 
 Array = NDArray[np.float64]
 
@@ -75,17 +75,24 @@ def push_rows(model: Model) -> Array:
 
 
 def bearing_rows(model: Model) -> Array:
-    """(2 B, m) force of every bearing on its body, along x and along y, by the forces of the elements."""
+    """(2 B, m) force of every bearing on the body that it holds, along x and along y, by the forces of the elements."""
     bearings = {f"bearing.{bearing.name}": b for b, bearing in enumerate(model.bearings)}
     rows = np.zeros((2 * len(bearings), len(model.elements)))
     for k, element in enumerate(model.elements):
         if element.path in bearings:
             first = 2 * bearings[element.path]
-            (push,) = element.pushes
-            rows[first : first + 2, k] = -push.x, -push.y
+            held = element.pushes[0]
+            rows[first : first + 2, k] = -held.x, -held.y
     return rows
 
 
 def bearing_names(model: Model) -> tuple[str, ...]:
-    """Names of the forces of all bearings on their bodies: NAME.x, NAME.y."""
+    """Names of the forces of all bearings on the bodies that they hold: NAME.x, NAME.y."""
     return tuple(f"{bearing.name}.{axis}" for bearing in model.bearings for axis in "xy")
+def casing_rows(model: Model) -> Array:
+    """(2, m) force on the casing, along x and along y, by the forces of the elements; no bearing around a body adds."""
+    in_housing = [bearing.around == GROUND for bearing in model.bearings for _ in "xy"]
+    rows = bearing_rows(model)[np.array(in_housing, dtype=bool)]
+    return -np.stack([rows[axis::2].sum(axis=0) for axis in (0, 1)])
+
+

@@ -23,7 +23,14 @@ from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import columns_of, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
-from gearrattle.assembly.sideways import bearing_names, bearing_rows, beside_directions, directions_of, mass_of
+from gearrattle.assembly.sideways import (
+    bearing_names,
+    bearing_rows,
+    beside_directions,
+    casing_rows,
+    directions_of,
+    mass_of,
+)
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock
@@ -160,4 +167,5 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         direction_rows=rows[:, len(names) :],
         bearing_names=bearing_names(model),
         bearing_rows=bearing_rows(model),
+        casing_rows=casing_rows(model),
     )

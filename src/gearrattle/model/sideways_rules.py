@@ -1,4 +1,7 @@
-"""Rules of sideways motion: a mass needs a bearing, a bearing a mass, and a mesh of such a gear its pressure angle."""
+"""Rules of sideways motion: a mass needs a bearing, a bearing a mass, and a mesh of such a gear its pressure angle.
+
+A body is held if bearings lead from it to the housing: its own, or one around a body that is held.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,37 @@ from typing import Any
 
 from gearrattle.model.components import COMPONENTS
 from gearrattle.model.table import Breach
+from gearrattle.model.value_kinds import GROUND
 
 Rows = Sequence[Mapping[str, Any]]
 _KEYS = ("displacement", "displacement_velocity")
+_MASSES = {
+    "on": "a bearing holds a body with a mass; without one its axis stays where it is",
+    "around": "a bearing lies around a body with a mass; the axis of one without stays where it is, as the housing does",
+}
 
 
 def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
     """Yield breaches of rules between masses, bearings and meshes, each a list of rows by its key."""
     heavy = {row.get("name") for row in rows["inertia"] if row.get("mass") is not None}
     names = {row.get("name") for row in rows["inertia"]}
-    held = [row.get("on") for row in rows["bearing"]]
+    held = {row.get("on") for row in rows["bearing"]}
+    firm = _held_by_the_housing(rows["bearing"])
     for index, row in enumerate(rows["inertia"]):
-        if row.get("mass") is not None and row.get("name") not in held:
-            rule = "a body with a mass moves sideways, and no bearing holds this one"
-            remedy = f'add a [[bearing]] with on = "{row.get("name")}", or leave mass out'
-            yield Breach(("inertia", index, "mass"), row["mass"], rule, remedy)
+        name = row.get("name")
+        if row.get("mass") is None or name in firm:
+            continue
+        rule = "a body with a mass moves sideways, and no bearing holds this one"
+        remedy = f'add a [[bearing]] with on = "{name}", or leave mass out'
+        if name in held:
+            rule = "a body with a mass moves sideways, and no bearings lead from this one to the housing"
+            remedy = "add a [[bearing]] without around for one of the bodies around which its bearings lie"
+        yield Breach(("inertia", index, "mass"), row["mass"], rule, remedy)
     for index, row in enumerate(rows["bearing"]):
-        on = row.get("on")
-        if isinstance(on, str) and on in names and on not in heavy:
-            rule = "a bearing holds a body with a mass; without one its axis stays where it is"
-            yield Breach(("bearing", index, "on"), on, rule, 'give the inertia a mass, such as mass = "0.8 kg"')
+        for key, rule in _MASSES.items():
+            body = row.get(key)
+            if isinstance(body, str) and body in names and body not in heavy:
+                yield Breach(("bearing", index, key), body, rule, 'give the inertia a mass, such as mass = "0.8 kg"')
     for index, row in enumerate(rows["mesh"]):
         yield from _of_mesh(index, row, heavy)
     for index, row in enumerate(rows["planetary"]):
@@ -34,6 +48,14 @@ def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
             if body.name in heavy:
                 rule = "bodies of a planetary set cannot move sideways yet: its meshes know rotation alone"
                 yield Breach(("planetary", index, *body.location), body.name, rule, "leave the mass of this body out")
+
+
+def _held_by_the_housing(bearings: Rows) -> set[Any]:
+    """Names of the bodies from which bearings lead to the housing."""
+    firm: set[Any] = {GROUND}
+    while more := {row.get("on") for row in bearings if row.get("around", GROUND) in firm} - firm:
+        firm |= more
+    return firm
 
 
 def _of_mesh(index: int, row: Mapping[str, Any], heavy: set[Any]) -> Iterator[Breach]:
