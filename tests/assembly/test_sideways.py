@@ -108,17 +108,19 @@ def test_a_loose_gear_is_loose_with_two_flanks() -> None:
 
 
 def test_columns_of_variants_are_those_of_every_variant() -> None:
-    model = driven()
+    model = gr.Model.from_tables(driven().to_tables() | {"gravity": {"direction": -1.2}})
     for path, values in {
         "mesh.gear.backlash": [6e-5, 5e-5],
         "inertia.motor.J": [0.0043, 0.004],
         "inertia.pinion.mass": [0.6, 0.7],
         "bearing.at_wheel.stiffness": [1e8, 2e8],
+        "gravity.direction": [-1.2, -1.3],
     }.items():
         columns, good = coefficients(model, {path: np.array(values)}, 2)
         for v in np.flatnonzero(good).tolist():
             alone = coefficients_of(assemble(model.with_({path: values[v]})).system)
             np.testing.assert_array_equal(columns.inertia[v], alone.inertia)
+            np.testing.assert_array_equal(columns.mean[v], alone.mean)
             np.testing.assert_array_equal(columns.laws.stiffness[v], alone.laws.stiffness)
             np.testing.assert_array_equal(columns.laws.upper[v], alone.laws.upper)
         assert good.all() == path.startswith(("mesh", "inertia.motor"))

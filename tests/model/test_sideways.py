@@ -66,6 +66,32 @@ def names(model: gr.Model) -> list[str]:
         ({"bearing": [{"name": "f", **HELD, "on": "ground"}]}, "bearing.f.on", "a bearing holds an inertia", ""),
         ({"bearing": [{"name": "f", **HELD, "stiffness": 0}]}, "bearing.f.stiffness", "greater than zero", ""),
         (
+            {"bearing": [{"name": "f", **HELD, "around": "b"}]},
+            "bearing.f.around",
+            "a bearing lies around a body with a mass",
+            "give the inertia a mass",
+        ),
+        ({"bearing": [{"name": "f", **HELD, "around": "a"}]}, "bearing.f.around", "two different inertias", ""),
+        ({"bearing": [{"name": "f", **HELD, "around": "c"}]}, "bearing.f.around", "no inertia has this name", ""),
+        (
+            {
+                "inertia": [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"],
+                "bearing": [{"name": "f", **HELD, "around": "b"}, {"name": "g", **HELD, "on": "b", "around": "a"}],
+            },
+            "inertia.b.mass",
+            "no bearings lead from this one to the housing",
+            "add a [[bearing]] without around",
+        ),
+        (
+            {"inertia": [{"name": "a", "J": 0.01}], "mesh": None, "bearing": None, "gravity": {}},
+            "gravity",
+            "none has one",
+            "leave [gravity] out",
+        ),
+        ({"gravity": {"acceleration": 0.0}}, "gravity.acceleration", "greater than zero", ""),
+        ({"gravity": {"direction": "9.81 m/s^2"}}, "gravity.direction", "must be an angle", "5 deg"),
+        ({"gravity": {}, "units": "dimensionless"}, "gravity.acceleration", "no number of a dimensionless", "state it"),
+        (
             {"simulation": {"initial": {"angle": [0, 0], "velocity": [0, 0], "displacement": [0]}}},
             "simulation.initial.displacement",
             "one entry for each of the 2 directions",
@@ -114,6 +140,16 @@ def test_directions_follow_the_bearings() -> None:
     assert rows[1:] == pytest.approx(np.array([[cos(0.3), sin(0.3)], [cos(1.3), sin(1.3)]]), abs=1e-15)
 
 
+def test_a_bearing_around_a_body_moves_with_it_and_says_ground_for_the_housing() -> None:
+    needles = {"name": "needles", "on": "b", "around": "a", "stiffness": 1e8, "direction": 0.3}
+    masses = [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"]
+    front = {"name": "front", **HELD, "around": "ground"}
+    layout = assemble(gr.Model.from_tables(tables(inertia=masses, bearing=[front, needles]))).layout
+    assert list(layout.direction_names) == ["a.x", "a.y", "b.u"]
+    assert layout.direction_rows[-1] == pytest.approx([-cos(0.3), -sin(0.3), 1.0], abs=1e-15)
+    assert layout.casing_rows @ np.arange(1.0, 5.0) == pytest.approx([2.0, 3.0])
+
+
 def test_two_names_of_elements_may_not_be_the_same() -> None:
     clash = tables(bearing=[{"name": "front", **HELD}, {"name": "front-x", **HELD}])
     with pytest.raises(gr.ModelError, match="must be unique over"):
@@ -140,16 +176,6 @@ def test_a_ring_of_faces_is_as_far_from_a_circle_as_is_said(faces: int) -> None:
     assert 0.5 * said < worst <= said
     assert any(f"at most {said:g} k C" in note for note in model.components["bearing.front"].notes())
     assert laws[0].elastic(1.01 * gap) == pytest.approx(0.01 * gap * stiffness, rel=1e-9)
-def test_a_bearing_around_a_body_moves_with_it_and_says_ground_for_the_housing() -> None:
-    needles = {"name": "needles", "on": "b", "around": "a", "stiffness": 1e8, "direction": 0.3}
-    masses = [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"]
-    front = {"name": "front", **HELD, "around": "ground"}
-    layout = assemble(gr.Model.from_tables(tables(inertia=masses, bearing=[front, needles]))).layout
-    assert list(layout.direction_names) == ["a.x", "a.y", "b.u"]
-    assert layout.direction_rows[-1] == pytest.approx([-cos(0.3), -sin(0.3), 1.0], abs=1e-15)
-    assert layout.casing_rows @ np.arange(1.0, 5.0) == pytest.approx([2.0, 3.0])
-
-
     assert laws[0].elastic(gap) == 0.0
 
 

@@ -215,6 +215,11 @@ def _sums(tables: dict[str, Any]) -> Sums:
         speed = tables["excitation"]["speed"]
         sines = table.get("harmonics", ())
         waves += [(at, sine["amplitude"], sine["order"] * speed, sine["phase"]) for sine in sines]
+    if gravity := tables.get("gravity"):
+        for i, body in enumerate(bodies):
+            weight = body.get("mass", 0.0) * gravity["acceleration"]
+            mean[3 * i + 1] = weight * cos(gravity["direction"])
+            mean[3 * i + 2] = weight * sin(gravity["direction"])
     return Sums(inertia, drag, mean, waves)
 
 
@@ -272,6 +277,25 @@ def random_tables(seed: int) -> dict[str, Any]:
         "excitation": {"speed": _between(rng, 1.0, 3.0)},
         "torque": [{"on": "b0", "mean": _between(rng, -0.3, 0.3), "harmonics": harmonics}],
     }
+
+
+def nested_tables(seed: int) -> dict[str, Any]:
+    """A driveline as ``random_tables`` makes, with a weight; some bearings lie around the body before it that has a
+    mass, and one more body hangs on the last.
+    """
+    tables = random_tables(seed)
+    rng = random.Random(f"nested/{seed}")
+    heavy = [body["name"] for body in tables["inertia"] if "mass" in body]
+    for bearing in tables["bearing"]:
+        at = heavy.index(bearing["on"])
+        if at and rng.random() < 0.7:
+            bearing["around"] = heavy[at - 1]
+    tables["inertia"].append({"name": "loose", "J": 1.0, "drag": 0.05, "mass": _between(rng, 0.5, 3.0)})
+    spring = {"stiffness": _between(rng, 5.0, 60.0), "damping": _between(rng, 0.02, 0.2)}
+    tables["coupling"].append({"name": "hold", "between": [heavy[-1], "loose"], **spring})
+    tables["bearing"].append({**_random_bearing(rng, "loose"), "around": heavy[-1]})
+    tables["gravity"] = {"direction": _between(rng, -3.0, 3.0), "acceleration": _between(rng, 0.05, 0.5)}
+    return tables
 
 
 def _random_bearing(rng: random.Random, on: str) -> dict[str, Any]:

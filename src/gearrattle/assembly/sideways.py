@@ -16,6 +16,7 @@ from gearrattle.derived_values import kept
 from gearrattle.model import GROUND, Model
 
 Array = NDArray[np.float64]
+_ROUNDING = 1e-15
 
 
 class Direction(NamedTuple):
@@ -56,6 +57,17 @@ def mass_of(model: Model) -> Array:
     return np.array([model.inertias[direction.body].mass for direction in directions_of(model)], dtype=float)
 
 
+def weights(model: Model) -> Array:
+    """(p,) weight of the bodies along every direction [N]; zero without gravity."""
+    gravity = model.gravity
+    if gravity is None:
+        return np.zeros(len(directions_of(model)))
+    down = np.array([cos(gravity.direction), sin(gravity.direction)])
+    down[np.abs(down) < _ROUNDING] = 0.0  # -90 deg is no exact number of radians, and nothing may hold sideways
+    along = np.array([[direction.x, direction.y] for direction in directions_of(model)])
+    return np.asarray(mass_of(model) * gravity.acceleration * (along @ down))
+
+
 def beside_directions(model: Model, of_inertias: Array) -> Array:
     """(n + p, ...) loads on all inertias, and none in any direction."""
     none = np.zeros((len(directions_of(model)), *of_inertias.shape[1:]))
@@ -86,9 +98,6 @@ def bearing_rows(model: Model) -> Array:
     return rows
 
 
-def bearing_names(model: Model) -> tuple[str, ...]:
-    """Names of the forces of all bearings on the bodies that they hold: NAME.x, NAME.y."""
-    return tuple(f"{bearing.name}.{axis}" for bearing in model.bearings for axis in "xy")
 def casing_rows(model: Model) -> Array:
     """(2, m) force on the casing, along x and along y, by the forces of the elements; no bearing around a body adds."""
     in_housing = [bearing.around == GROUND for bearing in model.bearings for _ in "xy"]
@@ -96,3 +105,6 @@ def casing_rows(model: Model) -> Array:
     return -np.stack([rows[axis::2].sum(axis=0) for axis in (0, 1)])
 
 
+def bearing_names(model: Model) -> tuple[str, ...]:
+    """Names of the forces of all bearings on the bodies that they hold: NAME.x, NAME.y."""
+    return tuple(f"{bearing.name}.{axis}" for bearing in model.bearings for axis in "xy")

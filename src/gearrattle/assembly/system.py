@@ -18,7 +18,7 @@ from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_inertia
 from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
 from gearrattle.assembly.input_signals import signals_of
-from gearrattle.assembly.means import mean_torques
+from gearrattle.assembly.means import mean_loads
 from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import columns_of, free_of, motion_errors
@@ -103,7 +103,7 @@ def _system(model: Model) -> PiecewiseSystem:
             _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
     # system of the free inertias and of all directions
     columns = columns_of(model)
-    mean = beside_directions(model, mean_torques(model))
+    mean = mean_loads(model)
     return PiecewiseSystem(
         inertia=system_inertia(model, free),
         drag=beside_directions(model, np.array(viscous_drags(model)))[columns],

@@ -71,6 +71,13 @@ def _of_mesh(index: int, row: Mapping[str, Any], heavy: set[Any]) -> Iterator[Br
             yield Breach(("mesh", index, key), row[key], rule, f"give a gear a mass and a bearing, or leave {key} out")
 
 
+def weight_rules(gravity: object, inertias: Rows) -> Iterator[Breach]:
+    """Yield a breach of a weight without a body that has a mass."""
+    if gravity is not None and all(row.get("mass") is None for row in inertias):
+        rule = "a weight acts on bodies with a mass, and none has one"
+        yield Breach(("gravity",), gravity, rule, "give a body a mass and a bearing, or leave [gravity] out")
+
+
 def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[Breach]:
     """Yield breaches of a start state that has not one displacement for each direction of a body with a mass."""
     initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
