@@ -16,7 +16,7 @@ Rows = Sequence[Mapping[str, Any]]
 _KEYS = ("displacement", "displacement_velocity")
 _MASSES = {
     "on": "a bearing holds a body with a mass; without one its axis stays where it is",
-    "around": "a bearing lies around a body with a mass; the axis of one without stays where it is, as the housing does",
+    "around": "a bearing lies around a body with a mass; one without stays where it is, as the housing does",
 }
 
 

@@ -32,6 +32,7 @@ from gearrattle.report.presentation import ModelPresentation, Presentation
 from gearrattle.report.record_dataset import stacked, texts
 from gearrattle.report.tables import Table, shortened
 from gearrattle.report.verdict_tables import criteria_tables, verdict_table
+from gearrattle.signals import by_parts
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         )
 
     def _histories(self) -> tuple[Section, ...]:
-        shown = _Shown(self.result.run, self.result.verdict)
+        shown = _Shown(Run(by_parts(self.result.run.trajectory), self.result.model), self.result.verdict)
         clearances = tuple(chart for chart in (deflections(shown), forces(shown), regions(shown)) if chart.panels)
         bodies = tuple(chart for chart in (accelerations(shown), speeds(shown)) if chart.panels)
         return (
