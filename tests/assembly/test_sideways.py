@@ -147,9 +147,60 @@ def test_a_study_has_statistics_of_bearing_forces(tmp_path: Path) -> None:
     assert value == pytest.approx(float(row["value"].iloc[0]), rel=1e-9)
 
 
-def test_lumping_says_why_not() -> None:
-    with pytest.raises(gr.ModelError, match="lumping knows rotation alone, and this body moves sideways"):
-        gr.reduce(driven(), "100 Hz")
+def extended(**of_bearings: object) -> gr.Model:
+    """The driven pair with a stiff shaft of three massless bodies before its motor."""
+    tables = driven(**of_bearings).to_tables()
+    tables["inertia"] += [{"name": "flywheel", "J": 0.001}, {"name": "disc", "J": 0.0005}]
+    stiff = {"stiffness": 1e8, "damping": 1.0}
+    tables["coupling"] += [
+        {"name": "one", "between": ["flywheel", "disc"], **stiff},
+        {"name": "two", "between": ["disc", "motor"], **stiff},
+    ]
+    tables["simulation"] = {"cycles": 8, "discard": 4, "samples_per_cycle": 64}
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize("of_bearings", [{}, {"clearance": 1e-5, "faces": 4}])
+def test_bodies_without_a_mass_are_lumped_and_those_with_one_stay(of_bearings: dict[str, object]) -> None:
+    model = extended(**of_bearings)
+    reduction = gr.reduce(model, "2 kHz")
+    smaller = reduction.model
+    assert [body.name for body in smaller.inertias] == ["motor", "pinion", "wheel", "load"]
+    assert sum(body.J for body in smaller.inertias) == pytest.approx(sum(body.J for body in model.inertias))
+    assert [body.mass for body in smaller.inertias] == [None, 0.6, 1.5, None]
+    assert smaller.bearings == model.bearings
+    assert reduction.elements["input"].reason == "is at a body that moves sideways, which stays a body of its own"
+    assert {reduction.elements[name].merged for name in ("one", "two")} == {True}
+    # frequencies in the band, and the motion
+    full = gr.modes(model).frequencies
+    small = gr.modes(smaller).frequencies
+    inside = full[full < 2.0 * np.pi * 2000.0]
+    assert small[: inside.size] == pytest.approx(inside, rel=1e-3)
+    one, two = (gr.criteria(gr.simulate(variant)) for variant in (model, smaller))
+    assert two["gear-drive"].max_impact_energy == pytest.approx(one["gear-drive"].max_impact_energy, rel=0.02)
+
+
+def test_lumping_a_body_with_a_mass_says_why_not() -> None:
+    with pytest.raises(gr.ModelError, match=r"input.*is at a body that moves sideways, which stays a body of its own"):
+        gr.reduce(extended(), "2 kHz", merge=["input"])
+
+
+def test_lumping_keeps_displacements_of_the_start() -> None:
+    start = {"angle": [0.0] * 6, "velocity": [0.0] * 6, "displacement": [1e-6, 2e-6, 3e-6, 4e-6]}
+    model = extended().with_({"simulation.initial": start})
+    initial = gr.reduce(model, "2 kHz").model.simulation.to_plain()["initial"]
+    assert initial["displacement"] == start["displacement"]
+    assert len(initial["angle"]) == 4
+
+
+@pytest.mark.parametrize("method", ["craig-bampton", "modal", "lumping"])
+def test_condensing_takes_displacements_as_coordinates(method: str) -> None:
+    model = extended(clearance=1e-5, faces=4)
+    small = gr.condense(model, "1 kHz", method=method)
+    full = gr.modes(model).frequencies
+    inside = full[full < 2.0 * np.pi * 1000.0]
+    assert small.frequencies()[: inside.size] == pytest.approx(inside, rel=0.05)
+    assert {"pinion.x", "wheel.y"} <= set(small.inertia_names)
 
 
 def falling(**changes: object) -> gr.Model:
