@@ -106,19 +106,51 @@ def test_faults_are_told_with_their_remedy(changes: dict[str, Any], location: st
     assert any(location == where and rule in what and remedy in how for where, what, how in said), said
 
 
-def test_a_planetary_set_of_bodies_with_a_mass_is_refused() -> None:
-    bodies = [*tables()["inertia"], *({"name": name, "J": 0.01} for name in "cde")]
-    planetary = {
+def planetary(**changes: Any) -> dict[str, Any]:
+    """A sun with a mass between three planets on a carrier that stands still; None takes a key out."""
+    masses = changes.pop("masses", {"a": 0.8})
+    plain = {
         "name": "set",
         "sun": "a",
-        "ring": "c",
-        "carrier": "d",
-        "planets": ["e"],
+        "ring": "b",
+        "carrier": "ground",
+        "planets": ["p1", "p2", "p3"],
         "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
         "stiffness": {"sun": 1e7, "ring": 1e7},
+        "pressure_angle": 0.35,
     }
-    with pytest.raises(gr.ModelError, match=r"planetary.0.sun: .* cannot move sideways yet"):
-        gr.Model.from_tables(tables(inertia=bodies, planetary=[planetary]))
+    bodies = [{"name": name, "J": 0.01} for name in ("a", "b", "c", "p1", "p2", "p3")]
+    bodies = [{**body, **({"mass": masses[body["name"]]} if body["name"] in masses else {})} for body in bodies]
+    row = {key: value for key, value in {**plain, **changes}.items() if value is not None}
+    return tables(inertia=bodies, planetary=[row], mesh=None, bearing=None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "location", "rule"),
+    [
+        ({"carrier": "c"}, "planetary.set.sun", "forces of Coriolis act"),
+        ({"masses": {"p2": 0.1}, "pressure_angle": None}, "planetary.set.planets.1", "the sun alone may move sideways"),
+        ({"masses": {"b": 0.1}, "pressure_angle": None}, "planetary.set.ring", "the sun alone may move sideways"),
+        ({"pressure_angle": None}, "planetary.set.pressure_angle", "need the directions of their lines of action"),
+        ({"pressure_angle": "91 deg"}, "planetary.set.pressure_angle", "below 90 deg"),
+        ({"masses": {}}, "planetary.set.pressure_angle", "it has no mass"),
+        ({"planet_positions": [0.0, 1.0]}, "planetary.set.planet_positions", "one angle for each of the 3 planets"),
+        ({"planets": ["p1", "p2"]}, "inertia.a.mass", "no bearing holds this one"),
+    ],
+)
+def test_a_set_says_which_of_its_bodies_may_move_sideways(changes: dict[str, Any], location: str, rule: str) -> None:
+    with pytest.raises(gr.ModelError) as caught:
+        gr.Model.from_tables(planetary(**changes))
+    said = [(problem.place, problem.rule) for problem in caught.value.problems]
+    assert any(location in (where, where.replace(".0.", ".set.")) and rule in what for where, what in said), said
+
+
+def test_a_floating_sun_has_flanks() -> None:
+    plain = gr.Model.from_tables(planetary())
+    assert names(plain)[:2] == ["set-sun-p1", "set-ring-p1"]
+    flanks = gr.Model.from_tables(planetary(backlash={"sun": 1e-4, "ring": 0.0}))
+    assert names(flanks)[:3] == ["set-sun-p1-drive", "set-sun-p1-coast", "set-ring-p1"]
+    assert list(assemble(flanks).layout.direction_names) == ["a.x", "a.y"]
 
 
 def test_elements_have_the_names_that_the_manual_gives() -> None:

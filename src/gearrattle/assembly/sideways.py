@@ -44,8 +44,8 @@ def directions_of(model: Model) -> tuple[Direction, ...]:
         if inertia.mass is None:
             continue
         only = {bearing.direction for bearing in model.bearings if bearing.on == inertia.name}
-        angle = only.pop()
-        if only or angle is None:
+        angle = only.pop() if len(only) == 1 else None
+        if angle is None:
             directions += [Direction(i, f"{inertia.name}.x", 1.0, 0.0), Direction(i, f"{inertia.name}.y", 0.0, 1.0)]
         else:
             directions.append(Direction(i, f"{inertia.name}.u", cos(angle), sin(angle)))

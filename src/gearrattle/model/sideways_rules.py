@@ -1,6 +1,7 @@
 """Rules of sideways motion: a mass needs a bearing, a bearing a mass, and a mesh of such a gear its pressure angle.
 
-A body is held if bearings lead from it to the housing: its own, or one around a body that is held.
+A body is held if bearings lead from it to the housing: its own, or one around a body that is held. The sun of a
+planetary set with three planets and more is held by its meshes.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from gearrattle.model.table import Breach
 from gearrattle.model.value_kinds import GROUND
 
 Rows = Sequence[Mapping[str, Any]]
+_PLANETS = 3
+"""Fewest planets that hold a sun: with two, both lines of action may be parallel."""
 _KEYS = ("displacement", "displacement_velocity")
 _MASSES = {
     "on": "a bearing holds a body with a mass; without one its axis stays where it is",
@@ -26,6 +29,7 @@ def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
     names = {row.get("name") for row in rows["inertia"]}
     held = {row.get("on") for row in rows["bearing"]}
     firm = _held_by_the_housing(rows["bearing"])
+    firm |= {row.get("sun") for row in rows["planetary"] if _count(row.get("planets")) >= _PLANETS}
     for index, row in enumerate(rows["inertia"]):
         name = row.get("name")
         if row.get("mass") is None or name in firm:
@@ -44,10 +48,7 @@ def sideways_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
     for index, row in enumerate(rows["mesh"]):
         yield from _of_mesh(index, row, heavy)
     for index, row in enumerate(rows["planetary"]):
-        for body in COMPONENTS["planetary"].bodies(row):
-            if body.name in heavy:
-                rule = "bodies of a planetary set cannot move sideways yet: its meshes know rotation alone"
-                yield Breach(("planetary", index, *body.location), body.name, rule, "leave the mass of this body out")
+        yield from _of_set(index, row, heavy)
 
 
 def _held_by_the_housing(bearings: Rows) -> set[Any]:
@@ -76,6 +77,35 @@ def weight_rules(gravity: object, inertias: Rows) -> Iterator[Breach]:
     if gravity is not None and all(row.get("mass") is None for row in inertias):
         rule = "a weight acts on bodies with a mass, and none has one"
         yield Breach(("gravity",), gravity, rule, "give a body a mass and a bearing, or leave [gravity] out")
+
+
+def _of_set(index: int, row: Mapping[str, Any], heavy: set[Any]) -> Iterator[Breach]:
+    """Yield breaches of a planetary set: bodies with a mass but the sun, a sun between planets that turn around it."""
+    for body in COMPONENTS["planetary"].bodies(row):
+        where = ("planetary", index, *body.location)
+        if body.name not in heavy:
+            continue
+        if body.location != ("sun",):
+            rule = "of a planetary set the sun alone may move sideways: the other meshes know rotation alone"
+            yield Breach(where, body.name, rule, "leave the mass of this body out")
+        elif row.get("carrier") != GROUND:
+            rule = (
+                "a sun moves sideways between planets that stand still; with a carrier that turns the lines of action "
+            )
+            rule += "turn too, and forces of Coriolis act"
+            yield Breach(where, body.name, rule, 'leave the mass of the sun out, or carrier = "ground"')
+        elif row.get("pressure_angle") is None:
+            rule = f"{body.name} moves sideways: its meshes need the directions of their lines of action"
+            yield Breach(("planetary", index, "pressure_angle"), ..., rule, 'such as pressure_angle = "20 deg"')
+    for key in ("pressure_angle", "planet_positions"):
+        if row.get(key) is not None and row.get("sun") not in heavy:
+            rule = f"{key} says how the meshes push the sun sideways, and it has no mass"
+            yield Breach(("planetary", index, key), row[key], rule, f"give the sun a mass, or leave {key} out")
+
+
+def _count(planets: object) -> int:
+    """How many planets there are."""
+    return len(planets) if isinstance(planets, (list, tuple)) else 0
 
 
 def start_rules(simulation: object, inertias: Rows, bearings: Rows) -> Iterator[Breach]:

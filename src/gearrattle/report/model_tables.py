@@ -31,17 +31,18 @@ def model_tables(findings: Findings) -> list[Table]:
 
 def _inertias(model: Model) -> Table:
     unit = _unit(model)
+    moves = any(body.mass for body in model.inertias)
     rows = tuple(
         (
             body.name,
             quantity(body.J, unit("kg m²")),
             quantity(body.drag, unit("N m s/rad")) if body.drag else "by parts" if body.drag_parts else "–",
             quantity(body.drag_torque, unit("N m")) if body.drag_torque else "by parts" if body.drag_parts else "–",
-            *([quantity(body.mass, unit("kg")) if body.mass else "–"] if model.bearings else []),
+            *([quantity(body.mass, unit("kg")) if body.mass else "–"] if moves else []),
         )
         for body in model.inertias
     )
-    mass = ("mass",) if model.bearings else ()
+    mass = ("mass",) if moves else ()
     return Table(("body", "inertia", "viscous drag", "drag torque", *mass), rows, title="Bodies")
 
 

@@ -38,26 +38,36 @@ def orbits(findings: Judged) -> Chart | None:
     window = detail(findings)
     part = slice(window.first, window.last + 1)
     names = [body.name for body in findings.model.inertias]
-    bearings = findings.model.bearings[:MOST]
+    bearings = findings.model.bearings
+    held = {bearing.on for bearing in bearings}
+    floating = [body.name for body in findings.model.inertias if body.mass is not None and body.name not in held]
     panels = []
-    for bearing in bearings:
-        # relative to the body around which it lies
-        moved = place[part, names.index(bearing.on)]
-        if bearing.around in names:
-            moved = moved - place[part, names.index(bearing.around)]
-        frame = np.maximum(np.ptp(moved, axis=0), 2.0 * bearing.clearance)
+    for bearing, name in [*((bearing, bearing.on) for bearing in bearings), *((None, name) for name in floating)][
+        :MOST
+    ]:
+        # relative to the body around which a bearing lies
+        moved = place[part, names.index(name)]
+        words = name
+        gap = 0.0
+        if bearing is not None:
+            gap = bearing.clearance
+            words = bearing.name
+            if bearing.around in names:
+                moved = moved - place[part, names.index(bearing.around)]
+                words += f", around {bearing.around}"
+        # the orbit and the clearance in one unit
+        frame = np.maximum(np.ptp(moved, axis=0), 2.0 * gap)
         shown = moved[thinned(moved * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), WITHIN)]
-        in_unit = scale(np.append(moved, bearing.clearance), "m" if findings.model.units == "SI" else "")
+        in_unit = scale(np.append(moved, gap), "m" if findings.model.units == "SI" else "")
         x, y = shown.T * in_unit.factor
         mark = "points" if coarse(trajectory) else "line"
-        lines = (*_clearance(bearing, in_unit.factor), Line(x, y, "orbit", INK, mark, 1.2))
+        circle = () if bearing is None else _clearance(bearing, in_unit.factor)
         across, up = (f"{axis}  [{in_unit.unit}]" if in_unit.unit else axis for axis in "xy")
-        words = bearing.name if bearing.around not in names else f"{bearing.name}, around {bearing.around}"
-        panels.append(Panel(words, up, across, lines, equal_scales=True))
+        panels.append(Panel(words, up, across, (*circle, Line(x, y, "orbit", INK, mark, 1.2)), equal_scales=True))
     caption = (
         f"Displacement of the body that a bearing holds, y over x, over the {detail_words(findings, window)}; of a "
         "bearing around another body relative to that. Dashed: the circle of the clearance, with the faces that stand "
-        f"for it.{_left_out(len(findings.model.bearings))}"
+        f"for it.{_left_out(len(bearings) + len(floating))}"
     )
     return Chart(
         "orbits",
@@ -85,7 +95,7 @@ def displacements(findings: Judged) -> Chart | None:
 def bearing_forces(findings: Judged) -> Chart | None:
     """Draw the forces of bearings, and of all in the housing on the casing; None where no body moves sideways."""
     sideways = findings.motion.trajectory.sideways
-    if sideways is None:
+    if sideways is None or not findings.model.bearings:
         return None
     names = ("all on the casing.x", "all on the casing.y", *findings.motion.trajectory.layout.bearing_names)
     values = np.concatenate([sideways.casing_force, sideways.bearing_force], axis=1)
