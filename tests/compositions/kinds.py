@@ -204,17 +204,6 @@ def _planetary() -> gr.Model:
     return base({"inertia": [*base().to_tables()["inertia"], *bodies], "planetary": [planetary]})
 
 
-def _floating() -> gr.Model:
-    """A planetary set on the hub, its carrier and its ring on the ground; the sun floats between three planets."""
-    model = _planetary()
-    bodies = [body for body in model.to_tables()["inertia"] if body["name"] != "arm"]
-    bodies = [{**body, "mass": 1.0} if body["name"] == "hub" else body for body in bodies]
-    (row,) = model.to_tables()["planetary"]
-    floating = {**row, "carrier": "ground", "planets": ["p1", "p2", "p3"], "pressure_angle": 0.35}
-    mesh = {"mesh.gear.pressure_angle": 0.35}
-    return base({"inertia": [*bodies, {"name": "p3", "J": 2e-4}], "planetary": [floating], **mesh})
-
-
 def _sideways() -> gr.Model:
     """Both gears move sideways and have a weight, one of them with a clearance around the other."""
     held = {"stiffness": 2e7, "damping": 3000.0}
@@ -248,7 +237,6 @@ KINDS: Mapping[str, Kind] = {
     "run-up with drag": Kind("a sweep, and drag parts", lambda: base({**SWEEP, **DRAG})),
     "two trains": Kind("two trains that nothing joins", _two_trains),
     "sideways": Kind("gears with masses and weights on bearings, one with clearance around the other", _sideways),
-    "floating sun": Kind("a planetary set whose sun has a mass, its carrier on the ground", _floating),
     "no clearance": Kind("linear elements alone", _linear),
     "dimensionless": Kind("numbers without units", lambda: gr.loads(DIMENSIONLESS)),
     "one body": Kind("no element at all", lambda: gr.loads(ONE_BODY)),

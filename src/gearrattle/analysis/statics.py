@@ -27,7 +27,6 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.value_kinds import FLAG, Count, argument_problems, check_arguments
 from gearrattle.result import Result
-from gearrattle.signals import rings
 from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
@@ -271,7 +270,12 @@ def _middled(layout: Layout, middled: Sequence[int]) -> list[str]:
     """Note gaps without load, which are taken at their middle; of a ring in contact that its body may roll."""
     loose = {element: layout.element_names[element] for element in middled}
     notes = []
-    for ring in rings(layout):
+    of_bearings = ()
+    if layout.bearing_names:
+        from gearrattle.signals import rings
+
+        of_bearings = rings(layout)
+    for ring in of_bearings:
         faces = layout.clearance[list(ring.clearances)].tolist()
         free = [loose.pop(face) for face in faces if face in loose]
         if len(free) == len(faces):

@@ -42,13 +42,13 @@ class Ring(NamedTuple):
 @kept
 def rings(layout: Layout) -> tuple[Ring, ...]:
     """Return the bearings whose faces are several clearances, in order."""
-    found: dict[str, list[int]] = {}
+    by_bearing: dict[str, list[int]] = {}
     for k, element in enumerate(layout.clearance.tolist()):
         if layout.is_bearing[element]:
-            found.setdefault(layout.component_paths[element].partition(".")[2], []).append(k)
+            by_bearing.setdefault(layout.component_paths[element].partition(".")[2], []).append(k)
     bearings = [name.rpartition(".")[0] for name in layout.bearing_names[::2]]
     several = []
-    for name, clearances in found.items():
+    for name, clearances in by_bearing.items():
         if len(clearances) > 1:
             first = 2 * bearings.index(name)
             force = layout.bearing_rows[first : first + 2, layout.clearance[clearances]]
@@ -141,11 +141,11 @@ def by_parts(trajectory: Trajectory) -> Trajectory:
     judged = judged_arrays(layout)
     crossings = crossings_of(trajectory)
     initial = np.array(trajectory.initial_region - layout.region_of_first_piece, dtype=np.int64)
-    merged = Crossings(*(np.empty_like(column) for column in crossings))
+    merged = Crossings._make(np.empty_like(column) for column in crossings)
     pieces = np.zeros(judged.faces.size, dtype=np.int64)
     at = np.empty(len(trajectory.events), dtype=np.int64)
     count = tallies.ring_crossings(judged, crossings, initial, merged, pieces, at)
-    merged = Crossings(*(column[:count] for column in merged))
+    merged = Crossings._make(column[:count] for column in merged)
     label = judged.label.take(merged.clearance)
     # samples of the parts
     whole = parts_of(layout)

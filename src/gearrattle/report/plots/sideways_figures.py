@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearrattle.assembly import directions_of
-from gearrattle.report.plots.chart import Chart, Key, Line, Panel
+from gearrattle.report.plots.chart import Chart, Key, Line, Mark, Panel
 from gearrattle.report.plots.chords import SCREEN, WITHIN, thinned
 from gearrattle.report.plots.chosen_parts import MOST, Judged
 from gearrattle.report.plots.motion_window import TimeAxis, coarse, detail, detail_words, scale
@@ -34,7 +34,7 @@ def orbits(findings: Judged) -> Chart | None:
         return None
     # displacements of all bodies in both directions
     trajectory = findings.motion.trajectory
-    place = _displacements(findings)
+    position = _displacements(findings)
     window = detail(findings)
     part = slice(window.first, window.last + 1)
     names = [body.name for body in findings.model.inertias]
@@ -46,21 +46,21 @@ def orbits(findings: Judged) -> Chart | None:
         :MOST
     ]:
         # relative to the body around which a bearing lies
-        moved = place[part, names.index(name)]
+        moved = position[part, names.index(name)]
         words = name
         gap = 0.0
         if bearing is not None:
             gap = bearing.clearance
             words = bearing.name
             if bearing.around in names:
-                moved = moved - place[part, names.index(bearing.around)]
+                moved = moved - position[part, names.index(bearing.around)]
                 words += f", around {bearing.around}"
         # the orbit and the clearance in one unit
         frame = np.maximum(np.ptp(moved, axis=0), 2.0 * gap)
         shown = moved[thinned(moved * (np.array(SCREEN) / np.where(frame > 0.0, frame, 1.0)), WITHIN)]
         in_unit = scale(np.append(moved, gap), "m" if findings.model.units == "SI" else "")
         x, y = shown.T * in_unit.factor
-        mark = "points" if coarse(trajectory) else "line"
+        mark: Mark = "points" if coarse(trajectory) else "line"
         circle = () if bearing is None else _clearance(bearing, in_unit.factor)
         across, up = (f"{axis}  [{in_unit.unit}]" if in_unit.unit else axis for axis in "xy")
         panels.append(Panel(words, up, across, (*circle, Line(x, y, "orbit", INK, mark, 1.2)), equal_scales=True))
@@ -106,10 +106,10 @@ def _displacements(findings: Judged) -> Array:
     """(Nt, n, 2) displacement of every body along x and y [m]; zero without a mass."""
     sideways = findings.motion.trajectory.sideways
     assert sideways is not None
-    place = np.zeros((len(sideways.displacement), len(findings.model.inertias), 2))
+    position = np.zeros((len(sideways.displacement), len(findings.model.inertias), 2))
     for moved, direction in zip(sideways.displacement.T, directions_of(findings.model), strict=True):
-        place[:, direction.body] += moved[:, None] * (direction.x, direction.y)
-    return place
+        position[:, direction.body] += moved[:, None] * (direction.x, direction.y)
+    return position
 
 
 def _clearance(bearing: Bearing, factor: float) -> tuple[Line, ...]:
@@ -143,7 +143,7 @@ def _histories(findings: Judged, key: str, what: str, columns: tuple[tuple[str, 
         for k in own:
             x, y = axis.history(values[:, k], window)
             colour = _Y if names[k].endswith(".y") else ACCENT
-            mark = "points" if coarse(trajectory) else "line"
+            mark: Mark = "points" if coarse(trajectory) else "line"
             lines.append(Line(x, y * in_unit.factor, names[k], colour, mark))
         panels.append(Panel(name, in_unit.unit, axis.title, tuple(lines), x_range=axis.ends(window)))
     caption = f"{what} along x and y over the {detail_words(findings, window)}{axis.words}.{_left_out(len(owned))}"
