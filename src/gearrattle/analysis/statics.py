@@ -270,12 +270,11 @@ def _middled(layout: Layout, middled: Sequence[int]) -> list[str]:
     """Note gaps without load, which are taken at their middle; of a ring in contact that its body may roll."""
     loose = {element: layout.element_names[element] for element in middled}
     notes = []
-    of_bearings = ()
-    if layout.bearing_names:
-        from gearrattle.signals import rings
+    if not layout.bearing_names:
+        return [f"{name}: the free gap carries no load and is taken at its middle." for name in loose.values()]
+    from gearrattle.signals import rings
 
-        of_bearings = rings(layout)
-    for ring in of_bearings:
+    for ring in rings(layout):
         faces = layout.clearance[list(ring.clearances)].tolist()
         free = [loose.pop(face) for face in faces if face in loose]
         if len(free) == len(faces):
