@@ -114,7 +114,7 @@ def _right_hand_side(equations: Equations) -> str:
     lines += ["    /* deflections and their rates */", *_lines(equations.before), "    /* forces */"]
     for law in equations.laws:
         looked_up = f"piece_of(delta_{law.name}, CORNERS_{law.name}, {len(law.corners)})"
-        lines.append(f"    const int piece_{law.name} = pieces ? pieces[{law.index}] : {looked_up};")
+        lines.append(f"    const int piece_{law.name} = pieces ? pieces[{law.clearance}] : {looked_up};")
     lines += [*_lines(equations.forces), "    /* rates: speeds, then accelerations */"]
     lines += [f"    rates[{i}] = y[{count + i}];" for i in range(count)]
     lines += [f"    rates[{count + i}] = {formula.text};" for i, formula in enumerate(equations.accelerations)]

@@ -94,7 +94,7 @@ def _right_hand_side(equations: Equations) -> str:
     lines += ["    # deflections and their rates", *_lines(equations.before), "    # forces"]
     for law in equations.laws:
         looked_up = f"piece_of(delta_{law.name}, CORNERS_{law.name})"
-        lines.append(f"    piece_{law.name} = pieces === nothing ? {looked_up} : pieces[{law.index + 1}]")
+        lines.append(f"    piece_{law.name} = pieces === nothing ? {looked_up} : pieces[{law.clearance + 1}]")
     lines += [*_lines(equations.forces), "    # rates: speeds, then accelerations"]
     lines += [f"    rates[{i + 1}] = omega_{word}" for i, (_, word) in enumerate(equations.coordinates)]
     lines += [f"    rates[{count + i + 1}] = {formula.text}" for i, formula in enumerate(equations.accelerations)]

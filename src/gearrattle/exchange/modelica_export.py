@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -263,7 +263,7 @@ def _array(values: np.ndarray) -> str:
     return "{" + ", ".join(map(repr, values.tolist())) + "}"
 
 
-def _sines(orders: Sequence[float], sine: np.ndarray, cosine: np.ndarray) -> Iterator[tuple[float, float, float]]:
+def _sines(orders: Iterable[float], sine: np.ndarray, cosine: np.ndarray) -> Iterator[tuple[float, float, float]]:
     """Order, amplitude and phase of every sine that is there."""
     for order, s, c in zip(map(float, orders), sine.tolist(), cosine.tolist(), strict=True):
         if s or c:

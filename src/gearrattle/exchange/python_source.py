@@ -163,7 +163,7 @@ def _right_hand_side(equations: Equations) -> str:
     lines.append("    # forces")
     for law in equations.laws:
         looked_up = f"piece_of(delta_{law.name}, CORNERS_{law.name})"
-        lines.append(f"    piece_{law.name} = {looked_up} if pieces is None else pieces[{law.index}]")
+        lines.append(f"    piece_{law.name} = {looked_up} if pieces is None else pieces[{law.clearance}]")
     lines += [*_lines(equations.forces), "    # rates: speeds, then accelerations", "    return ["]
     lines += [f"        omega_{word}," for _, word in equations.coordinates]
     lines += [f"        {formula.text}," for formula in equations.accelerations]

@@ -47,8 +47,8 @@ class Piecewise(NamedTuple):
     ----------
     name
         of the element, as an identifier.
-    index
-        of the clearance.
+    clearance
+        its index.
     corners, stiffness, damping, offset
         of its pieces, lowest deflection first.
     labels
@@ -56,7 +56,7 @@ class Piecewise(NamedTuple):
     """
 
     name: str
-    index: int
+    clearance: int
     corners: list[float]
     stiffness: list[float]
     damping: list[float]
@@ -167,7 +167,9 @@ def equations_of(model: Model) -> Equations:
     clearances = {k: i for i, k in enumerate(system.clearances)}
     laws = tuple(_piecewise(words[k], i, system.laws[k]) for k, i in clearances.items())
     surfaces = [
-        Surface(law.name, law.index, corner, law.corners[corner]) for law in laws for corner in range(len(law.corners))
+        Surface(law.name, law.clearance, corner, law.corners[corner])
+        for law in laws
+        for corner in range(len(law.corners))
     ]
     return Equations(
         title=model.name or "a driveline",
@@ -196,8 +198,15 @@ def _is_ambiguous(numbers: tuple[tuple[str, tuple[Number, ...]], ...]) -> bool:
 
 def _piecewise(name: str, index: int, law: PiecewiseLaw) -> Piecewise:
     labels = list(range(law.first_label, law.first_label + law.pieces))
-    tables = [values.tolist() for values in (law.corners, law.stiffness, law.damping, law.offset)]
-    return Piecewise(name, index, *tables, labels=labels)
+    return Piecewise(
+        name,
+        index,
+        corners=law.corners.tolist(),
+        stiffness=law.stiffness.tolist(),
+        damping=law.damping.tolist(),
+        offset=law.offset.tolist(),
+        labels=labels,
+    )
 
 
 def _pieces(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray) -> tuple[int, ...]:
@@ -248,9 +257,9 @@ def _numbers(
     of_elements = []
     for k, (word, element, law) in enumerate(zip(words, model.elements, system.laws, strict=True)):
         is_angle = not element.along_line
-        arm = unit("1", "m or 1", is_angle)
+        arms = ["m" if element.along_line and i < turning and is_si else "1" for i in range(system.size)]
         own = np.flatnonzero(system.rows[k])
-        of_elements += [Number(f"W_{word}_{bodies[i]}", float(system.rows[k, i]), arm) for i in own]
+        of_elements += [Number(f"W_{word}_{bodies[i]}", float(system.rows[k, i]), arms[i]) for i in own]
         if not law.corners.size:
             of_elements.append(Number(f"K_{word}", float(law.stiffness[0]), unit("N m/rad", "N/m", is_angle)))
             of_elements.append(Number(f"C_{word}", float(law.damping[0]), unit("N m s/rad", "N s/m", is_angle)))

@@ -119,7 +119,8 @@ def matrices_file(model: Model, ending: str, region: Mapping[str, int] | None) -
     }
     stream = io.BytesIO()
     if ending == ".npz":
-        np.savez(stream, **arrays, **{key: np.array(texts, dtype=np.str_) for key, texts in names.items()})
+        arrays |= {key: np.array(texts, dtype=np.str_) for key, texts in names.items()}
+        np.savez(stream, **arrays)
         return stream.getvalue()
     from scipy.io import savemat
 

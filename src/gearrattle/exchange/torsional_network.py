@@ -206,7 +206,7 @@ def _bodies(network: TorsionalNetwork) -> _Bodies:
         joined[group[b]].append((group[a], sense, where))
     senses, _ = _spread(joined, "closes a loop in which the gears turn it against itself")
     # the node kept: the first with an inertia
-    kept = {}
+    kept = dict[Node, Node]()
     for root in dict.fromkeys(group.values()):
         members = [node for node in linked if group[node] == root]
         held = GROUND if set(members) & network.grounded else ""
@@ -251,7 +251,7 @@ def _check_inertia(network: TorsionalNetwork, bodies: _Bodies) -> None:
     turning = {bodies.kept[node] for node, J in network.inertia.items() if J > 0.0}
     acting = [(node, where) for _, table, where in network.components for node in table["between"]]
     acting += [(torque["on"], f"torque on {torque['on']}") for torque in network.torques]
-    without = {}
+    without = dict[Node, str]()
     for node, where in acting:
         kept = bodies.kept[node]
         if kept != GROUND and kept not in turning:
