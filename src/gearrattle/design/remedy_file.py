@@ -25,7 +25,7 @@ def remedy_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a remedy file; its values are checked where they are used."""
     bound = {
         "type": ["number", "string"],
-        "description": "An end of the range: a number in SI, or a string with a unit.",
+        "description": "An end of the range: a number in SI, or a text with a unit.",
     }
     spacing = {"enum": ["linear", "log"], "description": "How steps divide the range."}
     pair = {"type": "array", "minItems": 2, "maxItems": 2}

@@ -22,7 +22,7 @@ def with_schema_line(text: str, folder: Path, kind: str = MODEL) -> str:
     """Return the text of a file as it is written into a folder: the line in front, if the schema is there."""
     name = schema_file(kind)
     home = folder.resolve()
-    there = [prefix for prefix, place in (("./", home), ("../", home.parent)) if (place / name).is_file()]
+    there = [prefix for prefix, owner in (("./", home), ("../", home.parent)) if (owner / name).is_file()]
     return f"{MARK}{there[0]}{name}\n{text}" if there else text
 
 
