@@ -32,7 +32,7 @@ def test_what_gearrattle_needs_is_under_permissive_licences() -> None:
 
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_copyleft_libraries_of_an_extra_are_named(extra: str) -> None:
-    page = (DOCS / "howto" / "install.md").read_text(encoding="utf-8")
+    page = (DOCS / "howto" / "install.md").read_text(encoding="utf-8").lower()
     assert [name for name in _copyleft(_licences(EXTRAS[extra])) if name not in page] == []
 
 
@@ -44,7 +44,7 @@ def test_every_extra_of_a_user_is_in_the_manual(extra: str) -> None:
 
 def test_the_known_copyleft_library_is_recognised() -> None:
     pytest.importorskip("asammdf")
-    assert _copyleft(_licences(EXTRAS["measured"])) == ["asammdf"]
+    assert "asammdf" in _copyleft(_licences(EXTRAS["measured"]))
 
 
 def test_the_bill_of_materials_has_every_package_once(tmp_path: Path) -> None:
@@ -65,4 +65,4 @@ def test_the_bill_of_materials_has_every_package_once(tmp_path: Path) -> None:
     assert rows["numpy"]["brought by"] == "core"
     assert "studies" in rows["zarr"]["brought by"]
     assert "pytest" not in rows
-    assert "asammdf" in next(line for line in done.stdout.splitlines() if line.endswith("<- copyleft"))
+    assert "asammdf" in " ".join(line for line in done.stdout.splitlines() if line.endswith("<- copyleft"))
