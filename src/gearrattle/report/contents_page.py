@@ -9,7 +9,7 @@ from gearrattle.measured.look import Contents
 from gearrattle.model.schema_line import with_schema_line
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels_figure import channels_chart
-from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import RESULT_ENDINGS, Presentation
 from gearrattle.report.record_dataset import records_dataset, stacked
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -25,7 +25,7 @@ class ContentsPage(Presentation[Contents]):
     """The channels of a measured file."""
 
     kind = "contents"
-    endings = (*NUMBER_ENDINGS, ".toml")
+    endings = (*RESULT_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:
