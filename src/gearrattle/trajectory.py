@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Signal = tuple[str, str]
 """Quantity and subject, e.g. ("velocity", "flywheel")."""
+CASING_FORCE = "casing_force"
+"""Quantity: the force of all bearings on the casing, along ``AXES``."""
+AXES = ("x", "y")
 _SAME_SPEED = 1e-9  # share of a speed: a speed outside a table by less is inside up to rounding
 
 
@@ -178,6 +181,11 @@ class Layout:
         return np.asarray(self.radii[:, 0] == 0.0)
 
     @property
+    def casing_rows(self) -> Array:
+        """(2, m) force of all bearings on the casing, along x and along y, from the forces of the elements."""
+        return -np.stack([self.bearing_rows[axis::2].sum(axis=0) for axis in (0, 1)])
+
+    @property
     def clearance_names(self) -> tuple[str, ...]:
         """Names of the elements that have a corner, in element order."""
         return tuple(self.element_names[k] for k in self.clearance)
@@ -257,6 +265,9 @@ class Exact(Protocol):
         ``with_moments`` marks the signals whose moments are needed. ``cycles`` are the ends of consecutive windows, in
         cycles from the start of the steady part; values then have an axis of windows.
         """
+
+    def values(self, trajectory: Trajectory, signals: Sequence[Signal], time: Array) -> Array | None:
+        """Return (N, q) signals at times (N,) [s] of the steady part; None as above."""
 
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) levels that the modulus of a signal exceeds for a share of the steady part; None as above."""

@@ -60,7 +60,8 @@ class SoundPath:
     Attributes
     ----------
     response
-        (N,) [Pa/(N s)]; the impulse is at sample ``lead``.
+        (N,) of a force in any direction, or (2, N) of a force along x and one along y [Pa/(N s)]; the impulse is at
+        sample ``lead``.
     rate
         sampling rate [Hz].
     lead

@@ -1,6 +1,7 @@
-"""The output "sound level": the level that ``listen`` tells of the impacts of all gear meshes with backlash.
+"""The output "sound level": the level that ``listen`` tells of a motion.
 
-The path is the assumed casing unless the output names modes of another one (``signals.impact_sound``). A motion whose
+Of a driveline with bearings to the housing that is the level of the force on the casing, of another that of the impacts
+of all gear meshes with backlash. The path is the assumed casing unless the output names modes of another one (``signals.impact_sound``). A motion whose
 meshes have no impact is silent: it has no level.
 """
 
@@ -15,6 +16,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.signals import reduced_inertia
+from gearrattle.signals.casing_sound import FROM_CASING, casing_pressure, source_of
 from gearrattle.signals.impact_sound import (
     ASSUMED,
     CASING,
@@ -35,9 +37,13 @@ UNIT = "dB"
 
 def known_sound_output(model: Model, layouts: Sequence[Layout]) -> dict[str, Output]:
     """Return the output by its name; nothing of a model without seconds, or without a mesh that can be heard."""
-    if model.units != "SI" or not any(audible_meshes(layout) for layout in layouts):
+    if model.units != "SI":
         return {}
-    return {SOUND_LEVEL: Output(SOUND_LEVEL, "", (), (UNIT,), criterion=SOUND, lacking="no impact of a gear mesh")}
+    from_casing = all(source_of(layout) == FROM_CASING for layout in layouts)
+    if not from_casing and not any(audible_meshes(layout) for layout in layouts):
+        return {}
+    lacking = "" if from_casing else "no impact of a gear mesh"
+    return {SOUND_LEVEL: Output(SOUND_LEVEL, "", (), (UNIT,), criterion=SOUND, lacking=lacking)}
 
 
 def audible_meshes(layout: Layout) -> list[int]:
@@ -55,7 +61,13 @@ def sound_level(run: Run, modes: Modes) -> float:
     if seconds > LONGEST:
         rule = f"a motion whose sound level is an output may last {LONGEST:g} s"
         raise ModelError(Problem("simulation.cycles", f"{seconds:.4g} s", rule, "simulate fewer cycles"))
-    level = pressure_level(impact_pressure(run.trajectory, audible_meshes(run.trajectory.layout), casing_path(modes)))
+    path = casing_path(modes)
+    layout = run.trajectory.layout
+    if source_of(layout) == FROM_CASING:
+        pressure, _ = casing_pressure(run.trajectory, path)
+    else:
+        pressure = impact_pressure(run.trajectory, audible_meshes(layout), path)
+    level = pressure_level(pressure)
     return level if level > -np.inf else float("nan")
 
 
