@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.studies.case_batches import can_follow
+from gearrattle.studies.case_batches import batched, can_follow
 from gearrattle.studies.conditions_study import RATING, calibration_points, prepare, rated
+from gearrattle.studies.study import prepare as prepare_grid
 from gearrattle.studies.study_file import read_study
 from tests.architecture.places import EXAMPLES
+from tests.laws.test_sideways import driven
 from tests.studies.drivelines import model as two_bodies
 
 OIL = {"path": "inertia.*_gear.drag_torque", "values": {"factor": [8.0, 1.0]}}
@@ -96,6 +99,20 @@ def test_every_condition_is_its_own_run(data: xr.Dataset) -> None:
             assert np.isnan(data["sound level"].values[at])
         seen.add(verdict.severity)
     assert {"quiet", "rattles"} <= seen
+
+
+def test_the_level_of_a_driveline_with_bearings_is_that_of_its_casing() -> None:
+    """In the loop over variants and by ``listen`` of single runs; the discarded cycles are heard by the path in both."""
+    model = driven().with_({**SHORT, "simulation.cycles": 16, "simulation.discard": 10})
+    speeds = [98.0, 100.0, 102.0, 104.0]
+    prepared = prepare_grid(model, {"excitation.speed": speeds}, ["sound level"])
+    plan = replace(prepared.plan, chunk_size=len(speeds))
+    values, done = batched(plan, prepared.outputs, 0)
+    assert done.all()
+    for speed, level in zip(speeds, values["sound level"], strict=True):
+        run = gr.simulate(model.with_({"excitation.speed": speed}))
+        assert level == pytest.approx(gr.listen(run).levels["A"], abs=1e-6)
+        assert level != pytest.approx(gr.listen(run, source="impacts").levels["A"], abs=1.0)
 
 
 def test_the_margin_of_a_quiet_condition_is_above_one(data: xr.Dataset) -> None:

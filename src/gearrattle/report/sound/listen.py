@@ -153,8 +153,8 @@ def listen(
     Returns
     -------
     Sound
-        Sound pressures, all with one path and one gain. The sound of a run begins after its discarded cycles. That of
-        impacts rings on after the end; that of the casing ends with the run.
+        Sound pressures, all with one path and one gain. The sound of a run is that of its steady part, in which the
+        path still rings from the discarded cycles.
 
     Raises
     ------

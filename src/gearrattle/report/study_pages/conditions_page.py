@@ -40,10 +40,12 @@ _OWN_RATING = (
     "user's own ({points}), by the sound level alone, and there is none beyond these levels, nor in silence."
 )
 _LEVEL = (
-    "The sound level is that of the momenta of all impacts of gear meshes, in dB re 20 µPa, as gr.listen tells it, "
+    "The sound level is that of {source}, in dB re 20 µPa, as gr.listen tells it, "
     "through one path at one gain for all conditions: {path}. So differences between conditions, and between designs "
-    "through this path, hold; a level by itself is that of no room. Engine, whine and background are not in it."
+    "through this path, hold; a level by itself is that of no room. Engine and background are not in it{whine}."
 )
+_OF_IMPACTS = "the momenta of all impacts of gear meshes"
+_OF_CASING = "the forces of all bearings on the casing"
 _MARGIN_WORDS = (
     "The threshold margin is the drag torque over the torque that a loose gear needs to follow its driver, of the gear "
     "nearest to lifting off: above 1 it stays on its flank. It is taken in the motion as it is; where gears rattle, "
@@ -185,7 +187,7 @@ def condition_table(data: xr.Dataset) -> Table:
 
 
 def _note(data: xr.Dataset) -> str:
-    silent = " No sound level: no gear mesh has an impact." if SOUND_LEVEL in data else ""
+    silent = " No sound level: no gear mesh has an impact." if _hears_impacts(data) else ""
     return f"Impacts of all parts that can separate together.{silent}" if _IMPACTS in data else silent.strip()
 
 
@@ -216,9 +218,21 @@ def remarks(data: xr.Dataset) -> tuple[str, ...]:
     return (
         *_WHAT_IT_IS_NOT,
         *([_OWN_RATING.format(points=points)] if points else []),
-        *([_LEVEL.format(path=own)] if SOUND_LEVEL in data else []),
+        *([_LEVEL.format(path=own, **_source_words(data))] if SOUND_LEVEL in data else []),
         *([_MARGIN_WORDS] if MARGIN in data else []),
     )
+
+
+def _hears_impacts(data: xr.Dataset) -> bool:
+    """Return whether the sound level is that of impacts, not of forces on the casing."""
+    return SOUND_LEVEL in data and "lacking" in data[SOUND_LEVEL].attrs
+
+
+def _source_words(data: xr.Dataset) -> dict[str, str]:
+    """Return the words for what is heard, and for what is not."""
+    if _hears_impacts(data):
+        return {"source": _OF_IMPACTS, "whine": ", nor is whine"}
+    return {"source": _OF_CASING, "whine": ""}
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:
