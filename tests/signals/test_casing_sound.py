@@ -90,7 +90,7 @@ def test_a_force_that_turns_adds_the_energies_of_its_directions(motion: Trajecto
 def test_paths_by_direction_add_their_pressures(motion: Trajectory) -> None:
     """The same path for x and y: (cos, cos) is heard at twice the pressure, (cos, -cos) not at all."""
     w = 2.0 * np.pi * 40.0 / motion.layout.period
-    both = replace(PATH, response=np.stack([PATH.response, PATH.response]))
+    both = replace(PATH, response=np.stack([PATH.response, PATH.response]), forces=("x", "y"))
     one = 20.0 * np.log10(response_at(w / (2.0 * np.pi)) / np.sqrt(2.0) / REFERENCE)
     assert level(with_force(motion, lambda t: (np.cos(w * t), np.cos(w * t))), both) == pytest.approx(
         one + 6.0206, abs=1e-3

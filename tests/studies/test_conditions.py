@@ -102,7 +102,7 @@ def test_every_condition_is_its_own_run(data: xr.Dataset) -> None:
 
 
 def test_the_level_of_a_driveline_with_bearings_is_that_of_its_casing() -> None:
-    """In the loop over variants and by ``listen`` of single runs; the discarded cycles are heard by the path in both."""
+    """In the loop over variants and by ``listen`` of single runs: the path rings from the discarded cycles in both."""
     model = driven().with_({**SHORT, "simulation.cycles": 16, "simulation.discard": 10})
     speeds = [98.0, 100.0, 102.0, 104.0]
     prepared = prepare_grid(model, {"excitation.speed": speeds}, ["sound level"])

@@ -13,7 +13,8 @@ A microphone hears F_x and F_y through two paths h_x and h_y. Where both are kno
 
     p = h_x * F_x + h_y * F_y,
 
-as both forces act on one linear casing. With one path h for any direction, how the two pressures p_x = h * F_x and
+as both forces act on one linear casing; so do those of single bearings, whose sum F_x, F_y hides that two of them pull
+the casing apart. With one path h for any direction, how the two pressures p_x = h * F_x and
 p_y = h * F_y meet at the microphone is unknown: their sum would depend on how the axes lie, and a force along
 x = -y would be silent. The energies add then, which is the mean over all phases between the two,
 
@@ -26,7 +27,7 @@ and no axis matters. What is heard is the pressure of the force along the direct
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -55,7 +56,7 @@ class CasingForce(NamedTuple):
     Attributes
     ----------
     values
-        (N, 2) along x and along y [N].
+        (N, F) one column a force [N].
     is_exact
         whether they are of the exact motion; otherwise of its samples.
     """
@@ -69,8 +70,10 @@ def source_of(layout: Layout) -> str:
     return FROM_CASING if np.any(layout.casing_rows) else FROM_IMPACTS
 
 
-def casing_force(motion: Trajectory, rate: float, before: int = 0, after: int = 0) -> CasingForce:
-    """Sample the force on the casing over the steady part.
+def casing_force(
+    motion: Trajectory, rate: float, before: int = 0, after: int = 0, *, forces: Sequence[str] = AXES
+) -> CasingForce:
+    """Sample forces on the casing over the steady part.
 
     Parameters
     ----------
@@ -79,6 +82,8 @@ def casing_force(motion: Trajectory, rate: float, before: int = 0, after: int = 
     before, after
         samples before the steady part, from the discarded cycles, and after its end. Beyond the motion its force is
         that at its ends.
+    forces
+        "x" and "y": of all bearings together; or forces of bearings such as "front.x".
     """
     from scipy.signal import upfirdn
 
@@ -88,12 +93,12 @@ def casing_force(motion: Trajectory, rate: float, before: int = 0, after: int = 
     cycles = math.ceil((before + HALF) / rate / motion.layout.period)
     longer = replace(motion, discard=max(0, motion.discard - cycles))
     known = steady(longer)
-    values_at = _exact_values(longer)
+    values_at = _exact_values(longer, forces)
     is_exact = values_at is not None
-    values_at = values_at or _splines(longer)
+    values_at = values_at or _splines(longer, forces)
     # values at a finer rate, then the low-pass, chunk by chunk
     taps = kernel(np.arange(-HALF * OVERSAMPLING, HALF * OVERSAMPLING + 1) / OVERSAMPLING) / OVERSAMPLING
-    force = np.empty((samples, 2))
+    force = np.empty((samples, len(forces)))
     for begin in range(0, samples, _CHUNK):
         end = min(begin + _CHUNK, samples)
         fine = np.arange((begin - HALF) * OVERSAMPLING, (end - 1 + HALF) * OVERSAMPLING + 1)
@@ -107,14 +112,14 @@ def casing_pressure(motion: Trajectory, path: SoundPath) -> tuple[Array, bool]:
     """Return (N,) sound pressure [Pa] of the force on the casing over the steady part, and whether it is exact."""
     from scipy.signal import fftconvolve
 
-    # force, without its mean
+    # forces, without their means
     reach = path.response.shape[-1] - 1 - path.lead
-    force, is_exact = casing_force(motion, path.rate, reach, path.lead)
+    force, is_exact = casing_force(motion, path.rate, reach, path.lead, forces=path.forces or AXES)
     force -= force[reach : force.shape[0] - path.lead].mean(axis=0)
-    # pressures of both directions
-    responses = path.response if path.response.ndim == 2 else np.stack([path.response] * 2)
+    # pressures of all forces
+    responses = path.response if path.forces else np.stack([path.response] * len(AXES))
     pressures = fftconvolve(force, responses.T, "valid", axes=0) / path.rate
-    if path.response.ndim == 2:
+    if path.forces:
         return np.asarray(pressures.sum(axis=1)), is_exact
     # one path: along the direction in which it is largest, at the sum of both energies
     energies, directions = np.linalg.eigh(pressures.T @ pressures)
@@ -123,10 +128,11 @@ def casing_pressure(motion: Trajectory, path: SoundPath) -> tuple[Array, bool]:
     return np.asarray(raised * (pressures @ largest)), is_exact
 
 
-def _exact_values(motion: Trajectory) -> Callable[[Array], Array] | None:
-    """Return what gives the exact force at any time; None where nothing knows it."""
+def _exact_values(motion: Trajectory, forces: Sequence[str]) -> Callable[[Array], Array] | None:
+    """Return what gives exact forces on the casing at any time; None where nothing knows them."""
     exact = motion.exact
-    signals = [(CASING_FORCE, axis) for axis in AXES]
+    signals = [(CASING_FORCE if force in AXES else "force", force) for force in forces]
+    sign = np.array([1.0 if force in AXES else -1.0 for force in forces])
     begin = np.array([steady(motion).start])
     if exact is None or exact.values(motion, signals, begin) is None:
         return None
@@ -134,14 +140,16 @@ def _exact_values(motion: Trajectory) -> Callable[[Array], Array] | None:
     def values(time: Array) -> Array:
         known = exact.values(motion, signals, time)
         assert known is not None
-        return known
+        return sign * known
 
     return values
 
 
-def _splines(motion: Trajectory) -> Callable[[Array], Array]:
-    """Return cubic splines through the samples."""
+def _splines(motion: Trajectory, forces: Sequence[str]) -> Callable[[Array], Array]:
+    """Return cubic splines through the samples of forces on the casing."""
     from scipy.interpolate import CubicSpline
 
     assert motion.sideways is not None
-    return CubicSpline(motion.time, motion.sideways.casing_force)
+    of_bearings = dict(zip(motion.layout.bearing_names, -motion.sideways.bearing_force.T, strict=True))
+    known = of_bearings | dict(zip(AXES, motion.sideways.casing_force.T, strict=True))
+    return CubicSpline(motion.time, np.stack([known[force] for force in forces], axis=1))

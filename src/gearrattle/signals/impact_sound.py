@@ -60,18 +60,21 @@ class SoundPath:
     Attributes
     ----------
     response
-        (N,) of a force in any direction, or (2, N) of a force along x and one along y [Pa/(N s)]; the impulse is at
-        sample ``lead``.
+        (N,) of a force in any direction, or (F, N) of ``forces`` [Pa/(N s)]; the impulse is at sample ``lead``.
     rate
         sampling rate [Hz].
     lead
         samples before the impulse.
+    forces
+        on the casing that go through rows of the response: "x" and "y", of all bearings together, or forces of bearings
+        such as "front.x"; empty for one path.
     """
 
     response: Array
     rate: float
     lead: int
     source: str
+    forces: tuple[str, ...] = ()
 
 
 def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source: str) -> SoundPath:

@@ -1,8 +1,8 @@
 """The output "sound level": the level that ``listen`` tells of a motion.
 
 Of a driveline with bearings to the housing that is the level of the force on the casing, of another that of the impacts
-of all gear meshes with backlash. The path is the assumed casing unless the output names modes of another one (``signals.impact_sound``). A motion whose
-meshes have no impact is silent: it has no level.
+of all gear meshes with backlash. The path is the assumed casing unless the output names modes of another one
+(``signals.impact_sound``). A motion whose meshes have no impact is silent: it has no level.
 """
 
 from __future__ import annotations

@@ -290,7 +290,7 @@ def universal(functions: list[tuple[str, int, np.ndarray]], spacing: float, kind
 
 
 def test_a_response_sampled_from_the_modal_path_has_its_level(held: gr.Run, tmp_path: Path) -> None:
-    """By parts, by magnitude and phase, and in universal files of both precisions, of forces and of impacts: 0.01 dB."""
+    """By parts, by magnitude and phase, and in universal files of both precisions, of both sources: 0.01 dB."""
     lines = np.arange(0.0, 20_000.0, 5.0)
     made = modal(lines)
     parts = "\n".join(f"{float(f)!r}, {h.real!r}, {h.imag!r}" for f, h in zip(lines, made.tolist(), strict=True))
@@ -314,6 +314,16 @@ def test_a_response_sampled_from_the_modal_path_has_its_level(held: gr.Run, tmp_
             assert any("0 to 19995 Hz" in note for note in sound.notes)
 
 
+def test_paths_of_single_bearings_add_up_to_that_of_their_sum(held: gr.Run) -> None:
+    """The same path for all bearings along x is that of the whole force along x; opposite forces may have others."""
+    path, other = [(850.0, 0.03, 1.2)], [(850.0, 0.03, -1.2)]
+    whole = gr.listen(held, {"x": path})
+    parts = gr.listen(held, {"at_pinion.x": path, "at_wheel.x": path})
+    assert np.abs(parts.pressure[0] - whole.pressure[0]).max() < 1e-9 * np.abs(whole.pressure[0]).max()
+    apart = gr.listen(held, {"at_pinion.x": path, "at_wheel.x": other})
+    assert apart.levels["A"] != pytest.approx(whole.levels["A"], abs=1.0)
+
+
 def test_a_universal_file_with_both_directions_adds_pressures(held: gr.Run, tmp_path: Path) -> None:
     """The response to a force against x has the other sign; the same as one path for x and one for y."""
     lines = np.arange(0.0, 20_000.0, 5.0)
@@ -325,11 +335,11 @@ def test_a_universal_file_with_both_directions_adds_pressures(held: gr.Run, tmp_
     together = gr.listen(held, both)
     apart = gr.listen(held, {"x": x, "y": y})
     assert together.levels["A"] == pytest.approx(apart.levels["A"], abs=1e-9)
-    with pytest.raises(gr.ModelError, match="forces on the casing"):
+    with pytest.raises(gr.ModelError, match="for those on the casing"):
         gr.listen(held, both, source="impacts")
     three = tmp_path / "three.unv"
     three.write_text(universal([("H1", 1, along), ("H2", 2, across), ("H3", 3, across)], 5.0), encoding="utf-8")
-    with pytest.raises(gr.ModelError, match="H1, H2, H3.*one to a force along x"):
+    with pytest.raises(gr.ModelError, match=r"H1, H2, H3.*one to a force along x"):
         gr.listen(held, three)
 
 
@@ -338,7 +348,8 @@ def test_a_universal_file_with_both_directions_adds_pressures(held: gr.Run, tmp_
     [
         ({"source": "housing"}, "must be casing"),
         ({"source": "casing", "elements": ["gear"]}, "names elements"),
-        ({"path": {"x": [(800.0, 0.1, 1.0)]}}, "one for x and one for y"),
+        ({"path": {"z": [(800.0, 0.1, 1.0)]}}, "no force on the casing.*at_pinion.x"),
+        ({"path": {}}, "by the names"),
     ],
 )
 def test_bad_use_with_a_casing_is_refused(held: gr.Run, options: dict[str, object], words: str) -> None:

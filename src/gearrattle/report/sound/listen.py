@@ -35,6 +35,7 @@ from gearrattle.results import Run
 from gearrattle.signals.casing_sound import FROM_CASING, FROM_IMPACTS, SOURCES, casing_pressure, source_of
 from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
 from gearrattle.signals.windows import steady
+from gearrattle.trajectory import AXES
 
 Array = NDArray[np.float64]
 
@@ -135,8 +136,9 @@ def listen(
     path
         transfer path from a force [N] or an impulse [N s] to sound pressure. None: an assumed casing; rows of frequency
         [Hz], damping ratio and gain [Pa/(N s)]; the path of a WAV or CSV file with an impulse response, or of a CSV or
-        universal file with a frequency response [Pa/N]; or two of these, {"x": ..., "y": ...}, for a force on the
-        casing along x and along y, whose pressures then add. With one path their energies add.
+        universal file with a frequency response [Pa/N]; or a mapping from forces on the casing to these, whose
+        pressures then add: "x" and "y", of all bearings together, or forces of bearings such as "front.x". With one
+        path the energies of x and y add.
     source
         what is heard of runs: "casing", the forces of bearings on the casing; "impacts", in gear meshes. None: the
         casing where the model has bearings to it, unless ``elements`` are named; else impacts.
@@ -259,14 +261,18 @@ def _check_length(name: str, run: Run) -> None:
 
 def _one_path(name: str, way: SoundPath) -> None:
     """Refuse a path by direction for what has none."""
-    if way.response.ndim > 1:
-        rule = "paths for x and y are for forces on the casing"
+    if way.forces:
+        rule = "paths of several forces are for those on the casing"
         raise ModelError(Problem(f"{name}: path", way.source, rule, "give one path"))
 
 
 def _casing(name: str, run: Run, way: SoundPath) -> tuple[Array, list[str]]:
     """Sound pressure of a run's force on the casing, and notes."""
     _check_length(name, run)
+    known = (*AXES, *run.trajectory.layout.bearing_names)
+    if unknown := [force for force in way.forces if force not in known]:
+        rule = f"no force on the casing; there are {listed(known)}"
+        raise ModelError(Problem(f"{name}: path", unknown[0], rule, did_you_mean(unknown[0], known)))
     pressure, is_exact = casing_pressure(run.trajectory, way)
     if is_exact:
         return pressure, []

@@ -30,7 +30,7 @@ _POLAR = {"frequency": units.FREQUENCY, "magnitude": PRESSURE_PER_FORCE, "phase"
 _ALONG = {1: "x", 2: "y"}
 _SOURCES = (
     "must be rows of frequency [Hz], damping ratio and gain [Pa/(N s)], the path of a file with an impulse or a "
-    "frequency response, or one of these for x and one for y"
+    "frequency response, or a mapping from forces to these"
 )
 OnePath = str | os.PathLike[str] | Sequence[tuple[float, float, float]]
 PathSource = OnePath | Mapping[str, OnePath] | None
@@ -56,8 +56,8 @@ def read_path(source: PathSource, rate: float, scale: float = 1.0) -> ReadPath:
     source
         None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV file; of a
         CSV file with the columns ``time [s], response [Pa/(N*s)]``, ``frequency [Hz], real [Pa/N], imaginary [Pa/N]``
-        or ``frequency [Hz], magnitude [Pa/N], phase [deg]``; of a universal file (dataset 58); or a mapping with one of
-        these for a force along "x" and one for a force along "y".
+        or ``frequency [Hz], magnitude [Pa/N], phase [deg]``; of a universal file (dataset 58); or a mapping from forces
+        to these: "x" and "y", of all bearings, or forces of bearings such as "front.x".
     rate
         sampling rate of the result [Hz].
     scale
@@ -71,10 +71,10 @@ def read_path(source: PathSource, rate: float, scale: float = 1.0) -> ReadPath:
     if source is None:
         return ReadPath(modal_path(CASING, rate, ASSUMED))
     if isinstance(source, Mapping):
-        if set(source) != {"x", "y"}:
-            rule = "paths by direction are one for x and one for y"
+        if not source or not all(isinstance(force, str) for force in source):
+            rule = "paths of several forces stand by the names of these"
             raise ModelError(Problem("path", listed(map(str, source)), rule, '{"x": ..., "y": ...}'))
-        return _of_both(*(read_path(source[axis], rate, scale) for axis in "xy"))
+        return _of_forces({force: read_path(of_force, rate, scale) for force, of_force in source.items()})
     if isinstance(source, str | os.PathLike):
         return _measured(Path(source), rate, scale)
     try:
@@ -84,20 +84,21 @@ def read_path(source: PathSource, rate: float, scale: float = 1.0) -> ReadPath:
     return ReadPath(modal_path(rows, rate, f"{counted(len(rows), 'mode')} given"))
 
 
-def _of_both(along_x: ReadPath, along_y: ReadPath) -> ReadPath:
-    """Return the path of a force along x and of one along y, with their impulses at one sample."""
-    paths = (along_x.path, along_y.path)
-    if any(path.response.ndim > 1 for path in paths):
-        rule = "holds responses to forces along x and along y: give it alone"
-        raise ModelError(Problem("path", paths[0].source, rule))
-    lead = max(path.lead for path in paths)
-    samples = max(lead - path.lead + path.response.size for path in paths)
-    response = np.zeros((2, samples))
-    for row, path in zip(response, paths, strict=True):
+def _of_forces(read: Mapping[str, ReadPath]) -> ReadPath:
+    """Return the path of several forces, with their impulses at one sample."""
+    paths = {force: of_force.path for force, of_force in read.items()}
+    if several := next((path.source for path in paths.values() if path.forces), ""):
+        raise ModelError(Problem("path", several, "holds the responses to several forces: give it alone"))
+    lead = max(path.lead for path in paths.values())
+    samples = max(lead - path.lead + path.response.size for path in paths.values())
+    response = np.zeros((len(paths), samples))
+    for row, path in zip(response, paths.values(), strict=True):
         begin = lead - path.lead
         row[begin : begin + path.response.size] = path.response
-    source = f"x: {paths[0].source}; y: {paths[1].source}"
-    return ReadPath(SoundPath(response, paths[0].rate, lead, source), (*along_x.notes, *along_y.notes))
+    source = "; ".join(f"{force}: {path.source}" for force, path in paths.items())
+    rate = next(iter(paths.values())).rate
+    notes = tuple(note for of_force in read.values() for note in of_force.notes)
+    return ReadPath(SoundPath(response, rate, lead, source, tuple(paths)), notes)
 
 
 def _measured(path: Path, rate: float, scale: float) -> ReadPath:
@@ -160,9 +161,9 @@ def _universal(path: Path, rate: float) -> ReadPath:
         rule = "must hold one response, or one to a force along x and one to a force along y"
         names = listed(response.name or "without a name" for response in found)
         raise ModelError(Problem(str(path), names, rule, "export those alone, by the direction of the reference"))
-    read = []
+    read = {}
     for axis in "xy":
         response = along[axis]
         value = response.value * (1 if response.direction > 0 else -1)
-        read.append(ReadPath(*path_of(FrequencyResponse(response.frequency, value, f"{path} ({axis})"), rate)))
-    return _of_both(*read)
+        read[axis] = ReadPath(*path_of(FrequencyResponse(response.frequency, value, f"{path} ({axis})"), rate))
+    return _of_forces(read)
