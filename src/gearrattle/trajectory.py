@@ -272,6 +272,9 @@ class Exact(Protocol):
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) levels that the modulus of a signal exceeds for a share of the steady part; None as above."""
 
+    def reach(self, trajectory: Trajectory, plane: tuple[Signal, Signal], centre: tuple[float, float]) -> float | None:
+        """Return the largest distance from a centre of the vector that two signals are; None as above."""
+
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
         """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles; None as above."""
 

@@ -23,6 +23,7 @@ from gearrattle.trajectory import AXES, CASING_FORCE, Signal, Trajectory
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_DIRECTIONS = 64  # of half a turn, in which the components of a vector are looked at
 _MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB; longer motions are evaluated again for every call
 
 
@@ -101,6 +102,24 @@ class Between:
         """Return (q,) the level that a signal's modulus exceeds for a share of the steady part; None as above."""
         walk = self._walk(trajectory)
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
+
+    def reach(self, trajectory: Trajectory, plane: tuple[Signal, Signal], centre: tuple[float, float]) -> float | None:
+        """Return the largest distance from a centre of the vector that two signals are over the steady part.
+
+        It is the largest component in 64 directions around it, so it may be 3e-4 of itself too small. None as in
+        ``statistics``.
+        """
+        walk = self._walk(trajectory)
+        if walk is None:
+            return None
+        angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        components = self._rows(trajectory, plane)
+        found = walk.statistics(lambda pieces: directions @ components(pieces), with_moments=False)
+        if found is None:
+            return None
+        offset = directions @ np.array(centre)
+        return float(np.maximum(found.high - offset, offset - found.low).max())
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
         """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles of the steady part.

@@ -93,6 +93,7 @@ DIMENSIONS = {
         LINE_SPEED,
         ENERGY,
         TIME,
+        FORCE,
     )
 }
 """What results measure, by their SI unit."""
