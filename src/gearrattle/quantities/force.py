@@ -55,8 +55,8 @@ class ForceStatistics(Quantity[Inputs]):
     sampling: str = "of samples: well above the natural frequency of stiff contacts"
     needs: tuple[str, ...] = ("force",)
     merging: str = (
-        "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time and the peak on the casing "
-        "are of the whole"
+        "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time and the peak on the "
+        "casing are of the whole"
     )
 
     def rows(self, inputs: Inputs) -> list[Row]:

@@ -37,8 +37,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
     """Return the steady part of a simulated motion as a recording, as if by sensors without noise.
 
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
-    meshes, torques of all elements that turn bodies, displacements, forces of bearings on their bodies and on the casing. The
-    log of crossings is not in it.
+    meshes, torques of all elements that turn bodies, displacements, forces of bearings on their bodies and on the
+    casing. The log of crossings is not in it.
 
     ModelError if no cycle remains after the discarded ones.
     """

@@ -86,6 +86,8 @@ class Page:
         in reading order; empty ones are left out.
     is_interactive
         whether figures become interactive; their data and the scripts that draw them are then part of the page.
+    script
+        a script of this page alone, where its figures are not interactive.
     template
         ``page.html.j2``, or a template that extends it.
     values
@@ -96,6 +98,7 @@ class Page:
     title: str
     sections: tuple[Section, ...]
     is_interactive: bool = False
+    script: Markup | str = ""
     template: str = "page.html.j2"
     values: Mapping[str, Any] = field(default_factory=dict)
 
