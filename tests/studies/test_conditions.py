@@ -19,6 +19,7 @@ from gearrattle.signals.sound_loop import SAMPLES
 from gearrattle.studies.case_batches import batched, can_follow
 from gearrattle.studies.conditions_study import MOST_HEARD, RATING, calibration_points, prepare, rated
 from gearrattle.studies.study import prepare as prepare_grid
+from gearrattle.studies.study_cost import keeping
 from gearrattle.studies.study_file import read_study
 from tests.architecture.places import EXAMPLES
 from tests.laws.test_sideways import driven
@@ -130,6 +131,22 @@ def test_conditions_go_through_the_batches_of_a_grid() -> None:
     prepared = prepare(idle(), OIL, SPEED, LOAD)
     assert can_follow(prepared.outputs, prepared.plan)
     assert prepared.scheduler == "threads"
+
+
+def test_an_estimate_knows_that_threads_wait_while_python_evaluates() -> None:
+    """Sixteen threads take at least the share of the time in which one of them alone goes on; processes do not."""
+    prepared = prepare(idle(), OIL, SPEED, LOAD)
+    assert 0.0 < prepared.serial <= 1.0
+    assert prepared.plan.chunk_size >= 4  # else no case is computed together with others
+    given = replace(prepared, seconds=0.1, serial=0.7, plan=replace(prepared.plan, chunk_size=1))
+    alone, many, processes = (
+        given.estimate(1).seconds,
+        given.estimate(16, "threads").seconds,
+        given.estimate(16, "local").seconds,
+    )
+    assert alone == pytest.approx(8 * 0.1, abs=0.5)
+    assert many - keeping(8) == pytest.approx(0.7 * 8 * 0.1)
+    assert processes - keeping(8) == pytest.approx(5.0 + 0.1)
 
 
 def test_ratings_lie_on_straight_lines_between_the_points_and_nowhere_else(data: xr.Dataset) -> None:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.factors import FACTOR
+from gearrattle.model.factors import FACTOR, Factor
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.model.value_kinds import FLAG, Plain, argument_problems
 from gearrattle.studies.case_batches import can_follow
@@ -32,7 +32,7 @@ from gearrattle.studies.case_runs import DONE
 from gearrattle.studies.output import ENERGY, HARDEST, SOUND, Modes
 from gearrattle.studies.outputs import Available
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.prepared import Prepared, Progress
+from gearrattle.studies.prepared import STARTING, Prepared, Progress, available_cores
 from gearrattle.studies.sound_output import SOUND_LEVEL, SOUND_LOOP, casing_path
 from gearrattle.studies.stored_studies import OUTCOME
 from gearrattle.studies.study import MOST
@@ -55,6 +55,8 @@ MARGIN = "threshold margin"
 HARDEST_PART = "hardest part"
 RATING = "rating"
 _RATINGS = (1.0, 10.0)
+Varied = Sequence[float | str | Factor] | Mapping[str, object]
+"""Values that vary: a list, or a table of a path and values, of a range, or of several paths."""
 Points = tuple[tuple[float, float], ...]
 """Calibration points: a level [dB], ascending, and the rating of it."""
 
@@ -90,8 +92,15 @@ class Conditions(Prepared):
 
     @property
     def scheduler(self) -> str:
-        """Return the scheduler on this machine: threads where cases are computed together, half the time compiled."""
-        return "threads" if can_follow(self.outputs, self.plan) else super().scheduler
+        """Return the scheduler on this machine: threads, unless processes are done sooner in spite of their start.
+
+        Threads wait for each other while a condition is evaluated, and only the compiled loop goes on beside.
+        """
+        if not can_follow(self.outputs, self.plan):
+            return super().scheduler
+        cores = available_cores()
+        work = self.plan.count * self.seconds
+        return "threads" if max(self.serial, 1.0 / cores) * work <= STARTING + work / cores else "local"
 
     def completed(self, store: Store) -> xr.Dataset:
         """Add what follows from the outputs of every condition: margin, hardest part, rating."""
@@ -146,14 +155,14 @@ def prepare(
         outputs = replace(outputs, chosen=chosen, known=known)
     of = grid.plan
     plan = ConditionsPlan(of.model, of.axes, None, of.chunk_size, {role: roles.get(role, "") for role in ROLES}, modes)
-    return Conditions(plan, outputs, grid.seconds, points=points)
+    return Conditions(plan, outputs, grid.seconds, serial=grid.serial, points=points)
 
 
 def conditions(
     model: Model,
-    temperature: object,
-    speed: object,
-    load: object = None,
+    temperature: Varied,
+    speed: Varied,
+    load: Varied | None = None,
     *,
     rating: Sequence[Sequence[float]] = (),
     sound_path: Sequence[Sequence[float]] = (),

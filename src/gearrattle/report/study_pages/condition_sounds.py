@@ -8,6 +8,7 @@ The script, ``report/conditions.js``, asks nothing of a server.
 from __future__ import annotations
 
 from base64 import b64encode
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,15 +38,25 @@ _PLAYED = (
 _SEEN = "Choose a condition to see its row."
 
 
-def condition_map(data: xr.Dataset, table: Table) -> Markup:
-    """Return the part of the page with the map; ``table`` has a row per condition, in the order of the grid."""
-    style = (_HERE / "conditions.css").read_text(encoding="utf-8")
-    return (
-        Markup(f'<style>\n{style}</style>\n<div id="conditions"></div>\n')
-        + Markup('<script type="application/json" id="conditions-data">')
-        + embedded(map_data(data, table))
-        + Markup("</script>")
-    )
+@dataclass(frozen=True)
+class ConditionMap:
+    """The part of the page with the map, made when the page is written: its sounds take megabytes.
+
+    ``table`` has a row per condition, in the order of the grid.
+    """
+
+    data: xr.Dataset
+    table: Table
+
+    def __html__(self) -> Markup:
+        """Return style, place and data of the map."""
+        style = (_HERE / "conditions.css").read_text(encoding="utf-8")
+        return (
+            Markup(f'<style>\n{style}</style>\n<div id="conditions"></div>\n')
+            + Markup('<script type="application/json" id="conditions-data">')
+            + embedded(map_data(self.data, self.table))
+            + Markup("</script>")
+        )
 
 
 def map_script() -> Markup:

@@ -12,7 +12,7 @@ from gearrattle.report.plots.axis_names import labels_of, measure_of, paths_of, 
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.conditions_figure import axis_of, conditions_map
 from gearrattle.report.plots.numerals import engineering_column, numeral
-from gearrattle.report.study_pages.condition_sounds import condition_map, map_script
+from gearrattle.report.study_pages.condition_sounds import ConditionMap, map_script
 from gearrattle.report.study_pages.study_page import Inlay, Messages, StudyPage, joined
 from gearrattle.report.study_tables import code_counts, failure_table
 from gearrattle.report.tables import Table, shortened
@@ -61,7 +61,7 @@ def charts(data: xr.Dataset) -> list[Chart]:
 
 def inlay(data: xr.Dataset) -> Inlay:
     """Return the map as buttons, which show and play the conditions."""
-    return Inlay("map", condition_map(data, condition_table(data)), map_script())
+    return Inlay("map", ConditionMap(data, condition_table(data)), map_script())
 
 
 def summary_of(data: xr.Dataset) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, SupportsHtml
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 
@@ -26,7 +26,7 @@ class Inlay(NamedTuple):
     """HTML below a figure, and its script."""
 
     key: str
-    html: Markup
+    html: SupportsHtml
     script: Markup
 
 
