@@ -138,11 +138,11 @@ def test_an_estimate_knows_that_threads_wait_while_python_evaluates() -> None:
     prepared = prepare(idle(), OIL, SPEED, LOAD)
     assert 0.0 < prepared.serial <= 1.0
     assert prepared.plan.chunk_size >= 4  # else no case is computed together with others
-    given = replace(prepared, seconds=0.1, serial=0.7, plan=replace(prepared.plan, chunk_size=1))
+    assumed = replace(prepared, seconds=0.1, serial=0.7, plan=replace(prepared.plan, chunk_size=1))
     alone, many, processes = (
-        given.estimate(1).seconds,
-        given.estimate(16, "threads").seconds,
-        given.estimate(16, "local").seconds,
+        assumed.estimate(1).seconds,
+        assumed.estimate(16, "threads").seconds,
+        assumed.estimate(16, "local").seconds,
     )
     assert alone == pytest.approx(8 * 0.1, abs=0.5)
     assert many - keeping(8) == pytest.approx(0.7 * 8 * 0.1)

@@ -115,11 +115,11 @@ class Between:
         angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
         directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         components = self._rows(trajectory, plane)
-        found = walk.statistics(lambda pieces: directions @ components(pieces), with_moments=False)
-        if found is None:
+        extremes = walk.statistics(lambda pieces: directions @ components(pieces), with_moments=False)
+        if extremes is None:
             return None
         offset = directions @ np.array(centre)
-        return float(np.maximum(found.high - offset, offset - found.low).max())
+        return float(np.maximum(extremes.high - offset, offset - extremes.low).max())
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
         """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles of the steady part.

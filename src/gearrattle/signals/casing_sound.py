@@ -152,4 +152,5 @@ def _splines(motion: Trajectory, forces: Sequence[str]) -> Callable[[Array], Arr
     assert motion.sideways is not None
     of_bearings = dict(zip(motion.layout.bearing_names, -motion.sideways.bearing_force.T, strict=True))
     known = of_bearings | dict(zip(AXES, motion.sideways.casing_force.T, strict=True))
-    return CubicSpline(motion.time, np.stack([known[force] for force in forces], axis=1))
+    spline = CubicSpline(motion.time, np.stack([known[force] for force in forces], axis=1))
+    return lambda time: np.asarray(spline(time), dtype=np.float64)

@@ -57,13 +57,13 @@ class Response(NamedTuple):
 
 def responses(path: Path) -> list[Response]:
     """Return all responses of a pressure to a force; ModelError for units that are none of it, and damaged numbers."""
-    found = []
+    known: list[Response] = []
     with opened(path) as stream:
         for position, block in enumerate(list(blocks(stream, path)), 1):
             if block.number == 58 and len(block.lines) >= HEADER:
                 response = _response(stream, block, f"{path}: dataset {position}")
-                found += [] if response is None else [response]
-    return found
+                known += [] if response is None else [response]
+    return known
 
 
 def _response(stream: BinaryIO, block: Block, location: str) -> Response | None:
@@ -90,12 +90,12 @@ def _response(stream: BinaryIO, block: Block, location: str) -> Response | None:
     if not np.isfinite(table).all():
         raise ModelError(Problem(location, "NaN", "must be finite at every frequency", "cut it, or measure again"))
     # frequency, value and direction
-    frequency = first + step * np.arange(count) if even else table[:, 0]
+    frequency: Array = np.asarray(first + step * np.arange(count) if even else table[:, 0], dtype=np.float64)
     try:
         frequency = frequency * convert(f"1 {abscissa.unit or 'Hz'}", units.FREQUENCY)
     except UnitError as error:
         raise ModelError(Problem(f"{location}, record 8", abscissa.unit, error.rule, error.remedy)) from None
-    value = factor * (table[:, -2] + 1j * table[:, -1])
+    value = np.asarray(factor * (table[:, -2] + 1j * table[:, -1]), dtype=np.complex128)
     return Response(block.lines[0].strip(), frequency, value, _first_number(block.lines[5][_DIRECTION]))
 
 

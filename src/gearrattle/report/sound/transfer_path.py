@@ -149,17 +149,17 @@ def _universal(path: Path, rate: float) -> ReadPath:
     """
     from gearrattle.measured.readers.uff_responses import responses
 
-    found = responses(path)
-    if not found:
+    known = responses(path)
+    if not known:
         rule = "holds no complex response of a pressure to a force over frequency (dataset 58)"
         raise ModelError(Problem(str(path), "", rule, "export the frequency response, with its units"))
-    if len(found) == 1:
-        (only,) = found
+    if len(known) == 1:
+        (only,) = known
         return ReadPath(*path_of(FrequencyResponse(only.frequency, only.value, str(path)), rate))
-    along = {_ALONG.get(abs(response.direction), ""): response for response in found}
-    if len(found) != 2 or set(along) != {"x", "y"}:
+    along = {_ALONG.get(abs(response.direction), ""): response for response in known}
+    if len(known) != 2 or set(along) != {"x", "y"}:
         rule = "must hold one response, or one to a force along x and one to a force along y"
-        names = listed(response.name or "without a name" for response in found)
+        names = listed(response.name or "without a name" for response in known)
         raise ModelError(Problem(str(path), names, rule, "export those alone, by the direction of the reference"))
     read = {}
     for axis in "xy":

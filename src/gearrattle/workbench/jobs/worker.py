@@ -308,7 +308,7 @@ def _estimate(content: dict[str, Any], progress: Callable[[float], None]) -> dic
     from gearrattle.studies.conditions_study import prepare as prepare_conditions
     from gearrattle.studies.study import prepare as prepare_grid
 
-    prepare = {"study": prepare_grid, "conditions": prepare_conditions}[content["task"]]
+    prepare = prepare_conditions if content["task"] == "conditions" else prepare_grid
     return prepare(_model_asked(content), **content["options"]).estimate(workers=1).to_dict()
 
 
