@@ -103,6 +103,16 @@ PARTS: dict[str, dict[str, Any]] = {
                     {"kind": "needle-bearing", "on": "b", "relative_speed": 10.0, "mean_diameter": 0.04, "load": 5.0},
                     {"kind": "rolling-bearing", "bore": 0.03, "outer_diameter": 0.06, "relative_speed": 10.0},
                     {
+                        "kind": "skf-bearing",
+                        "series": "62",
+                        "relative_speed": 10.0,
+                        "bore": 0.03,
+                        "outer_diameter": 0.062,
+                        "radial_load": 500.0,
+                        "axial_load": 100.0,
+                        "static_rating": 11200.0,
+                    },
+                    {
                         "kind": "churning",
                         "relative_speed": 10.0,
                         "depth": 0.03,

@@ -228,8 +228,8 @@ def equilibrium(model: Model) -> Equilibrium:
     return named_equilibrium(assemble(model))[0]
 
 
-def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
-    """Return the equilibrium with names, and as ``statics`` gives it by index."""
+def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.PositionAtRest]:
+    """Return the equilibrium with names, and the position at rest by index."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names

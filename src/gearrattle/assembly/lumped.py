@@ -13,6 +13,7 @@ between two groups keeps its law, with the angles rho_a theta_A and rho_b theta_
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -64,7 +65,7 @@ def lumped_model(
     written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
     tables = {**model.to_tables(at_speed=True), "name": name}
     tables.pop("oil", None)
-    tables["inertia"] = [_body(model, i, owner, ratio) | _drag_between(model, i, owner, ratio) for i in kept]
+    tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
     for kind in COMPONENTS:
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
@@ -100,7 +101,17 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     torque = sum(
         r * (b.drag_torque + t) for (b, r), t in zip(members, _members(_on_housing(model), kept, owner), strict=True)
     )
-    return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
+    parts = [*_negative_drag(model, float(drag), float(torque)), *_drag_between(model, kept, owner, ratio)]
+    positive = {"drag": max(drag, 0.0), "drag_torque": max(torque, 0.0), "drag_parts": parts}
+    return table | {key: value for key, value in positive.items() if value}
+
+
+def _negative_drag(model: Model, drag: float, torque: float) -> list[Table]:
+    """What no ``drag`` and no ``drag_torque`` can be: a slope that falls, a torque that drives, as a drag part."""
+    if drag >= 0.0 and torque >= 0.0:
+        return []
+    numbers = {"torque": max(-torque, 0.0), "slope": min(drag, 0.0)}
+    return [{"kind": "constant", "relative_speed": math.copysign(model.excitation.omega, torque), **numbers}]
 
 
 def _members(values: Sequence[float], kept: int, owner: Sequence[int]) -> list[float]:
@@ -114,7 +125,7 @@ def _on_housing(model: Model) -> list[float]:
     return torques
 
 
-def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
+def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> list[Table]:
     """Drag parts between a group and other groups; within a group no body turns relative to another."""
     index = {body.name: i for i, body in enumerate(model.inertias)}
     parts = []
@@ -126,7 +137,7 @@ def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence
         numbers = {"torque": turned * point.torque, "slope": turned**2 * point.slope}
         on = model.inertias[owner[index[point.on]]].name
         parts.append({"kind": "constant", "on": on, "relative_speed": point.speed / turned, **numbers})
-    return {"drag_parts": parts} if parts else {}
+    return parts
 
 
 def _meshable(element: Element) -> bool:

@@ -52,15 +52,13 @@ def figures(
 ) -> None:
     """Draw the figures of a result for print; nothing is computed again.
 
-    Writes NAME.FORMAT for every figure into a folder, all or nothing.
-
     Parameters
     ----------
     source
         Folder that a command wrote (run, study, screen, compare, ...), or a file that one saved (.nc): a motion, a
         study, a screening, spectra, orders, metrics.
     output
-        Folder for the files; default: the source's name with "-figures", here.
+        Folder for the files, NAME.FORMAT each, all or nothing; default: the source's name with "-figures", here.
     formats
         "pdf", "eps", "svg", "png", "tiff", or several, parted by commas.
     only

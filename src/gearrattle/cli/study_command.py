@@ -43,15 +43,13 @@ def study(
 ) -> None:
     """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
 
-    Into the folder go results.zarr, which holds all numbers, and, once all is done, report.html, summary.json and
-    figures/.
-
     Parameters
     ----------
     study
         Study file (TOML).
     output
-        Folder or address, s3://BUCKET/NAME, for the results; default: the study file's name with "-study", here.
+        Folder or address, s3://BUCKET/NAME, for the results: results.zarr with all numbers and, once
+        all is done, a page; default: the study file's name with "-study", here.
     scheduler
         Who computes: "local", "threads", or "tcp://HOST:PORT", a Dask cluster; default: what suits the outputs.
     workers

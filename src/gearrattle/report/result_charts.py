@@ -32,6 +32,8 @@ def charts_of(result: Any) -> list[Chart]:
     """
     if isinstance(result, str | os.PathLike):
         path = Path(result)
+        if not path.exists():
+            raise ModelError(Problem(str(path), "", "does not exist", _RULE))
         return _stored(path) if path.is_dir() or path.suffix.lower() == ".npz" else _of_file(path)
     return _drawn(presentation_of(result), "figures")
 
@@ -75,8 +77,6 @@ def _opened(path: Path) -> Presentation[Any]:
     from gearrattle.measured.readers import format_of
 
     # refuse what is no file of results
-    if not path.exists():
-        raise ModelError(Problem(str(path), "", "does not exist"))
     if path.suffix.lower() != ".nc":
         raise ModelError(Problem(str(path), path.suffix or "no ending", _RULE))
     # a saved motion
