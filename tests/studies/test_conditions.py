@@ -14,7 +14,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.report.study_pages.condition_sounds import sounds_in
+from gearrattle.report.condition_sounds import sounds_in
 from gearrattle.signals.sound_loop import SAMPLES
 from gearrattle.studies.case_batches import batched, can_follow
 from gearrattle.studies.conditions_study import MOST_HEARD, RATING, calibration_points, prepare, rated

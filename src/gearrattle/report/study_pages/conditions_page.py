@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
+from gearrattle.report.condition_sounds import ConditionMap, map_script
 from gearrattle.report.page import Section
 from gearrattle.report.plots.axis_names import labels_of, measure_of, paths_of, title_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.conditions_figure import axis_of, conditions_map
 from gearrattle.report.plots.numerals import engineering_column, numeral
-from gearrattle.report.study_pages.condition_sounds import ConditionMap, map_script
 from gearrattle.report.study_pages.study_page import Inlay, Messages, StudyPage, joined
 from gearrattle.report.study_tables import code_counts, failure_table
 from gearrattle.report.tables import Table, shortened

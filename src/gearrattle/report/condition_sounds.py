@@ -28,7 +28,7 @@ from gearrattle.studies.sound_output import SOUND_LOOP
 if TYPE_CHECKING:
     import xarray as xr
 
-_HERE = Path(__file__).parent.parent
+_HERE = Path(__file__).parent
 _WHOLE = 32767  # largest integer of 16 bits
 _HEADROOM = 0.5  # of full scale: the highest peak
 _PLAYED = (
