@@ -20,13 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.units import Dimension
 from gearrattle.signals.impact_sound import LEAD, LONGEST, SoundPath
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
-PRESSURE_PER_FORCE = Dimension("pressure per force", "Pa/N", (0, -2, 0, 0), "1 Pa/N")
 _EVEN = 1e-3  # share of the spacing by which lines may lie off a uniform grid
 _LEAD_SHARE = 32  # the part of a response that is kept before its impulse
 _END = 8  # the last part of a response, which must be quiet

@@ -25,9 +25,8 @@ from gearrattle.measured.readers.uff_blocks import (
     read_text_of,
 )
 from gearrattle.model import units
-from gearrattle.model.units import UnitError, convert
+from gearrattle.model.units import PRESSURE_PER_FORCE, UnitError, convert
 from gearrattle.recording import Array
-from gearrattle.signals.frequency_response import PRESSURE_PER_FORCE
 
 _COMPLEX = {5: 13, 6: 20}  # width of a number in a text by kind: single and double precision
 _FREQUENCY = 18  # specific data type of an abscissa

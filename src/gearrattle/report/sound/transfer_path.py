@@ -15,9 +15,9 @@ from gearrattle.model import units
 from gearrattle.model.csv_columns import read_all, read_columns
 from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.table import listed
-from gearrattle.model.units import Dimension
+from gearrattle.model.units import PRESSURE_PER_FORCE, Dimension
 from gearrattle.report.sound.resample import resampled
-from gearrattle.signals.frequency_response import PRESSURE_PER_FORCE, FrequencyResponse, path_of
+from gearrattle.signals.frequency_response import FrequencyResponse, path_of
 from gearrattle.signals.impact_sound import ASSUMED, CASING, SoundPath, modal_path
 from gearrattle.wording import counted
 
