@@ -41,6 +41,13 @@ def must_keep_bodies(model: Model) -> frozenset[int]:
     )
 
 
+def moving_sideways(model: Model) -> frozenset[int]:
+    """Indices of elements at a body with a mass: its displacements stay, and so does the body."""
+    heavy = {body.name for body in model.inertias if body.mass is not None}
+    ends = ({body for body, _ in element.arms} | {push.body for push in element.pushes} for element in model.elements)
+    return frozenset(k for k, bodies in enumerate(ends) if bodies & heavy)
+
+
 def lumped_model(
     model: Model, owner: Sequence[int], ratio: Sequence[float], removed: Sequence[int], name: str
 ) -> Model:
@@ -94,7 +101,7 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     members = [(model.inertias[i], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept]
     inertia = inertia_of(model)
     J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
-    table: Table = {"name": model.inertias[kept].name, "J": float(J)}
+    table: Table = {"name": model.inertias[kept].name, "J": float(J), **model.inertias[kept].stated("mass")}
     drag = sum(
         r * r * (b.drag + d) for (b, r), d in zip(members, _members(part_drags(model), kept, owner), strict=True)
     )
@@ -151,7 +158,10 @@ def _meshable(element: Element) -> bool:
 def _initial(
     model: Model, initial: Mapping[str, Any], owner: Sequence[int], ratio: Sequence[float], kept: Sequence[int]
 ) -> Table:
-    """Initial state of the bodies kept: means over every group weighted by inertia, so that momentum is conserved."""
+    """Initial state of the bodies kept: means over every group weighted by inertia, so that momentum is conserved.
+
+    Bodies that are displaced are groups of their own.
+    """
     J = inertia_of(model)
 
     def mean(values: Sequence[float], body: int) -> float:
@@ -159,4 +169,4 @@ def _initial(
         turning = sum(J[i] * ratio[i] * values[i] for i in members)
         return float(turning / sum(J[i] * ratio[i] ** 2 for i in members))
 
-    return {key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}
+    return {**initial, **{key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}}

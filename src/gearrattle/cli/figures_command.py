@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from gearrattle.cli.background import watched
 from gearrattle.cli.shared_options import Json, OutputPath, Words
-from gearrattle.errors import ModelError
+from gearrattle.errors import ModelError, NotInstalled
 from gearrattle.json_types import json_text
 from gearrattle.wording import columns
 from gearrattle.writing import Staging
@@ -105,6 +105,8 @@ def _as_options() -> Iterator[None]:
 
     try:
         yield
+    except NotInstalled:
+        raise
     except ModelError as error:
         names = {"format": "--as"}
         renamed = [replace(problem, place=names.get(problem.place, f"--{problem.place}")) for problem in error.problems]

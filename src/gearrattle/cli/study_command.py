@@ -68,6 +68,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
     from gearrattle.studies.storage import storage_of
     from gearrattle.studies.storage_claim import check_storage
+    from gearrattle.studies.stored_studies import check_zarr
     from gearrattle.studies.study_file import read_study
 
     # study file with changes, options and folder of results
@@ -76,6 +77,7 @@ def study(
     folder = _outliving(storage_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
+        check_zarr()
         check_storage(folder, resume=resume)
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []

@@ -47,7 +47,7 @@ def _drawn(presentation: Presentation[Any], location: object) -> list[Chart]:
 
 def _of_file(path: Path) -> list[Chart]:
     """Return the charts of a saved file, which may be damaged in any way."""
-    presentation = _opened(path)
+    presentation = saved_presentation(path)
     try:
         return _drawn(presentation, path)
     except (ModelError, MemoryError):
@@ -70,8 +70,8 @@ def _stored(path: Path) -> list[Chart]:
     return read_charts(kept)
 
 
-def _opened(path: Path) -> Presentation[Any]:
-    """Return the presentation of a saved motion, or of saved labelled data."""
+def saved_presentation(path: Path) -> Presentation[Any]:
+    """Return the presentation of a saved motion, or of saved labelled data; ModelError for any other file."""
     import xarray as xr
 
     from gearrattle.measured.readers import format_of

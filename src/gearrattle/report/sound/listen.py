@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.readers.wav import wav_bytes
-from gearrattle.model import Model
+from gearrattle.model import GROUND, Model
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.recording import Recording
 from gearrattle.report.sound.psychoacoustics import Quality, quality
@@ -34,6 +34,7 @@ from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals.casing_sound import FROM_CASING, FROM_IMPACTS, SOURCES, casing_pressure, source_of
 from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
+from gearrattle.signals.rings import by_parts, parts_of
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import AXES
 
@@ -238,7 +239,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
 
     ModelError for a name that is not a clearance, and a model without clearances.
     """
-    known = assemble(model).layout.clearance_names
+    known = parts_of(assemble(model).layout).clearance_names
     meshes = {element.name for element in model.elements if element.along_line and element.arms}
     chosen = [name for name in known if name in meshes] if elements is None else list(elements)
     for clearance in chosen:
@@ -269,7 +270,8 @@ def _one_path(name: str, way: SoundPath) -> None:
 def _casing(name: str, run: Run, way: SoundPath) -> tuple[Array, list[str]]:
     """Sound pressure of a run's force on the casing, and notes."""
     _check_length(name, run)
-    known = (*AXES, *run.trajectory.layout.bearing_names)
+    in_housing = [bearing.name for bearing in run.model.bearings if bearing.around == GROUND]
+    known = (*AXES, *(f"{bearing}.{axis}" for bearing in in_housing for axis in AXES))
     if unknown := [force for force in way.forces if force not in known]:
         rule = f"no force on the casing; there are {listed(known)}"
         raise ModelError(Problem(f"{name}: path", unknown[0], rule, did_you_mean(unknown[0], known)))
@@ -285,7 +287,7 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     """Sound pressure of a run's impacts."""
     _one_path(name, way)
     _check_length(name, run)
-    motion = run.trajectory
+    motion = by_parts(run.trajectory)
     chosen = audible(name, run.model, elements)
     known = motion.layout.clearance_names
     pressure = impact_pressure(motion, [known.index(clearance) for clearance in chosen], way)
