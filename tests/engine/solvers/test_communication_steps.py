@@ -11,6 +11,7 @@ import pytest
 from gearrattle.engine.solvers import Motion
 from gearrattle.engine.solvers.communication_steps import Begin, CommunicationSteps, Point, with_channels
 from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.samples_in_si import crossings_of
 from gearrattle.engine.system.flow import in_periods
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
@@ -44,7 +45,7 @@ def stepped(march: CommunicationSteps, ends: np.ndarray, coefficients: np.ndarra
     for end, row in zip(ends, coefficients, strict=True):
         assert march.step(float(end), row) is Outcome.DONE
         points.append(march.point())
-        crossings += march.crossings().time.tolist()
+        crossings += crossings_of(march.flow, march.logged()).time.tolist()
     return points, crossings
 
 

@@ -10,7 +10,7 @@ At the end of a step (a *communication point*) all quantities are left limits, u
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from math import floor
@@ -23,9 +23,8 @@ from gearrattle.engine.kernels import march_arrays
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.communication_point import state_at_point
 from gearrattle.engine.kernels.sampling import Quantities, quantities_at
-from gearrattle.engine.kernels.variant_arrays import Crossings
 from gearrattle.engine.solvers.exact import ExactMarch
-from gearrattle.engine.solvers.samples_in_si import crossings_of, forces_beside, lines_of
+from gearrattle.engine.solvers.samples_in_si import forces_beside, lines_of
 from gearrattle.engine.solvers.solver import Task
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.piecewise_signals import Signals
@@ -202,9 +201,16 @@ class CommunicationSteps(ExactMarch):
         self._quantities_at(self._lines, self._state, pieces, self._driving, 0, out, 0)
         return Point(angle[0], velocity[0], acceleration[0], force[0], out.deflection[:, 0], pieces[0].copy(), memory)
 
-    def crossings(self) -> Crossings:
-        """Crossings of the clearances in the last step."""
-        return crossings_of(self.flow, self.logged())
+    def crossed(self) -> Iterator[tuple[int, int, int, float]]:
+        """Yield clearance, piece before and after, and rate of every crossing of the last step [SI]."""
+        log = self.logged()
+        unit = self.flow.corner_scale / self.flow.system.inputs.period
+        clearances = len(self.flow.system.clearances)
+        for k, piece, upward, rate in zip(
+            log.clearance.tolist(), log.piece.tolist(), log.upward.tolist(), log.rate.tolist(), strict=True
+        ):
+            if k < clearances:
+                yield k, piece, piece + 2 * upward - 1, rate * float(unit[k])
 
     def snapshot(self) -> dict[str, Array | IntArray]:
         """All that a march of the same driveline needs to go on from here; owns its arrays."""
