@@ -21,7 +21,7 @@ from gearrattle.assembly import carried_along, period_of, prescribed_angles, wit
 from gearrattle.engine.solvers.communication_steps import Begin, CommunicationSteps, with_channels
 from gearrattle.engine.solvers.solver import Task
 from gearrattle.engine.system.flow import in_periods
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.outcome import Outcome
 from gearrattle.simulation.co_simulation_ports import Ports, channels_of, check_ports, with_turned
@@ -84,6 +84,7 @@ class CoSimulation:
     def begin(self) -> None:
         """Begin at the start, with the present inputs and values; ModelError for values that the model refuses."""
         self._begun_with = self.inputs.copy()
+        self._failed: ConvergenceError | None = None
         self.time = 0.0
         self._origin = 0.0, 0.0  # a time [s], and the same in periods of the inputs
         # angle, speed and acceleration of the bodies whose speed is an input
@@ -155,8 +156,9 @@ class CoSimulation:
         """March to a time [s], under the present inputs and values.
 
         ModelError for a time before the present point, an input that is no number, a value that the model refuses;
-        ConvergenceError if the motion cannot go on. The present point is then kept, or lost.
         """
+        if self._failed is not None:
+            raise self._failed
         self.settle()
         length = end - self.time
         if not 0.0 <= length < np.inf:
@@ -170,7 +172,8 @@ class CoSimulation:
         polynomials = self._polynomials(length)
         outcome = self._march.step(self._periods(end), polynomials)
         if outcome is not Outcome.DONE:
-            raise failure(self._march.position(), outcome, "exact", self.layout)
+            self._failed = failure(self._march.position(), outcome, "exact", self.layout)
+            raise self._failed
         self.time = end
         # bodies whose speed is an input
         angle = polynomials[len(self.ports.torques) :].T
@@ -247,6 +250,7 @@ class CoSimulation:
             _, task = self._prepared()
             self._march = CommunicationSteps(task)
         self._march.restore(snapshot["march"])
+        self._failed = None
         self.inputs[:] = snapshot["inputs"]
         self.values = dict(zip(self.values, snapshot["values"].tolist(), strict=True))
         self._begun_with = snapshot["begun_with"].copy()
