@@ -314,3 +314,26 @@ def test_what_a_host_does_wrong_keeps_the_motion() -> None:
     stepped(right, length, 3)
     for a, b in zip(stepped(wrong, length, 5, first=3), stepped(right, length, 5, first=3), strict=True):
         assert np.array_equal(a.angle, b.angle)
+
+
+@pytest.mark.parametrize("name", ["case3", "clutch_friction", "alternating_mesh", "bearing_clearance", "planetary_set"])
+def test_the_energy_balance(name: str) -> None:
+    """Through impacts, sliders, changes by the clock, a changed value and another object that goes on."""
+    model = gr.example(name)
+    ports = Ports(torques=ports_of(model).torques[:1], paths=(next(iter(model.paths("inertia.*.J"))),))
+    length = period_of(model).period / 10
+    one = CoSimulation(model, ports, length, audit=True)
+    one.inputs[0] = 0.1, 2.0
+    stepped(one, length, 12)
+    one.values[ports.paths[0]] *= 1.1
+    stepped(one, length, 7, first=12)
+    other = CoSimulation(model, ports, length, audit=True)
+    other.restore(one.snapshot())
+    stepped(other, length, 4, first=19)
+    works = []
+    for under_way in (one, other):
+        energy = under_way.energy()
+        assert energy is not None
+        assert energy.relative_residual < 1e-10
+        works.append(energy.torque_work)
+    assert not np.array_equal(*works)

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from gearrattle.assembly import carried_along, period_of, prescribed_angles, with_prescribed
 from gearrattle.engine.solvers.communication_steps import Begin, CommunicationSteps, with_channels
 from gearrattle.engine.solvers.solver import Task
+from gearrattle.engine.solvers.step_audit import added
+from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.engine.system.flow import in_periods
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
@@ -67,16 +69,18 @@ class CoSimulation:
         of the present point, from the start of the motion on [s].
     """
 
-    def __init__(self, model: Model, ports: Ports, step: float | None = None) -> None:
+    def __init__(self, model: Model, ports: Ports, step: float | None = None, *, audit: bool = False) -> None:
         """Begin at the start of the model.
 
         step: usual length of a step, by which numbers are scaled [s]; None for a hundredth of the period.
+        audit: whether the energy is audited.
         ModelError for a model with inputs over time, for wrong ports, and without a static equilibrium.
         """
         check_ports(model, ports)
         self.original = model
         self.ports = ports
         self.length = period_of(model).period / _PER_PERIOD if step is None else step
+        self.audit = audit
         self.inputs = np.zeros((ports.channels, 2))
         self.values = {path: float(model[path]) for path in ports.paths}
         self.begin()
@@ -85,6 +89,7 @@ class CoSimulation:
         """Begin at the start, with the present inputs and values; ModelError for values that the model refuses."""
         self._begun_with = self.inputs.copy()
         self._failed: ConvergenceError | None = None
+        self._energy: EnergyAudit | None = None  # of the marches before this one
         self.time = 0.0
         self._origin = 0.0, 0.0  # a time [s], and the same in periods of the inputs
         # angle, speed and acceleration of the bodies whose speed is an input
@@ -109,7 +114,7 @@ class CoSimulation:
         system = with_channels(plan.task.system, torque, error, self.length, 2 if self.ports.speeds else 1)
         self.model = model
         self.layout = plan.layout
-        return model, replace(plan.task, system=system)
+        return model, replace(plan.task, system=system, audit=self.audit)
 
     def settle(self) -> None:
         """Take over inputs and values that were set; ModelError for values that the model refuses."""
@@ -131,6 +136,7 @@ class CoSimulation:
         """Go on from the present state with the present values."""
         # the present state, in the model before
         here = self._march.point()
+        energy = self.energy()
         turns = period_of(self.model).turns
         memories = self._march.task.system.memories
         periods = self._periods(self.time)
@@ -144,6 +150,7 @@ class CoSimulation:
         task = replace(task, angle=here.angle, velocity=here.velocity, auxiliary_pieces=auxiliary_pieces)
         task = replace(task, memory=here.memory[list(memories)])
         whole = int(periods)
+        self._energy = energy
         self._march = CommunicationSteps(task, Begin(whole, periods - whole, self._polynomials()))
         self._origin = self.time, periods
         # impacts go on counting
@@ -229,8 +236,13 @@ class CoSimulation:
         angle[len(angle) - len(self.ports.speeds) :] += self._turned[:, order]
         return angle
 
+    def energy(self) -> EnergyAudit | None:
+        """The energy audit of the motion so far; None without a step, or without ``audit``."""
+        return added(self._energy, self._march.energy())
+
     def snapshot(self) -> dict[str, Any]:
         """All that a co-simulation of the same model and ports needs to go on from here; owns its arrays."""
+        energy = self.energy()
         return {
             "march": self._march.snapshot(),
             "inputs": self.inputs.copy(),
@@ -240,6 +252,7 @@ class CoSimulation:
             "turned": self._turned.copy(),
             "time": np.array([self.time, *self._origin]),
             "impacts": self._impacts.sums(),
+            "energy": {} if energy is None else {name: np.array(value) for name, value in vars(energy).items()},
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -251,6 +264,8 @@ class CoSimulation:
             self._march = CommunicationSteps(task)
         self._march.restore(snapshot["march"])
         self._failed = None
+        energy = snapshot["energy"]
+        self._energy = EnergyAudit(**{**energy, "stored": tuple(energy["stored"].tolist())}) if energy else None
         self.inputs[:] = snapshot["inputs"]
         self.values = dict(zip(self.values, snapshot["values"].tolist(), strict=True))
         self._begun_with = snapshot["begun_with"].copy()

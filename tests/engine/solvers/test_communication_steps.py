@@ -22,8 +22,12 @@ STEPS = 64
 FIELDS = ("angle", "velocity", "force", "deflection")
 
 
-def channelled(seed: int, steps: np.ndarray) -> tuple[PiecewiseSystem, np.ndarray]:
-    """Return a random chain with a torque that jumps and a smooth error as channels, and their polynomials."""
+def channelled(seed: int, knots: np.ndarray) -> tuple[PiecewiseSystem, np.ndarray]:
+    """Return a random chain with a torque that jumps and a smooth error as channels, and their polynomials.
+
+    The channels have the scales of signals with these knots, and are no larger than the harmonics: bits are equal then.
+    """
+    steps = np.diff(knots)
     rng = np.random.default_rng(seed)
     chain = random_chain(seed)
     torque = np.zeros((chain.size, 2))
@@ -31,10 +35,10 @@ def channelled(seed: int, steps: np.ndarray) -> tuple[PiecewiseSystem, np.ndarra
     error = np.zeros((len(chain.laws), 2))
     error[-1, 1] = 1.0
     coefficients = np.zeros((len(steps), 2, 3))
-    coefficients[:, 0, :2] = rng.normal(size=(len(steps), 2))
+    coefficients[:, 0, :2] = 0.3 * rng.normal(size=(len(steps), 2))
     level, slope = 0.0, 0.0
     for row, length in zip(coefficients[:, 1], steps, strict=True):
-        row[:] = level, slope, 0.02 * rng.normal() / length
+        row[:] = level, slope, 1e-3 * rng.normal() / length
         level, slope = level + slope * length + row[2] * length**2, slope + 2.0 * row[2] * length
     return with_channels(chain, torque, error, float(steps.max()), 2), coefficients
 
@@ -55,21 +59,21 @@ def rows(points: Sequence[Point], name: str) -> np.ndarray:
 
 def begun(system: PiecewiseSystem, seed: int = 0) -> CommunicationSteps:
     rng = np.random.default_rng(seed)
-    return CommunicationSteps(task(system, 0.1 * rng.normal(size=system.size), rng.normal(size=system.size)))
+    state = task(system, 0.1 * rng.normal(size=system.size), rng.normal(size=system.size))
+    return CommunicationSteps(replace(state, audit=False))
 
 
 def long_march(system: PiecewiseSystem, knots: np.ndarray, coefficients: np.ndarray, **grid: int) -> Motion:
     assert system.signals is not None
     signals = replace(system.signals, knots=knots, coefficients=coefficients)
     start = begun(system).task
-    return finished(ExactMarch(replace(start, system=replace(system, signals=signals), audit=False, **grid)))
+    return finished(ExactMarch(replace(start, system=replace(system, signals=signals), **{"audit": False, **grid})))
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_bits_of_one_long_march_on_the_same_grid(seed: int) -> None:
-    steps = np.full(STEPS, 0.1 / 16)
-    system, coefficients = channelled(seed, steps)
     knots = np.arange(STEPS + 1) * (0.1 / 16)
+    system, coefficients = channelled(seed, knots)
     points, crossings = stepped(begun(system), in_periods(knots, 0.1)[1:], coefficients)
     motion = long_march(system, knots, coefficients, cycles=STEPS // 16, samples_per_cycle=16)
     for name in ("angle", "velocity"):
@@ -80,9 +84,8 @@ def test_the_bits_of_one_long_march_on_the_same_grid(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 4])
 def test_steps_of_any_length_have_the_crossings_of_one_long_march(seed: int) -> None:
-    steps = np.random.default_rng(seed).uniform(1e-4, 0.03, STEPS)
-    system, coefficients = channelled(seed, steps)
-    knots = np.append(0.0, np.cumsum(steps))
+    knots = np.append(0.0, np.cumsum(np.random.default_rng(seed).uniform(1e-4, 0.03, STEPS)))
+    system, coefficients = channelled(seed, knots)
     _, crossings = stepped(begun(system), in_periods(knots, 0.1)[1:], coefficients)
     cycles = int(knots[-1] / 0.1)
     motion = long_march(system, knots, coefficients, cycles=cycles, samples_per_cycle=1)
@@ -104,6 +107,24 @@ def test_a_linear_oscillator_under_a_ramp(cuts: list[float]) -> None:
     assert point.angle[0] == pytest.approx(want, abs=2e-14)
     assert point.force[0] == pytest.approx(4.0 * want, abs=1e-13)
     assert point.acceleration[0] == pytest.approx(1.0 + 2.0 * now - 4.0 * want, abs=1e-13)
+
+
+@pytest.mark.parametrize("usual", [0.01, 0.3, 3.0])
+def test_steps_may_be_longer_than_usual(usual: float) -> None:
+    """A body in a gap, driven through several impacts in one step: the motion of many short steps."""
+    system = oscillator(clearance(400.0, 2.0, 0.3), drag=0.05)
+    torque, error = np.ones((1, 1)), np.zeros((1, 1))
+    push = np.array([[30.0, -12.0]])
+    march = CommunicationSteps(task(with_channels(system, torque, error, usual, 1), [0.0], [0.0]))
+    assert march.step(2.5, push) is Outcome.DONE
+    crossings = crossings_of(march.flow, march.logged()).time
+    assert len(crossings) > 5
+    many = CommunicationSteps(task(with_channels(system, torque, error, 0.05, 1), [0.0], [0.0]))
+    ends = np.linspace(0.0, 2.5, 51)
+    rows_of = [np.array([[30.0 - 12.0 * begin, -12.0]]) for begin in ends[:-1]]
+    points, want = stepped(many, ends[1:], np.array(rows_of))
+    np.testing.assert_allclose(crossings, want, rtol=0, atol=1e-11)
+    assert march.point().angle[0] == pytest.approx(points[-1].angle[0], abs=1e-11)
 
 
 def test_a_point_is_a_left_limit() -> None:
@@ -131,9 +152,9 @@ def test_a_prescribed_error_moves_the_other_end() -> None:
 
 
 def test_marches_of_one_driveline_share_nothing() -> None:
-    steps = np.full(STEPS, 0.1 / 16)
-    system, coefficients = channelled(2, steps)
-    ends = in_periods(np.arange(1, STEPS + 1) * (0.1 / 16), 0.1)
+    knots = np.arange(STEPS + 1) * (0.1 / 16)
+    system, coefficients = channelled(2, knots)
+    ends = in_periods(knots, 0.1)[1:]
     alone, _ = stepped(begun(system), ends, coefficients)
     one, other = begun(system), begun(system, 1)
     for end, row, want in zip(ends, coefficients, alone, strict=True):
@@ -144,9 +165,9 @@ def test_marches_of_one_driveline_share_nothing() -> None:
 
 
 def test_another_march_goes_on_from_a_snapshot() -> None:
-    steps = np.full(STEPS, 0.1 / 10)
-    system, coefficients = channelled(3, steps)
-    ends = in_periods(np.arange(1, STEPS + 1) * (0.1 / 10), 0.1)
+    knots = np.arange(STEPS + 1) * (0.1 / 10)
+    system, coefficients = channelled(3, knots)
+    ends = in_periods(knots, 0.1)[1:]
     march = begun(system)
     stepped(march, ends[:20], coefficients[:20])
     snapshot = march.snapshot()
@@ -164,9 +185,9 @@ def test_another_march_goes_on_from_a_snapshot() -> None:
 
 def test_a_march_begins_in_the_middle_of_a_period() -> None:
     """Harmonics have their phases, and the polynomials of the channels hold from there on."""
-    steps = np.full(40, 0.1 / 8)
-    system, coefficients = channelled(5, steps)
-    ends = in_periods(np.arange(1, 41) * (0.1 / 8), 0.1)
+    knots = np.arange(41) * (0.1 / 8)
+    system, coefficients = channelled(5, knots)
+    ends = in_periods(knots, 0.1)[1:]
     march = begun(system)
     stepped(march, ends[:11], coefficients[:11])
     here = march.point()
@@ -178,3 +199,41 @@ def test_a_march_begins_in_the_middle_of_a_period() -> None:
     for name in FIELDS:
         scale = np.abs(rows(want, name)).max()
         np.testing.assert_allclose(rows(got, name), rows(want, name), rtol=0, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["equal", "any"])
+def test_the_energy_balance_of_all_steps(seed: int, kind: str) -> None:
+    """The works of a long march are those of the steps, batches of equal ones together."""
+    lengths = np.random.default_rng(seed).uniform(1e-4, 0.03, STEPS)
+    knots = np.arange(301) * (0.1 / 16) if kind == "equal" else np.append(0.0, np.cumsum(lengths))
+    system, coefficients = channelled(seed, knots)
+    march = CommunicationSteps(replace(begun(system).task, audit=True))
+    stepped(march, in_periods(knots, 0.1)[1:], coefficients)
+    energy = march.energy()
+    assert energy is not None
+    assert energy.relative_residual < 1e-11
+    assert march.energy() is energy
+    if kind == "equal":
+        long = long_march(system, knots, coefficients, audit=True, cycles=18, samples_per_cycle=16).energy
+        assert long is not None
+        part = CommunicationSteps(replace(begun(system).task, audit=True))
+        stepped(part, in_periods(knots, 0.1)[1:289], coefficients[:288])
+        actual = part.energy()
+        assert actual is not None
+        for name in ("torque_work", "error_work", "drag_loss", "element_loss", "stored"):
+            want = np.array(getattr(long, name))
+            np.testing.assert_allclose(getattr(actual, name), want, rtol=0, atol=1e-10 * long.turnover)
+
+
+def test_a_wrong_torque_is_missed_by_the_balance() -> None:
+    """A torque beside the one that the march had leaves a residual."""
+    knots = np.arange(STEPS + 1) * (0.1 / 16)
+    system, coefficients = channelled(1, knots)
+    march = CommunicationSteps(replace(begun(system).task, audit=True))
+    stepped(march, in_periods(knots, 0.1)[1:], coefficients)
+    assert march._balance is not None
+    march._balance._coefficients[7] = march._balance._coefficients[7] + np.array([[1e-3], [0.0]])
+    energy = march.energy()
+    assert energy is not None
+    assert energy.relative_residual > 1e-7

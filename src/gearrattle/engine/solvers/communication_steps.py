@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
-from math import floor
+from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,10 @@ from gearrattle.engine.kernels.sampling import Quantities, quantities_at
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.samples_in_si import forces_beside, lines_of
 from gearrattle.engine.solvers.solver import Task
+from gearrattle.engine.solvers.step_audit import StepAudit
+from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise_channels import shifted
 from gearrattle.engine.system.piecewise_signals import Signals
 from gearrattle.outcome import Outcome
 
@@ -35,6 +38,7 @@ IntArray = NDArray[np.int64]
 
 _NEVER = 1 << 50  # number of the next sample: none is taken
 _BOUNDS_END = 1 << 20  # steps since the bounds were computed: they are computed at once
+_ROUNDED = 1e-9  # part of a step that counts as rounding
 _OWN = ("knot_cycle", "knot_fraction", "chains")  # inputs of one march alone
 
 
@@ -43,7 +47,7 @@ def with_channels(system: PiecewiseSystem, torque: Array, error: Array, step: fl
 
     torque: (n, C) torque on every inertia for a unit of every channel.
     error: (m, C) transmission error of every element for a unit of every channel; continuous with its first derivative.
-    step: usual length of a communication step, by which the chains are scaled [s].
+    step: usual length of a communication step, by which chains are scaled, and for which bounds hold [s].
     degree: of the polynomials, 3 at most.
     """
     coefficients = np.zeros((1, torque.shape[1], degree + 1))
@@ -80,11 +84,12 @@ class CommunicationSteps(ExactMarch):
     def __init__(self, task: Task, begin: Begin = FROM_ZERO) -> None:
         """Begin at a state.
 
-        task: its system has channels (``with_channels``); its cycles, samples and audit do not count.
+        task: its system has channels (``with_channels``); its cycles and samples do not count.
         """
         signals = task.system.signals
         assert signals is not None
         self._shape = signals.coefficients.shape[1:]
+        self._longest = float(signals.knots[-1]) / task.system.inputs.period
         self._begins = begin
         super().__init__(replace(task, cycles=1, samples_per_cycle=1, audit=False))
         # time, and the changes by the clock that have passed
@@ -106,6 +111,7 @@ class CommunicationSteps(ExactMarch):
         self._lines = lines_of(flow)
         self._state = np.zeros((1, flow.states + self.slots.size.carried))
         self._driving = np.zeros((1, flow.inputs + flow.chain.size))
+        self._balance = StepAudit(flow) if task.audit else None
 
     def _coefficients_at_start(self) -> Array:
         """(C, D + 1) polynomials that hold just before the start."""
@@ -141,23 +147,58 @@ class CommunicationSteps(ExactMarch):
         end: the next communication point, in periods from the begin of time.
         coefficients: (C, D + 1) polynomials up to there, of ascending powers of the time since the present point [SI].
         """
-        # the polynomials, with which the bounds are computed anew
-        march = self.march
-        knot_cycle, knot_fraction = self.inputs.knot_cycle, self.inputs.knot_fraction
-        knot_cycle[0], knot_fraction[0] = self.at
-        self.inputs.chains[0, :, : self._shape[1]] = coefficients * self._units
-        march.counts[march_arrays.UNBOUNDED] = _BOUNDS_END
-        # instants: changes by the clock, then the end
+        # a step that is audited
+        counts = self.march.counts
+        begin = self.at
         whole = floor(end)
-        self.instants = self._instants(whole, end - whole)
-        march.counts[march_arrays.INSTANT] = 0
-        march.counts[march_arrays.EVENTS] = 0
-        # march to the end
+        length = (whole - begin[0]) + (end - whole - begin[1])
+        if self._balance is not None:
+            here = self._here()
+            pieces = self.slots.pieces[counts[march_arrays.SLOT]]
+            if self._balance.ends_before(length):
+                self._balance.finish(here)
+        # march, in parts that are no longer than the usual step: bounds hold that long
+        counts[march_arrays.EVENTS] = 0
+        parts = max(1, ceil(length / self._longest * (1.0 - _ROUNDED)))
+        for i in range(1, parts):
+            since = length * (i - 1) / parts
+            now = begin[0] + begin[1] + length * i / parts
+            outcome = self._march_to(floor(now), now - floor(now), self._later(coefficients, since))
+            if outcome is not Outcome.DONE:
+                return outcome
+        last = coefficients if parts == 1 else self._later(coefficients, length * (parts - 1) / parts)
+        outcome = self._march_to(whole, end - whole, last)
+        if outcome is Outcome.DONE and self._balance is not None:
+            log = self.logged()
+            time = (log.cycle - begin[0]) + (log.fraction - begin[1])
+            self._balance.add(length, here, coefficients, pieces, log=log, time=time)
+        return outcome
+
+    def _later(self, coefficients: Array, since: float) -> Array:
+        """(C, D + 1) the same polynomials about a later time, in periods."""
+        return shifted(coefficients, np.full(len(coefficients), since * self.task.system.inputs.period))
+
+    def _march_to(self, cycle: int, fraction: float, coefficients: Array) -> Outcome:
+        """March on to a time under polynomials, with bounds that are computed anew."""
+        counts = self.march.counts
+        self.inputs.knot_cycle[0], self.inputs.knot_fraction[0] = self.at
+        self.inputs.chains[0, :, : self._shape[1]] = coefficients * self._units
+        counts[march_arrays.UNBOUNDED] = _BOUNDS_END
+        # instants: changes by the clock, then the end
+        self.instants = self._instants(cycle, fraction)
+        counts[march_arrays.INSTANT] = 0
         while (outcome := self._march()) is Outcome.SLICE_SPENT:
             pass
         if outcome is Outcome.DONE:
-            self.at = float(whole), end - whole
+            self.at = float(cycle), fraction
         return outcome
+
+    def energy(self) -> EnergyAudit | None:
+        """The audit of all steps so far; None without a step, or if the task has no audit."""
+        if self._balance is None:
+            return None
+        self._balance.finish(self._here())
+        return self._balance.total
 
     def _instants(self, cycle: int, fraction: float) -> march_arrays.Instants:
         """The changes by the clock before an end, and the end."""
@@ -177,15 +218,23 @@ class CommunicationSteps(ExactMarch):
             np.append(auxiliary[before] + first, watch),
         )
 
+    def _write_state(self, regions: march_arrays.Regions) -> None:
+        """Write the state and the inputs at the present point."""
+        states = self.flow.states
+        state, driving = self._state[0], self._driving[0]
+        self._state_at_point(regions.particular, regions.drift, states, self.inputs, self.march, state, driving)
+
+    def _here(self) -> Array:
+        """(N + U,) states and inputs at the present point, without chains."""
+        self._write_state(self.slots.packed)
+        return np.concatenate([self._state[0, : self.flow.states], self._driving[0, : self.flow.inputs]])
+
     def point(self) -> Point:
         """The motion at the present communication point."""
         flow = self.flow
         regions = self.slots.packed
         slot = int(self.march.counts[march_arrays.SLOT])
-        # state and inputs
-        self._state_at_point(
-            regions.particular, regions.drift, flow.states, self.inputs, self.march, self._state[0], self._driving[0]
-        )
+        self._write_state(regions)
         pieces = regions.piece[slot : slot + 1]
         # forces of auxiliaries, then all quantities
         force = np.zeros((1, len(flow.system.laws)))
@@ -218,8 +267,9 @@ class CommunicationSteps(ExactMarch):
         return {**super().snapshot(), **inputs, "at": np.array(self.at)}
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int = 1) -> None:
-        """Go on from a snapshot; the cycles do not count."""
+        """Go on from a snapshot; the cycles do not count, and an audit begins anew."""
         super().restore(snapshot, cycles)
         for name in _OWN:
             getattr(self.inputs, name)[...] = snapshot[name]
         self.at = float(snapshot["at"][0]), float(snapshot["at"][1])
+        self._balance = None if self._balance is None else StepAudit(self.flow)
