@@ -26,7 +26,7 @@ from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.exchange.fmu_slave import MODEL, PORTS
 from gearrattle.exchange.fmu_variables import Causality, Variable, variables_of
 from gearrattle.model import Model, check_model, units
-from gearrattle.model.value_kinds import Choice, Quantity, Texts, argument_problems
+from gearrattle.model.value_kinds import FLAG, Choice, Quantity, Texts, argument_problems
 from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
 from gearrattle.writing import temporary_folder, whole
@@ -104,6 +104,7 @@ def export_fmu(
     speeds: Sequence[str] = (),
     parameters: Sequence[str] | None = None,
     step: float | str | None = None,
+    audit: bool = False,
 ) -> Fmu:
     """Write a driveline as an FMU for co-simulation, with the exact motion inside.
 
@@ -129,6 +130,8 @@ def export_fmu(
     step
         communication step that the FMU proposes: seconds, or a string with a unit; by default a hundredth of the
         period.
+    audit
+        whether the FMU audits its energy: one more output, the residual of the balance.
 
     Returns
     -------
@@ -152,7 +155,7 @@ def export_fmu(
     # the arguments
     check_model(model)
     is_plain = model.units == "dimensionless"
-    arguments: dict[str, tuple[Any, Any]] = {"version": (Choice(VERSIONS), version)}
+    arguments: dict[str, tuple[Any, Any]] = {"version": (Choice(VERSIONS), version), "audit": (FLAG, audit)}
     for name, value in (("torques", torques), ("speeds", speeds), ("parameters", parameters)):
         arguments |= {} if value is None else {name: (Texts('["flywheel"]'), value)}
     arguments |= {} if step is None else {"step": (_STEP, step)}
@@ -169,13 +172,13 @@ def export_fmu(
         tuple(speeds),
         _paths(model, parameters),
     )
-    motion = CoSimulation(model, ports, None if step is None else _STEP.read(step, is_plain))
+    motion = CoSimulation(model, ports, None if step is None else _STEP.read(step, is_plain), audit=audit)
     for k in range(_FIRST_STEPS):
         motion.step((k + 1) * motion.length)
     # the file
     with whole(target) as file, temporary_folder() as folder:
         shutil.move(_built(builder, folder, target.stem, version, motion), file)
-    return Fmu(target, version, motion.length, variables_of(model, ports, motion.layout))
+    return Fmu(target, version, motion.length, variables_of(motion))
 
 
 def _builder(version: str) -> Any:
@@ -213,7 +216,7 @@ def _built(builder: Any, folder: Path, name: str, version: str, motion: CoSimula
     sources = folder / "sources"
     sources.mkdir()
     model = motion.original.to_toml()
-    settings = json.dumps({**motion.ports._asdict(), "step": motion.length})
+    settings = json.dumps({**motion.ports._asdict(), "step": motion.length, "audit": motion.audit})
     (sources / MODEL).write_text(model, encoding="utf-8")
     (sources / PORTS).write_text(settings, encoding="utf-8")
     # the script; its name is that of this FMU alone, as a host may load several into one Python

@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
 from importlib import import_module
+from math import nan
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -58,7 +59,7 @@ class DrivelineSlave:
         model = _model((folder / MODEL).read_text(encoding="utf-8"))
         settings = json.loads((folder / PORTS).read_text(encoding="utf-8"))
         ports = Ports(*(tuple(settings[name]) for name in Ports._fields))
-        self.motion = CoSimulation(model, ports, settings["step"])
+        self.motion = CoSimulation(model, ports, settings["step"], audit=settings["audit"])
         self._is_stale = False
         self._begin = 0.0
         # what a host reads first
@@ -66,7 +67,7 @@ class DrivelineSlave:
         self.default_experiment = self._fmi.DefaultExperiment(
             start_time=0.0, stop_time=_SHOWN_PERIODS * period_of(model).period, step_size=self.motion.length
         )
-        for variable in variables_of(model, ports, self.motion.layout):
+        for variable in variables_of(self.motion):
             self._register(variable)
         if self.interface == "3.0":
             self._register_time()
@@ -88,7 +89,8 @@ class DrivelineSlave:
             keys |= {"getter": partial(self._value, *place), "setter": partial(self._set_value, *place)}
             keys |= {"variability": variability.tunable, "initial": initial.exact}
         else:
-            keys |= {"getter": partial(self._output, *place), "initial": initial.calculated}
+            getter = partial(self._output, *place) if place[1:] else self._residual
+            keys |= {"getter": getter, "initial": initial.calculated}
             keys |= {"variability": variability.discrete if variable.is_whole else variability.continuous}
         kinds = ("Float64", "Int32") if number == "3" else ("Real", "Integer")
         if number == "3" and variable.unit:
@@ -120,6 +122,15 @@ class DrivelineSlave:
         if self._is_stale:
             self._settle()
         return getattr(self.motion.now, kind)[index]
+
+    def _residual(self) -> float:
+        """The relative residual of the energy balance; 0 before the first step."""
+        try:
+            energy = self.motion.energy()
+        except Exception as error:
+            self._tell(error)
+            return nan
+        return 0.0 if energy is None else energy.relative_residual
 
     def _settle(self) -> None:
         """Take over new inputs and values; values that the model refuses are logged, and the last ones put back."""

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
+from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
 from gearrattle.trajectory import Layout
 
@@ -42,7 +43,7 @@ class Variable:
         what it is.
     place
         in a co-simulation: the channel and 0 or 1, for value or rate, of an input; the path of a parameter; field of
-        ``Now`` and index of an output.
+        ``Now`` and index of an output, or "energy_residual".
     """
 
     name: str
@@ -53,16 +54,19 @@ class Variable:
     is_whole: bool = False
 
 
-def variables_of(model: Model, ports: Ports, layout: Layout) -> tuple[Variable, ...]:
-    """Return all variables: inputs, then parameters, then outputs.
-
-    layout: of the model with its ports.
-    """
-    is_si = model.units == "SI"
-    every = (*_inputs(ports), *_parameters(model, ports), *_of_bodies(layout), *_of_elements(layout))
-    if is_si:
-        return every
-    return tuple(Variable(v.name, v.causality, "", v.words, v.place, v.is_whole) for v in every)
+def variables_of(motion: CoSimulation) -> tuple[Variable, ...]:
+    """Return all variables of a co-simulation: inputs, then parameters, then outputs."""
+    model = motion.original
+    every = (
+        *_inputs(motion.ports),
+        *_parameters(model, motion.ports),
+        *_of_bodies(motion.layout),
+        *_of_elements(motion.layout),
+    )
+    if motion.audit:
+        words = "energy that the balance of all works and losses since the start does not explain, over their sum"
+        every = (*every, Variable("energy_residual", "output", "", words, ("energy_residual",)))
+    return every if model.units == "SI" else tuple(replace(variable, unit="") for variable in every)
 
 
 def structured(name: str) -> str:
