@@ -26,6 +26,7 @@ from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.exchange.fmu_slave import MODEL, PORTS
 from gearrattle.exchange.fmu_variables import Causality, Variable, variables_of
 from gearrattle.model import Model, check_model, units
+from gearrattle.model.paths import expanded
 from gearrattle.model.value_kinds import FLAG, Choice, Quantity, Texts, argument_problems
 from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
@@ -202,7 +203,7 @@ def _usual_torques(model: Model, speeds: Sequence[str]) -> tuple[str, ...]:
 def _paths(model: Model, patterns: Sequence[str] | None) -> tuple[str, ...]:
     """The paths of the values that may change, each once."""
     if patterns is not None:
-        return tuple(dict.fromkeys(path for pattern in patterns for path in model.paths(pattern)))
+        return tuple(expanded(model.to_tables(), patterns))
     usual = [path for pattern in _USUAL for path in model.paths(pattern)]
     return tuple(path for path in usual if isinstance(model[path], float | int))
 
@@ -235,6 +236,7 @@ def _built(builder: Any, folder: Path, name: str, version: str, motion: CoSimula
     script.write_text(text, encoding="utf-8")
     # the library imports the script, and leaves that behind
     can = {key: True for state in ("FMUState", "FMUstate") for key in (f"canGetAndSet{state}", f"canSerialize{state}")}
+    can["canHandleVariableCommunicationStepSize"] = True  # pythonfmu3 0.3.4 writes false
     before = list(sys.path)
     try:
         return Path(builder.build_FMU(script, folder, [sources / MODEL, sources / PORTS], **can))
