@@ -25,12 +25,13 @@ from gearrattle.assembly import free_names
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.exchange.fmu_slave import MODEL, PORTS
 from gearrattle.exchange.fmu_variables import Causality, Variable, variables_of
+from gearrattle.formats import format_name
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.paths import expanded
 from gearrattle.model.value_kinds import FLAG, Choice, Quantity, Texts, argument_problems
 from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
-from gearrattle.writing import temporary_folder, whole
+from gearrattle.writing import Staging, temporary_folder
 
 VERSIONS = ("3.0", "2.0")
 _LIBRARIES = {"3.0": "pythonfmu3", "2.0": "pythonfmu"}
@@ -153,8 +154,9 @@ def export_fmu(
     Raises
     ------
     ModelError
-        a model with inputs over time, unknown inertias or paths, no static equilibrium, a library that is not
-        installed.
+        a model with inputs over time, unknown inertias or paths, no static equilibrium.
+    NotInstalled
+        the library of this version is not installed.
     OSError
         the machine refused; nothing half-written is left.
 
@@ -175,6 +177,8 @@ def export_fmu(
     target = Path(path)
     if target.suffix.lower() != ".fmu":
         problems.append(Problem(str(path), target.suffix or "no ending", "an FMU ends in .fmu", "name it so"))
+    if target.is_dir():
+        problems.append(Problem(str(path), "a folder", "the FMU is a file", "give another name"))
     if problems:
         raise ModelError(problems)
     builder = _builder(version)
@@ -188,8 +192,9 @@ def export_fmu(
     for k in range(_FIRST_STEPS):
         motion.step((k + 1) * motion.length)
     # the file
-    with whole(target) as file, temporary_folder() as folder:
-        shutil.move(_built(builder, folder, target.stem, version, motion), file)
+    with Staging(target.parent) as staging, temporary_folder() as folder:
+        shutil.move(_built(builder, folder, target.stem, version, motion), staging.path / target.name)
+        staging.commit()
     return Fmu(target, version, motion.length, variables_of(motion))
 
 
@@ -228,7 +233,9 @@ def _built(builder: Any, folder: Path, name: str, version: str, motion: CoSimula
     sources = folder / "sources"
     sources.mkdir()
     model = motion.original.to_toml()
-    settings = json.dumps({**motion.ports._asdict(), "step": motion.length, "audit": motion.audit})
+    settings = json.dumps(
+        {"format": format_name("fmu"), **motion.ports._asdict(), "step": motion.length, "audit": motion.audit}
+    )
     (sources / MODEL).write_text(model, encoding="utf-8")
     (sources / PORTS).write_text(settings, encoding="utf-8")
     # the script; its name is that of this FMU alone, as a host may load several into one Python

@@ -23,6 +23,7 @@ import gearrattle
 from gearrattle.assembly import period_of
 from gearrattle.errors import GearRattleError
 from gearrattle.exchange.fmu_variables import UNITS, Variable, variables_of
+from gearrattle.formats import check_format
 from gearrattle.model import Model, loads
 from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
@@ -58,6 +59,7 @@ class DrivelineSlave:
         # the driveline at its start
         model = _model((folder / MODEL).read_text(encoding="utf-8"))
         settings = json.loads((folder / PORTS).read_text(encoding="utf-8"))
+        check_format(settings["format"], folder / PORTS, "fmu")
         ports = Ports(*(tuple(settings[name]) for name in Ports._fields))
         self.motion = CoSimulation(model, ports, settings["step"], audit=settings["audit"])
         self._is_stale = False
