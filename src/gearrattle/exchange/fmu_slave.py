@@ -82,16 +82,16 @@ class DrivelineSlave:
         causality, variability, initial = (
             getattr(fmi, f"Fmi{number}{kind}") for kind in ("Causality", "Variability", "Initial")
         )
-        place = variable.place
+        source = variable.source
         keys: dict[str, Any] = {"causality": causality[variable.causality], "description": _words(variable, number)}
         if variable.causality == "input":
-            keys |= {"getter": partial(self._input, *place), "setter": partial(self._set_input, *place)}
+            keys |= {"getter": partial(self._input, *source), "setter": partial(self._set_input, *source)}
             keys |= {"variability": variability.continuous}
         elif variable.causality == "parameter":
-            keys |= {"getter": partial(self._value, *place), "setter": partial(self._set_value, *place)}
+            keys |= {"getter": partial(self._value, *source), "setter": partial(self._set_value, *source)}
             keys |= {"variability": variability.tunable, "initial": initial.exact}
         else:
-            getter = partial(self._output, *place) if place[1:] else self._residual
+            getter = partial(self._output, *source) if source[1:] else self._residual
             keys |= {"getter": getter, "initial": initial.calculated}
             keys |= {"variability": variability.discrete if variable.is_whole else variability.continuous}
         kinds = ("Float64", "Int32") if number == "3" else ("Real", "Integer")
@@ -130,7 +130,7 @@ class DrivelineSlave:
         try:
             energy = self.motion.energy()
         except Exception as error:
-            self._tell(error)
+            self._report(error)
             return nan
         return 0.0 if energy is None else energy.relative_residual
 
@@ -140,7 +140,7 @@ class DrivelineSlave:
         try:
             self.motion.settle()
         except Exception as error:
-            self._tell(error)
+            self._report(error)
 
     # ---- callbacks
 
@@ -161,7 +161,7 @@ class DrivelineSlave:
             self._is_stale = False
             self.motion.step(current_time + step_size - self._begin)
         except BaseException as error:
-            self._tell(error)
+            self._report(error)
             return self._answer(done=False)
         return self._answer(done=True)
 
@@ -172,7 +172,7 @@ class DrivelineSlave:
         status = self._fmi.Fmi3Status
         return self._fmi.Fmi3StepResult(status=status.ok if done else status.discard)
 
-    def _tell(self, error: BaseException) -> None:
+    def _report(self, error: BaseException) -> None:
         """Log what went wrong."""
         kind = "" if isinstance(error, GearRattleError) else f"{type(error).__name__}: "
         status = import_module(f"{self._fmi.__name__}.enums")
@@ -192,7 +192,7 @@ class DrivelineSlave:
             self.motion.restore(state)
             self._is_stale = False
         except Exception as error:
-            self._tell(error)
+            self._report(error)
 
     @staticmethod
     def _fmu_state_to_bytes(state: Mapping[str, Any]) -> bytes:

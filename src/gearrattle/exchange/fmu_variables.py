@@ -41,7 +41,7 @@ class Variable:
         one of ``UNITS``; empty without one.
     words
         what it is.
-    place
+    source
         in a co-simulation: the channel and 0 or 1, for value or rate, of an input; the path of a parameter; field of
         ``Now`` and index of an output, or "energy_residual".
     """
@@ -50,7 +50,7 @@ class Variable:
     causality: Causality
     unit: str
     words: str
-    place: tuple[str | int, ...]
+    source: tuple[str | int, ...]
     is_whole: bool = False
 
 
