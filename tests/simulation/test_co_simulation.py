@@ -337,3 +337,21 @@ def test_the_energy_balance(name: str) -> None:
         assert energy.relative_residual < 1e-10
         works.append(energy.torque_work)
     assert not np.array_equal(*works)
+
+
+def test_a_value_that_changes_the_period_is_refused() -> None:
+    """An order that makes the common period longer; the motion goes on with the last value."""
+    model = gr.example("case1_loaded")
+    path = "torque.0.harmonics.4.order"
+    length = period_of(model).period / 10
+    wrong, right = (CoSimulation(model, Ports(paths=(path, "torque.0.mean")), length) for _ in range(2))
+    for under_way in (wrong, right):
+        stepped(under_way, length, 5)
+    wrong.values[path] = 5.5
+    with pytest.raises(gr.ModelError, match="turns in a period"):
+        wrong.step(6 * length)
+    assert wrong.values[path] == 5.0
+    for under_way in (wrong, right):
+        under_way.values["torque.0.mean"] = 11.0  # the means no longer balance: the train is accelerated
+    for a, b in zip(stepped(wrong, length, 5, first=5), stepped(right, length, 5, first=5), strict=True):
+        assert np.array_equal(a.angle, b.angle)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import carried_along, period_of, prescribed_angles, with_prescribed
+from gearrattle.assembly import Driveline, carried_along, period_of, prescribed_angles, with_prescribed
 from gearrattle.engine.solvers.communication_steps import Begin, CommunicationSteps, with_channels
 from gearrattle.engine.solvers.solver import Task
 from gearrattle.engine.solvers.step_audit import added
@@ -87,62 +87,69 @@ class CoSimulation:
 
     def begin(self) -> None:
         """Begin at the start, with the present inputs and values; ModelError for values that the model refuses."""
+        first = len(self.ports.torques)
+        driveline, task = self._prepared()
+        # bodies whose speed is an input, and what goes along with them
+        turned = np.zeros((len(self.ports.speeds), 3))
+        turned[:, 1] = self.inputs[first:, 0]
+        if self.ports.speeds:
+            along = np.zeros(len(driveline.model.motions))
+            along[-len(self.ports.speeds) :] = turned[:, 1]
+            task = replace(task, velocity=task.velocity + carried_along(driveline.model, along))
+        # the motion at its start
         self._begun_with = self.inputs.copy()
         self._failed: ConvergenceError | None = None
         self._energy: EnergyAudit | None = None  # of the marches before this one
         self.time = 0.0
-        self._origin = 0.0, 0.0  # a time [s], and the same in periods of the inputs
-        # angle, speed and acceleration of the bodies whose speed is an input
-        self._turned = np.zeros((len(self.ports.speeds), 3))
-        self._turned[:, 1] = self.inputs[len(self.ports.torques) :, 0]
-        model, task = self._prepared()
-        if self.ports.speeds:
-            along = np.zeros(len(model.motions))
-            along[-len(self.ports.speeds) :] = self._turned[:, 1]
-            task = replace(task, velocity=task.velocity + carried_along(model, along))
-        self._march = CommunicationSteps(task, Begin(0, 0.0, self._polynomials()))
-        self._impacts = ImpactCounter(self.layout)
+        self._turned = turned  # angle, speed and acceleration of these bodies
+        self._take(driveline, CommunicationSteps(task, Begin(0, 0.0, self._polynomials())), 0.0)
         self._look()
 
-    def _prepared(self) -> tuple[Model, Task]:
-        """The model with the present values, and its task at the start, with channels."""
-        self._used = dict(self.values)
+    def _prepared(self, initial: str | None = None) -> tuple[Driveline, Task]:
+        """The driveline with the present values, and its task at the start, with channels."""
         changes = {path: value for path, value in self.values.items() if value != float(self.original[path])}
         model = with_turned(self.original.with_(changes) if changes else self.original, self.ports.speeds)
-        plan = prepare(model, {"algorithm": "exact", "cycles": 1, "discard": 0}, audit=False)
+        plan = prepare(model, {"algorithm": "exact", "cycles": 1, "discard": 0, "initial": initial}, audit=False)
         torque, error = channels_of(model, self.ports)
         system = with_channels(plan.task.system, torque, error, self.length, 2 if self.ports.speeds else 1)
-        self.model = model
-        self.layout = plan.layout
-        return model, replace(plan.task, system=system, audit=self.audit)
+        return Driveline(model, system, plan.layout), replace(plan.task, system=system, audit=self.audit)
+
+    def _take(self, driveline: Driveline, march: CommunicationSteps, periods: float) -> None:
+        """Go on with another driveline and march.
+
+        periods: the present time, in periods of the inputs.
+        """
+        self.model = driveline.model
+        self.layout = driveline.layout
+        self._march = march
+        self._impacts = ImpactCounter(driveline.layout)
+        self._origin = self.time, periods
+        self._used = dict(self.values)
 
     def settle(self) -> None:
-        """Take over inputs and values that were set; ModelError for values that the model refuses."""
+        """Take over inputs and values that were set; ModelError, and the last ones stay, where the model refuses them."""
         is_changed = self.values != self._used
         if not is_changed and (self.time > 0.0 or np.array_equal(self.inputs, self._begun_with)):
             return
-        before = self._used
         try:
             if self.time > 0.0:
                 self._carry_over()
             else:
                 self.begin()
         except ModelError:
-            self.values = dict(before)
-            self._used = before
+            self.values = dict(self._used)
             raise
 
     def _carry_over(self) -> None:
         """Go on from the present state with the present values."""
         # the present state, in the model before
         here = self._march.point()
-        energy = self.energy()
-        turns = period_of(self.model).turns
         memories = self._march.task.system.memories
         periods = self._periods(self.time)
-        # the model with the present values
-        model, task = self._prepared()
-        if period_of(model).turns != turns or task.system.memories != memories:
+        # the model with the present values, whose own start does not count
+        driveline, task = self._prepared("zero")
+        is_alike = period_of(driveline.model).turns == period_of(self.model).turns
+        if not is_alike or task.system.memories != memories:
             rule = "changes the number of turns in a period, or which sliders there are"
             raise ModelError(Problem("parameters", "a new value", rule, "begin a new simulation with it"))
         # a march that goes on
@@ -150,12 +157,10 @@ class CoSimulation:
         task = replace(task, angle=here.angle, velocity=here.velocity, auxiliary_pieces=auxiliary_pieces)
         task = replace(task, memory=here.memory[list(memories)])
         whole = int(periods)
-        self._energy = energy
-        self._march = CommunicationSteps(task, Begin(whole, periods - whole, self._polynomials()))
-        self._origin = self.time, periods
-        # impacts go on counting
+        march = CommunicationSteps(task, Begin(whole, periods - whole, self._polynomials()))
+        self._energy = self.energy()
         so_far = self._impacts.sums()
-        self._impacts = ImpactCounter(self.layout)
+        self._take(driveline, march, periods)
         self._impacts.take(so_far)
         self._look()
 
@@ -260,8 +265,8 @@ class CoSimulation:
         used = dict(zip(self.values, snapshot["used"].tolist(), strict=True))
         if used != self._used:
             self.values = used
-            _, task = self._prepared()
-            self._march = CommunicationSteps(task)
+            driveline, task = self._prepared("zero")
+            self._take(driveline, CommunicationSteps(task), 0.0)
         self._march.restore(snapshot["march"])
         self._failed = None
         energy = snapshot["energy"]
