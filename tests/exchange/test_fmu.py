@@ -127,13 +127,13 @@ def test_a_slave_moves_as_a_run(tmp_path: Path, version: str) -> None:
     slave.begin()
     assert slave["energy_residual"] == 0.0
     names = {kind: [name for name in slave.by_name if name.startswith(f"{kind}.")] for kind in ("angle", "velocity")}
-    got: dict[str, list[list[float]]] = {kind: [] for kind in names}
+    actual: dict[str, list[list[float]]] = {kind: [] for kind in names}
     for k in range(40):
         assert slave.step(7.0 + k * length, length)
         for kind, which in names.items():
-            got[kind].append([slave[name] for name in which])
+            actual[kind].append([slave[name] for name in which])
     run = gr.simulate(model, cycles=4, samples_per_cycle=10, discard=0)
-    for kind, values in got.items():
+    for kind, values in actual.items():
         want = run.data[kind].to_numpy()[1:]
         assert np.abs(np.array(values) - want).max() < 1e-8 * np.abs(want).max()
     assert slave["impacts.clutch"] > 0

@@ -65,8 +65,8 @@ def assert_same(points: list[Now], run: gr.Run, tolerance: float, names: tuple[s
     """Assert that points are the samples of a run but its first, relative to the largest of every quantity."""
     for name in names:
         want = run.data[name].to_numpy()[1:]
-        got = np.array([getattr(point, name) for point in points])
-        np.testing.assert_allclose(got, want, rtol=0, atol=tolerance * max(np.abs(want).max(initial=0.0), 1e-300))
+        actual = np.array([getattr(point, name) for point in points])
+        np.testing.assert_allclose(actual, want, rtol=0, atol=tolerance * max(np.abs(want).max(initial=0.0), 1e-300))
 
 
 @pytest.mark.parametrize(
@@ -173,8 +173,8 @@ def test_a_speed_from_outside_prescribes_the_motion() -> None:
     ]
     run = gr.simulate(gr.Model.from_tables(tables), cycles=2, samples_per_cycle=steps, discard=0)
     assert_same(points, run, 1e-4, ("angle", "velocity", "deflection"))
-    got = np.array([point.velocity[0] for point in points])
-    np.testing.assert_allclose(got, 2.0 * (1.0 - np.cos(omega * time[1 : 2 * steps + 1])), rtol=0, atol=1e-12)
+    actual = np.array([point.velocity[0] for point in points])
+    np.testing.assert_allclose(actual, 2.0 * (1.0 - np.cos(omega * time[1 : 2 * steps + 1])), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["case1_loaded", "alternating_mesh"])
@@ -270,8 +270,8 @@ def test_any_number_of_bodies(size: int) -> None:
     run = gr.simulate(model, cycles=1, samples_per_cycle=50, discard=0)
     for name in ("angle", "velocity"):
         want = run.data[name].to_numpy()[1:11]
-        got = np.array([getattr(point, name) for point in points])
-        np.testing.assert_allclose(got, want, rtol=0, atol=1e-8 * np.abs(want).max())
+        actual = np.array([getattr(point, name) for point in points])
+        np.testing.assert_allclose(actual, want, rtol=0, atol=1e-8 * np.abs(want).max())
 
 
 @pytest.mark.parametrize(

@@ -20,12 +20,11 @@ from keyword import iskeyword
 from pathlib import Path
 from typing import Any, get_args
 
-import gearrattle
 from gearrattle.assembly import free_names
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.exchange.fmu_slave import MODEL, PORTS
 from gearrattle.exchange.fmu_variables import Causality, Variable, variables_of
-from gearrattle.formats import format_name
+from gearrattle.formats import format_name, version_of
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.paths import expanded
 from gearrattle.model.value_kinds import FLAG, Choice, Quantity, Texts, argument_problems
@@ -243,7 +242,7 @@ def _built(builder: Any, folder: Path, name: str, version: str, motion: CoSimula
     library = _LIBRARIES[version]
     text = _SCRIPT.format(
         title=identifier,
-        release=gearrattle.__version__,
+        release=version_of("gearrattle"),
         library=library,
         slave=f"Fmi{version[0]}Slave",
         identifier=identifier,

@@ -19,11 +19,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-import gearrattle
 from gearrattle.assembly import period_of
 from gearrattle.errors import GearRattleError
 from gearrattle.exchange.fmu_variables import UNITS, Variable, variables_of
-from gearrattle.formats import check_format
+from gearrattle.formats import check_format, version_of
 from gearrattle.model import Model, loads
 from gearrattle.simulation.co_simulation import CoSimulation
 from gearrattle.simulation.co_simulation_ports import Ports
@@ -207,7 +206,7 @@ class DrivelineSlave:
     def to_xml(self, *arguments: Any) -> Element:
         """Return the model description, with what the library leaves out."""
         root: Element = super().to_xml(*arguments)  # type: ignore[misc]
-        root.set("generationTool", f"gearrattle {gearrattle.__version__}, {root.get('generationTool')}")
+        root.set("generationTool", f"gearrattle {version_of('gearrattle')}, {root.get('generationTool')}")
         structure = root.find("ModelStructure")
         if self.interface != "3.0" and structure is not None:
             unknowns = SubElement(structure, _INITIAL)

@@ -127,7 +127,7 @@ class CoSimulation:
         self._used = dict(self.values)
 
     def settle(self) -> None:
-        """Take over inputs and values that were set; ModelError, and the last ones stay, where the model refuses them."""
+        """Take over inputs and values that were set; ModelError where the model refuses values: the last ones stay."""
         is_changed = self.values != self._used
         if not is_changed and (self.time > 0.0 or np.array_equal(self.inputs, self._begun_with)):
             return

@@ -56,15 +56,15 @@ def _wrong_bodies(model: Model, ports: Ports) -> Iterator[Problem]:
     names = [inertia.name for inertia in model.inertias]
     moved = [motion.on for motion in model.motions]
     seen: set[str] = set()
-    for place, bodies in (("torques", ports.torques), ("speeds", ports.speeds)):
+    for argument, bodies in (("torques", ports.torques), ("speeds", ports.speeds)):
         for name in bodies:
             if name not in names:
                 rule = f"no inertia has this name; there are {listed(names)}"
-                yield Problem(place, f'"{name}"', rule, did_you_mean(name, names))
+                yield Problem(argument, f'"{name}"', rule, did_you_mean(name, names))
             elif name in moved:
-                yield Problem(place, f'"{name}"', "its motion is prescribed by the model", "remove its [[motion]]")
+                yield Problem(argument, f'"{name}"', "its motion is prescribed by the model", "remove its [[motion]]")
             elif name in seen:
-                yield Problem(place, f'"{name}"', "takes a torque or a speed, once", "name it once")
+                yield Problem(argument, f'"{name}"', "takes a torque or a speed, once", "name it once")
             seen.add(name)
     if names and len(ports.speeds) + len(moved) >= len(names):
         yield Problem("speeds", listed(list(ports.speeds)), "at least one inertia must be free to move", "name fewer")

@@ -160,8 +160,8 @@ def test_marches_of_one_driveline_share_nothing() -> None:
     for end, row, want in zip(ends, coefficients, alone, strict=True):
         assert one.step(float(end), row) is Outcome.DONE
         assert other.step(float(end), -3.0 * row) is Outcome.DONE
-        for got, expected in zip(one.point(), want, strict=True):
-            assert np.array_equal(got, expected)
+        for actual, expected in zip(one.point(), want, strict=True):
+            assert np.array_equal(actual, expected)
 
 
 def test_another_march_goes_on_from_a_snapshot() -> None:
@@ -175,12 +175,12 @@ def test_another_march_goes_on_from_a_snapshot() -> None:
     want, crossings = stepped(march, ends[20:], coefficients[20:])
     other = begun(system, 7)
     other.restore(snapshot)
-    for got, expected in zip(other.point(), point, strict=True):
-        assert np.array_equal(got, expected)
-    got, again = stepped(other, ends[20:], coefficients[20:])
+    for actual, expected in zip(other.point(), point, strict=True):
+        assert np.array_equal(actual, expected)
+    actual, again = stepped(other, ends[20:], coefficients[20:])
     assert crossings == again
     for name in Point._fields:
-        assert np.array_equal(rows(got, name), rows(want, name))
+        assert np.array_equal(rows(actual, name), rows(want, name))
 
 
 def test_a_march_begins_in_the_middle_of_a_period() -> None:
@@ -195,10 +195,10 @@ def test_a_march_begins_in_the_middle_of_a_period() -> None:
     middle = replace(begun(system).task, angle=here.angle, velocity=here.velocity)
     now = coefficients[11].copy()
     other = CommunicationSteps(middle, Begin(int(ends[10]), float(ends[10] % 1.0), now))
-    got, _ = stepped(other, ends[11:20], coefficients[11:20])
+    actual, _ = stepped(other, ends[11:20], coefficients[11:20])
     for name in FIELDS:
         scale = np.abs(rows(want, name)).max()
-        np.testing.assert_allclose(rows(got, name), rows(want, name), rtol=0, atol=1e-9 * scale)
+        np.testing.assert_allclose(rows(actual, name), rows(want, name), rtol=0, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize("seed", range(4))
