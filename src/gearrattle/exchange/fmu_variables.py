@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
@@ -50,7 +50,7 @@ class Variable:
     causality: Causality
     unit: str
     words: str
-    source: tuple[str | int, ...]
+    source: tuple[Any, ...]
     is_whole: bool = False
 
 

@@ -218,13 +218,14 @@ class CoSimulation:
         point = self._march.point()
         layout = self.layout
         clearances = len(layout.clearance)
-        turning = [point.angle, point.velocity, point.acceleration]
+        moving = [point.angle, point.velocity, point.acceleration]
         if layout.prescribed:
-            turning = [with_prescribed(self.model, free, self._prescribed(order)) for order, free in enumerate(turning)]
-        elif layout.direction_names:
-            turning = [values[: len(layout.inertia_names)] for values in turning]
+            moving = [with_prescribed(self.model, free, self._prescribed(order)) for order, free in enumerate(moving)]
+        angle, velocity, acceleration = (values[: len(layout.inertia_names)] for values in moving)
         self.now = Now(
-            *turning,
+            angle=angle,
+            velocity=velocity,
+            acceleration=acceleration,
             displacement=point.angle[len(point.angle) - len(layout.direction_names) :],
             element_torque=point.force * layout.radii[:, 0],
             deflection=point.deflection,
@@ -237,7 +238,7 @@ class CoSimulation:
     def _prescribed(self, order: int) -> Array:
         """(P,) angles of all bodies that move as prescribed, or a derivative."""
         time = np.array([self._periods(self.time) * self.layout.period])
-        angle = prescribed_angles(self.model, time, order)[0]
+        angle: Array = prescribed_angles(self.model, time, order)[0]
         angle[len(angle) - len(self.ports.speeds) :] += self._turned[:, order]
         return angle
 

@@ -115,4 +115,5 @@ def _sides(is_inner: NDArray[np.bool_], is_gap: bool) -> list[int]:
     counts = (inside == 1) | ((inside == 0) & (not is_gap))
     last = np.flatnonzero(is_inner)[-1]
     side = np.where(np.arange(len(inside)) >= last, _DRIVE, _COAST)
-    return np.where(counts, side, 0).tolist()
+    counted: list[int] = np.where(counts, side, 0).tolist()
+    return counted

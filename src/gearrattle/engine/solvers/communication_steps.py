@@ -101,7 +101,10 @@ class CommunicationSteps(ExactMarch):
             counts[march_arrays.TICKS] = int(np.sum((cycle < begin.cycle) | (fraction < begin.fraction)))
         # inputs of this march alone: one interval, from the present point on
         self.at = float(begin.cycle), begin.fraction
-        self.inputs = self.inputs._replace(**{name: np.array(getattr(self.inputs, name)) for name in _OWN})
+        shared = self.inputs
+        self.inputs = shared._replace(
+            knot_cycle=shared.knot_cycle.copy(), knot_fraction=shared.knot_fraction.copy(), chains=shared.chains.copy()
+        )
         self.inputs.knot_cycle[0], self.inputs.knot_fraction[0] = self.at
         self.inputs.chains[0, :, : self._shape[1]] = self._coefficients_at_start() * self._units
         # what a point is computed with
@@ -220,9 +223,8 @@ class CommunicationSteps(ExactMarch):
 
     def _write_state(self, regions: march_arrays.Regions) -> None:
         """Write the state and the inputs at the present point."""
-        states = self.flow.states
-        state, driving = self._state[0], self._driving[0]
-        self._state_at_point(regions.particular, regions.drift, states, self.inputs, self.march, state, driving)
+        solutions = (regions.particular, regions.drift)
+        self._state_at_point(*solutions, self.flow.states, self.inputs, self.march, self._state[0], self._driving[0])
 
     def _here(self) -> Array:
         """(N + U,) states and inputs at the present point, without chains."""
