@@ -70,7 +70,7 @@ class StepAudit:
         system = self.flow.system
         assert system.signals is not None
         period = system.inputs.period
-        knots: Array = np.arange(count + 1) * (self._length * period)
+        knots = np.arange(count + 1, dtype=np.float64) * (self._length * period)
         flow = flow_of(
             replace(system, signals=replace(system.signals, knots=knots, coefficients=np.array(self._coefficients)))
         )
