@@ -88,7 +88,8 @@ class Fmu:
 
     Examples
     --------
-    >>> Fmu(Path("x.fmu"), "3.0", 4e-4, ()).names("input")
+    >>> from gearrattle.exchange.fmu import Fmu
+    >>> Fmu("x.fmu", "3.0", 4e-4, ()).names("input")
     ()
     """
 
