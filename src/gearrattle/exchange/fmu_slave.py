@@ -58,7 +58,7 @@ class DrivelineSlave:
         # the driveline at its start
         model = _model((folder / MODEL).read_text(encoding="utf-8"))
         settings = json.loads((folder / PORTS).read_text(encoding="utf-8"))
-        check_format(settings["format"], folder / PORTS, "fmu")
+        check_format(settings.get("format", ""), folder / PORTS, "fmu")
         ports = Ports(*(tuple(settings[name]) for name in Ports._fields))
         self.motion = CoSimulation(model, ports, settings["step"], audit=settings["audit"])
         self._is_stale = False
