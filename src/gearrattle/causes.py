@@ -46,7 +46,7 @@ from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
 from gearrattle.results import Run, check_run
-from gearrattle.signals import is_same_mesh, loose_gears, region_at, steady
+from gearrattle.signals import is_same_mesh, loose_gears, parts_of, region_at, steady
 from gearrattle.wording import listed, numeral
 
 Array = NDArray[np.float64]
@@ -311,7 +311,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     """
     model = run.model
     layout = run.trajectory.layout
-    element = layout.element_names.index(part)
+    element = parts_of(layout).element_names.index(part)
     for gear in loose_gears(layout):
         if is_same_mesh(layout, gear.mesh, element):
             return gear.driver

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.measured.look import Contents
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels_figure import channels_chart
-from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import RESULT_ENDINGS, Presentation
 from gearrattle.report.record_dataset import records_dataset, stacked
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -24,7 +24,7 @@ class ContentsPage(Presentation[Contents]):
     """The channels of a measured file."""
 
     kind = "contents"
-    endings = (*NUMBER_ENDINGS, ".toml")
+    endings = (*RESULT_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:

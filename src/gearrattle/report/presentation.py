@@ -26,10 +26,13 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
-NUMBER_ENDINGS = (".nc", ".csv")
-"""Endings of files with the numbers of a result."""
-FIGURE_ENDINGS = (".svg", ".pdf", ".eps", ".png", ".tiff")
+RESULT_ENDINGS = (".nc", ".csv", ".pdf", ".pptx", ".xlsx")
+"""Endings of files that every result is saved as: its numbers, and documents."""
+PRINT_ENDINGS = (".pdf", ".eps", ".png", ".tiff")
+FIGURE_ENDINGS = (".svg", *PRINT_ENDINGS)
 """Endings of files with the figure of a result that has exactly one."""
+ONE_FIGURE_ENDINGS = tuple(dict.fromkeys((*RESULT_ENDINGS, *FIGURE_ENDINGS)))
+"""Endings of files that a result with exactly one figure is saved as; .pdf is the figure."""
 
 
 class Presentation(Generic[R]):
@@ -50,7 +53,7 @@ class Presentation(Generic[R]):
     """
 
     kind: ClassVar[str]
-    endings: ClassVar[tuple[str, ...]] = NUMBER_ENDINGS
+    endings: ClassVar[tuple[str, ...]] = RESULT_ENDINGS
     is_interactive: ClassVar[bool] = False
     is_data: ClassVar[bool] = False
 
@@ -152,7 +155,7 @@ class Presentation(Generic[R]):
 class ModelPresentation(Presentation[R]):
     """Base of the presentations of results that hold a model, which ``.toml`` saves."""
 
-    endings = (*NUMBER_ENDINGS, ".toml")
+    endings = (*RESULT_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:

@@ -220,6 +220,16 @@ def test_netcdf_5_is_called_by_its_name(tmp_path: Path) -> None:
         gr.read(path)
 
 
+def test_netcdf_3_is_no_damaged_result(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    with netcdf_file(path, "w") as file:
+        file.createDimension("time", 5)
+        file.createVariable("time", "d", ("time",))[:] = np.arange(5.0)
+    for reads in (gr.open_run, gr.figures):
+        with pytest.raises(ModelError, match="is netCDF 3; results are saved as netCDF-4"):
+            reads(path)
+
+
 def test_a_wav_of_many_tracks_is_read_within_seconds(tmp_path: Path) -> None:
     """Names of channels are looked up, not searched: 32 767 of them took 8 s."""
     path = tmp_path / "x.wav"

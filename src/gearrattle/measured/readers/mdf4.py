@@ -333,6 +333,6 @@ def _library(path: Path) -> Any:
         from asammdf import MDF
     except ImportError:
         rule = "ASAM MDF needs asammdf, which is not installed"
-        raise NotInstalled(Problem(str(path), "", rule, "pip install 'gearrattle[measured]'")) from None
+        raise NotInstalled.of("measured", str(path), "", rule) from None
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     return MDF

@@ -126,6 +126,6 @@ def _library(path: Path) -> Any:
         from nptdms.log import log_manager
     except ImportError:
         rule = "TDMS needs npTDMS, which is not installed"
-        raise NotInstalled(Problem(str(path), "", rule, "pip install 'gearrattle[measured]'")) from None
+        raise NotInstalled.of("measured", str(path), "", rule) from None
     log_manager.set_level(logging.CRITICAL)
     return nptdms

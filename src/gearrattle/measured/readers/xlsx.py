@@ -175,5 +175,5 @@ def _library(path: Path) -> Any:
         import openpyxl
     except ImportError:
         rule = "Excel workbooks need openpyxl, which is not installed"
-        raise NotInstalled(Problem(str(path), "", rule, "pip install 'gearrattle[measured]'")) from None
+        raise NotInstalled.of("measured", str(path), "", rule) from None
     return openpyxl
