@@ -233,10 +233,9 @@ def _built(builder: Any, folder: Path, name: str, version: str, motion: CoSimula
     sources = folder / "sources"
     sources.mkdir()
     model = motion.original.to_toml()
-    settings = json.dumps(
-        {"format": format_name("fmu"), **motion.ports._asdict(), "step": motion.length, "audit": motion.audit}
-    )
     (sources / MODEL).write_text(model, encoding="utf-8")
+    about = {"format": format_name("fmu"), **motion.ports._asdict(), "step": motion.length, "audit": motion.audit}
+    settings = json.dumps(about)
     (sources / PORTS).write_text(settings, encoding="utf-8")
     # the script; its name is that of this FMU alone, as a host may load several into one Python
     identifier = _identifier(name)
