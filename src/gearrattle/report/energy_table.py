@@ -9,8 +9,8 @@ import numpy as np
 from gearrattle.assembly import coordinate_names
 from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.model import Model
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
-from gearrattle.report.element_groups import element_groups
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
 

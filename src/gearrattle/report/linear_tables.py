@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
-from gearrattle.report.element_groups import element_groups
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from gearrattle.assembly import own_mean
 from gearrattle.model.balance import BALANCE
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
 from gearrattle.report.drag_table import drag_table
-from gearrattle.report.element_groups import element_groups
 from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
 from gearrattle.report.summary import switches

@@ -58,12 +58,16 @@ def sketch(findings: Findings) -> str:
 
 
 def _with_room(scene: driveline.Scene, bearings: list[list[str]]) -> driveline.Scene:
-    """Leave room for the lines on bearings above the uppermost bodies and below the lowest ones."""
+    """Leave room for the lines on bearings: above the uppermost bodies, below the lowest ones, and between the rows."""
     rows = {body: row for body, (_, row) in scene.placement.bodies.items()}
     ends = (min(rows.values()), max(rows.values()))
     above, below = (max(len(bearings[body]) for body, row in rows.items() if row == end) for end in ends)
+    between = max((len(bearings[body]) for body, row in rows.items() if row not in ends), default=0)
     frame = replace(
-        scene.frame, top=scene.frame.top + LINE_HEIGHT * above, bottom=scene.frame.bottom + LINE_HEIGHT * below
+        scene.frame,
+        top=scene.frame.top + LINE_HEIGHT * above,
+        bottom=scene.frame.bottom + LINE_HEIGHT * below,
+        pitch_y=scene.frame.pitch_y + LINE_HEIGHT * between,
     )
     return replace(scene, frame=frame)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gearrattle.model import Element, Model
+    from gearrattle.model.components.component import Element
+    from gearrattle.model.model import Model
 
 
 def element_groups(model: Model) -> dict[str, list[Element]]:
