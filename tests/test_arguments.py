@@ -32,6 +32,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     ),
     "compare": lambda **settings: gr.compare(MODEL, **settings),
     "continuation": lambda **settings: gr.continuation(MODEL, "excitation.speed", (150.0, 151.0), **settings),
+    "export_fmu": lambda **settings: gr.export_fmu(MODEL, "x.fmu", **settings),
     "identification.fit": lambda **settings: gr.identification.fit(
         MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **settings
     ),

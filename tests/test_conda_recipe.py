@@ -19,8 +19,8 @@ NOT_ON_CONDA_FORGE = {"scikit-sundae", "mosqito"}
 
 def _list(text: str, key: str) -> list[str]:
     """Items of a list of the recipe, without a reader of YAML, which gearrattle does not need."""
-    (found,) = re.findall(rf"^  {key}:[^\n]*\n((?:    - .*\n)+)", text, re.MULTILINE)
-    return [line.strip().removeprefix("- ") for line in found.splitlines()]
+    (rows,) = re.findall(rf"^  {key}:[^\n]*\n((?:    - .*\n)+)", text, re.MULTILINE)
+    return [line.strip().removeprefix("- ") for line in rows.splitlines()]
 
 
 def _as_conda(rows: list[str]) -> set[str]:

@@ -230,6 +230,7 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 
 WRITERS = {
+    "exchange/fmu.py": "fmu",
     "exchange/state_space.py": "state space",
     "design/kept_motions.py": "a motion, read by the search that wrote it alone",
     "simulation/chunk_store.py": "stream",

@@ -44,7 +44,7 @@ def test_every_extra_of_a_user_is_in_the_manual(extra: str) -> None:
 
 def test_the_known_copyleft_library_is_recognised() -> None:
     pytest.importorskip("asammdf")
-    assert _copyleft(_licences(EXTRAS["measured"])) == ["asammdf"]
+    assert "asammdf" in _copyleft(_licences(EXTRAS["measured"]))
 
 
 def test_the_bill_of_materials_has_every_package_once(tmp_path: Path) -> None:
@@ -65,4 +65,4 @@ def test_the_bill_of_materials_has_every_package_once(tmp_path: Path) -> None:
     assert rows["numpy"]["brought by"] == "core"
     assert "studies" in rows["zarr"]["brought by"]
     assert "pytest" not in rows
-    assert "asammdf" in next(line for line in done.stdout.splitlines() if line.endswith("<- copyleft"))
+    assert "asammdf" in " ".join(line for line in done.stdout.splitlines() if line.endswith("<- copyleft"))

@@ -395,7 +395,8 @@ def export_model(
     name = format or next((name for name, one in EXPORTS.items() if ending in one.endings), "")
     if not name or ending not in EXPORTS[name].endings:
         known = EXPORTS[name].endings if name else [end for one in EXPORTS.values() for end in one.endings]
-        raise ModelError(Problem(str(path), ending or "no ending", f"must end in {listed(list(known), 'or')}"))
+        remedy = "gr.export_fmu (gearrattle fmu) writes an FMU" if ending == ".fmu" else ""
+        raise ModelError(Problem(str(path), ending or "no ending", f"must end in {listed(list(known), 'or')}", remedy))
     writer = EXPORTS[name]
     if region is not None and not writer.takes_region:
         raise ModelError(Problem("region", str(dict(region)), "plays no part but for state-space"))

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.measured.look import Contents
+from gearrattle.model.schema_line import with_schema_line
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels_figure import channels_chart
 from gearrattle.report.presentation import RESULT_ENDINGS, Presentation
@@ -65,6 +66,8 @@ class ContentsPage(Presentation[Contents]):
     def write(self, path: Path) -> None:
         """Write the mapping file (.toml), or a file with another of the ``endings``."""
         if path.suffix == ".toml":
-            path.write_text(self.result.mapping(self.folder), encoding="utf-8")
+            path.write_text(
+                with_schema_line(self.result.mapping(self.folder), self.folder, "mapping"), encoding="utf-8"
+            )
         else:
             super().write(path)

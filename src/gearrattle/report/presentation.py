@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
+from gearrattle.model.schema_line import with_schema_line
 from gearrattle.report.numbers import Arrays, write_csv, write_netcdf
 from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.provenance import now
@@ -177,6 +178,6 @@ class ModelPresentation(Presentation[R]):
     def write(self, path: Path) -> None:
         """Write a new file, of one of the ``endings``."""
         if path.suffix == ".toml":
-            path.write_text(self.model_text(), encoding="utf-8")
+            path.write_text(with_schema_line(self.model_text(), self.folder), encoding="utf-8")
         else:
             super().write(path)

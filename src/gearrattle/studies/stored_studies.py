@@ -43,9 +43,9 @@ DONE_FOLDER = "done"
 _REMEDY = "resume the study, or give another folder"
 
 
-def check_zarr(place: str = "study") -> None:
+def check_zarr(subject: str = "study") -> None:
     """Refuse a study where Zarr, which keeps its results, is not installed (NotInstalled)."""
-    check_installed("zarr", "studies", place, "", "results of studies need Zarr, which is not installed")
+    check_installed("zarr", "studies", subject, "", "results of studies need Zarr, which is not installed")
 
 
 def markers_in(storage: Storage) -> set[int]:

@@ -154,10 +154,10 @@ class Style:
             yield
 
 
-def check_matplotlib(place: str, value: str = "") -> None:
+def check_matplotlib(subject: str, value: str = "") -> None:
     """Refuse figures for print where matplotlib is not installed (NotInstalled)."""
     rule = "figures for print need matplotlib, which is not installed"
-    check_installed("matplotlib", "figures", place, value, rule)
+    check_installed("matplotlib", "figures", subject, value, rule)
 
 
 _OF_THE_SESSION = frozenset({"backend", "backend_fallback", "interactive", "toolbar", "timezone", "webagg.port"})
