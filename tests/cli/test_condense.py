@@ -41,7 +41,7 @@ def test_json_has_matrices_and_error(capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "matrices.toml"), "must be a folder, or a file that ends in .nc, .csv, .npz or .mat"),
+        (("-o", "matrices.toml"), "or a file that ends in .nc, .csv, .pdf, .pptx, .xlsx, .npz or .mat"),
         (("--method", "craig"), "craig-bampton"),
         (("--keep", "nothing"), "there is no such element"),
     ],

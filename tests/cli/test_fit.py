@@ -101,7 +101,7 @@ def test_bounds_and_profile(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ((), "no parameter is free"),
         (("--free", "coupling.nothing.stiffness"), "no coupling is named nothing"),
-        ((*FREE, "-o", "fitted.json"), "must be a folder, or a file that ends in .nc, .csv or .toml"),
+        ((*FREE, "-o", "fitted.json"), "or a file that ends in .nc, .csv, .pdf, .pptx, .xlsx or .toml"),
         ((*FREE, "-o", "start.toml"), "is read and would be lost"),
         ((*FREE, "-o", "data.toml"), "is read and would be lost"),
         ((*FREE, "--bounds", "coupling.clutch.stiffness=3"), "must be PATH=LOW..HIGH"),

@@ -90,7 +90,7 @@ def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["a", "-o", "map.jpg"], ".nc, .csv, .svg"),
+        (["a", "-o", "map.jpg"], ".nc, .csv, .pdf, .pptx, .xlsx, .svg"),
         (["b"], "a, n"),
         (["a", "--spectra", "--highest", "4"], "maps of orders"),
         (["a", "--order", "2", "--highest", "9"], "maps"),

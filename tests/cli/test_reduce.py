@@ -58,7 +58,7 @@ def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
         ((*BAND, "--merge", "clutch"), "% is allowed"),
         ((*BAND, "--limit", "2"), "limit"),
         ((*BAND, "--check", "twice"), "check"),
-        ((*BAND, "-o", "reduced.json"), "must be a folder, or a file that ends in .nc, .csv or .toml"),
+        ((*BAND, "-o", "reduced.json"), "or a file that ends in .nc, .csv, .pdf, .pptx, .xlsx or .toml"),
     ],
 )
 def test_wrong_input_is_told_and_writes_nothing(

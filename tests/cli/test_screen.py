@@ -140,7 +140,7 @@ def test_a_check_simulates_the_cases_near_the_border(pair: str, capsys: pytest.C
         (["pair.toml", "--points", "2"], "add --check"),
         (["pair.toml", "--check", "--points", "0"], "whole number"),
         (["pair.toml", "--check", "--simulate"], "every case"),
-        (["pair.toml", "-o", "pair.toml"], "must be a folder, or a file that ends in .nc or .csv"),
+        (["pair.toml", "-o", "pair.toml"], "must be a folder, or a file that ends in .nc, .csv, .pdf, .pptx or .xlsx"),
         (["study.toml", "--speeds", "80"], "says its speeds and loads itself"),
         (["nowhere.toml"], "nowhere.toml"),
         (["out"], "out"),

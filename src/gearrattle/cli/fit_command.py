@@ -105,7 +105,7 @@ def fit(
         Path of a parameter to fit, e.g. coupling.clutch.stiffness; "inertia.*.J" frees all that match. May be repeated.
     output
         File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
-        or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
+        or a file, ending in .nc, .csv, .pdf, .pptx or .xlsx. Default: the answer on the terminal only.
     """
     start = changed_model(model, changes)
     arguments = search.arguments()

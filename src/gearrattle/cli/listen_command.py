@@ -75,7 +75,7 @@ def listen(
         (.toml), which are simulated.
     output
         Folder for the WAV files, each named after its motion, and for report.html, summary.json and results.nc; or a
-        file for the numbers, ending in .nc or .csv. Default: the levels on the terminal only.
+        file, ending in .nc, .csv, .pdf, .pptx or .xlsx. Default: the levels on the terminal only.
     bits
         32: floating point; 24: integers.
     quality

@@ -36,7 +36,7 @@ def reduce(
         End of the band, e.g. "75 Hz".
     output
         File for the reduced model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
-        or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
+        or a file, ending in .nc, .csv, .pdf, .pptx or .xlsx. Default: the answer on the terminal only.
     keep
         Name of an element that must stay. May be repeated. Without it every element with a clearance stays; with it
         only those named are sure to.

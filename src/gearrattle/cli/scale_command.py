@@ -35,7 +35,7 @@ def scale(
         NAME=RATIO: for the condition numbers, the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     output
         File for the dimensionless model, ending in .toml; or a folder for report.html, summary.json, results.nc and
-        figures/; or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
+        figures/; or a file, ending in .nc, .csv, .pdf, .pptx or .xlsx. Default: the answer on the terminal only.
     """
     from gearrattle.report.scaling_page import ScalingPage
 

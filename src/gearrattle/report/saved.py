@@ -11,7 +11,6 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.json_types import json_text
 from gearrattle.report.documents import document_of
-from gearrattle.report.plots.typeset.style import check_matplotlib
 from gearrattle.report.presentation import FIGURE_ENDINGS, PRINT_ENDINGS, RESULT_ENDINGS, Presentation
 from gearrattle.report.provenance import versions
 from gearrattle.result import KIND
@@ -89,6 +88,8 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
         if document is not None:
             document.check(option, f'"{path}"')
         elif suffix in PRINT_ENDINGS:
+            from gearrattle.report.plots.typeset.style import check_matplotlib
+
             check_matplotlib(option, f'"{path}"')
     elif suffix in _FILE_ENDINGS and not path.is_dir():
         rule = f"must be a folder, or a file that ends in {listed(endings, 'or')}"
