@@ -465,7 +465,8 @@ class Solver:
                 step = np.where(speed > 0, 2 * gap / (speed + root), (root - speed) / bound)
             step[np.isinf(gap) | np.isnan(step)] = np.inf
             step = np.where(s < safe, np.maximum(step, safe - s), step)
-            near = (s >= safe) & (speed > 0) & (bound * gap < 0.1 * speed**2) & np.isfinite(gap)
+            ahead = np.where(np.isfinite(gap), gap, 0.0)
+            near = (s >= safe) & (speed > 0) & (bound * ahead < 0.1 * speed**2) & np.isfinite(gap)
             for side, k in np.argwhere(near):
                 if (side, k) not in roots:
                     corner = st.corners[k][region[k] - int(side)]
@@ -485,7 +486,7 @@ class Solver:
         for _ in range(12):
             change = (motion.delta(k, root) - corner) / motion.delta(k, root, 1)
             root -= change
-            if abs(change) < mpf(10) ** (-DIGITS + 8) * abs(root):
+            if abs(change) < mpf(10) ** (20 - DIGITS) * abs(root):
                 return root
         raise ArithmeticError("Newton did not settle")
 

@@ -69,10 +69,10 @@ def period_1_orbit() -> Problem:
         "Impacts at the same phase for ever. The start lies exactly on a corner; a solver that asks for a change of sign "
         "there takes the wrong region. Errors at impacts do not die out faster than the motion damps them.",
         """\
-    x'' + 25 dz(x, 1) + c(x) x' = P sin t + Q cos t,   c = 0.5 where |x| > 1, otherwise 0
+    x'' + 25 dz(x, 1) + c(x) x' = P sin t + Q cos t,   c = 2 where |x| > 1, otherwise 0
 
-The motion is symmetric, x(t + pi) = -x(t): in contact over 0 < t < 0.6, in flight until pi. In contact x(t) is linear in
-v = x'(0), P and Q, and so is the flight that follows; x(0.6) = 1, x(pi) = -1 and x'(pi) = -v are three linear equations
+The motion is symmetric, x(t + pi) = -x(t): in contact over 0 < t < 0.7, in flight until pi. In contact x(t) is linear in
+v = x'(0), P and Q, and so is the flight that follows; x(0.7) = 1, x(pi) = -1 and x'(pi) = -v are three linear equations
 for v, P and Q. Their solution to 40 digits is in `problem.json`.""",
         impact_orbit(),
         316,

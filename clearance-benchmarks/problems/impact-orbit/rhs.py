@@ -9,14 +9,14 @@ SPEED = 1.0
 INERTIA = np.array([1.0])
 DRAG = np.array([0.0])
 MEAN = np.array([0.0])  # torques
-HARMONICS = np.array([[0.0, 0.0], [1.0, 1.0], [-0.11947272471614179, -0.22108872565841498], [0.0, 1.5707963267948966]])  # body, order, amplitude, phase of torques
+HARMONICS = np.array([[0.0, 0.0], [1.0, 1.0], [-0.13721549641027175, 0.8711988082166802], [0.0, 1.5707963267948966]])  # body, order, amplitude, phase of torques
 RAMPS = []  # body, begin, duration, change of torque
 ROWS = np.array([[1.0]])  # deflections = ROWS @ angles - errors
 ERROR = np.array([]).reshape(4, 0)  # element, order, amplitude, phase of errors
 CORNERS = np.array([[-1.0, 1.0]]).reshape(1, 2)
 FIRST = [-1]  # region of each element's first piece
-LAWS = np.array([[[25.0, 0.0, 25.0]], [[0.5, 0.0, 0.5]], [[25.0, 0.0, -25.0]]])  # stiffness, damping, offset; element; piece
-START = np.array([1.0, 0.7210559477610203])
+LAWS = np.array([[[25.0, 0.0, 25.0]], [[2.0, 0.0, 2.0]], [[25.0, 0.0, -25.0]]])  # stiffness, damping, offset; element; piece
+START = np.array([1.0, 1.5498720079012545])
 SAMPLES, PER_TURN = 316, 16.0
 
 def _waves(t, rows):
