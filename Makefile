@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints vulnerabilities wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints vulnerabilities wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -77,6 +77,9 @@ bench: $(VENV)/.test        ## exact against the fastest plain RK2, same process
 
 peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
 	$(PY) -m benchmarks.peers
+
+benchmark-set: $(VENV)/.test $(VENV)/.peers  ## problems, references and results of clearance-benchmarks/ (an hour)
+	$(PY) -m benchmarks.benchmark_set
 
 cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/reference/cost.md
 	$(PY) -m benchmarks.cost

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Compare results with the references of this folder: ``python check.py results/`` or ``python check.py FILE --problem NAME``.
+"""Compare results with the references of this folder: check.py results/, or check.py FILE --problem NAME.
 
 Needs numpy and nothing else. A folder of results holds, for each problem NAME, ``NAME.csv`` (samples: ``time`` and one
 column for each angle and velocity, as ``angle.BODY``, ``velocity.BODY``), ``NAME.events.csv`` (``time``, ``element``,
-``from_region``, ``to_region``) or both. Lines ``# rhs: 12345`` and ``# seconds: 0.3`` at the top of a file are its cost.
+``from_region``, ``to_region``) or both. Lines ``# rhs: 12345``, ``# seconds: 0.3`` at the top of a file are its cost.
 
-Exit code 0: everything followed to the horizon. 1: something missed, invented or too far off. 2: input that cannot be used.
+Exit code 0: everything followed to the horizon. 1: something missed, invented or too far off. 2: unusable input.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,9 @@ def as_number(path, line, column, text):
     except ValueError:
         raise Unusable(f"{path}, line {line}, column {column!r}: {text!r} is no number") from None
     if not np.isfinite(number):
-        raise Unusable(f"{path}, line {line}, column {column!r}: {text!r} is not finite. End the file where the solver failed")
+        raise Unusable(
+            f"{path}, line {line}, column {column!r}: {text!r} is not finite. End the file where the solver failed"
+        )
     return number
 
 
@@ -252,7 +255,7 @@ def statistics(columns, events, problem, begin, end):
     edges = np.linspace(begin, end, BATCHES + 1)
     if columns is not None:
         time = columns["time"]
-        parts = [(time >= a) & (time < b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        parts = [(time >= a) & (time < b) for a, b in pairwise(edges)]
         if min(part.sum() for part in parts) >= 10:
             values = {f"rms deflection.{k}": v for k, v in deflections(problem, columns).items()}
             values |= {f"rms {k}": v for k, v in columns.items() if k.startswith("velocity.")}
@@ -315,7 +318,9 @@ def check(name, paths):
             lost = np.flatnonzero(worst > FOLLOWED)
             if lost.size:
                 broken.append(float(times[lost[0]]))
-                verdict["faults"].append(f"state error {verdict['state_error']:.1e} of {verdict['worst']}, above {FOLLOWED:g}")
+                verdict["faults"].append(
+                    f"state error {verdict['state_error']:.1e} of {verdict['worst']}, above {FOLLOWED:g}"
+                )
             if absent:
                 broken.append(float(times[-1]) if times.size else 0.0)
     verdict["followed"] = min(broken)
@@ -356,7 +361,9 @@ def jobs(arguments):
 def text_of(verdict):
     """Return the verdict in lines."""
     good = not verdict["faults"]
-    lines = [f"{verdict['problem']}: {'followed to the horizon' if good else 'NOT followed'} ({verdict['horizon']:.6g})"]
+    lines = [
+        f"{verdict['problem']}: {'followed to the horizon' if good else 'NOT followed'} ({verdict['horizon']:.6g})"
+    ]
     if not good:
         lines.append(f"  followed until {verdict['followed']:.9g}")
     if "matched" in verdict:
@@ -365,7 +372,9 @@ def text_of(verdict):
             f"largest error of time {verdict['time_error']:.1e}"
         )
     if "state_error" in verdict:
-        lines.append(f"  states: largest scaled error {verdict['state_error']:.1e} ({verdict.get('worst', 'no sample')})")
+        lines.append(
+            f"  states: largest scaled error {verdict['state_error']:.1e} ({verdict.get('worst', 'no sample')})"
+        )
     for name, value, width, own, own_width, agree in verdict["statistics"]:
         word = "agrees" if agree else "DIFFERS"
         lines.append(f"  {name}: {own:.6g} +- {own_width:.2g}, reference {value:.6g} +- {width:.2g}: {word}")
@@ -379,7 +388,9 @@ def main(words=None):
     """Check, print, return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="a folder of results, or files")
-    parser.add_argument("--problem", metavar="NAME", help="the problem that the files are of; default: from their names")
+    parser.add_argument(
+        "--problem", metavar="NAME", help="the problem that the files are of; default: from their names"
+    )
     parser.add_argument("--json", action="store_true", help="print the verdicts as JSON")
     arguments = parser.parse_args(words)
     try:

@@ -1,7 +1,7 @@
 """Method A: from corner to corner in closed form, by the eigenvectors of each region, in eighty digits of mpmath.
 
-It reads the published ``problem.json`` and shares nothing with method B (:mod:`tests.oracles.exact_mp`: Taylor series of
-the absolute angles in integers): neither the statement of the problem, nor the arithmetic, nor how a corner is met.
+It reads the published ``problem.json`` and shares nothing with method B (:mod:`tests.oracles.exact_mp`: Taylor series
+of the absolute angles in integers): neither the statement of the problem, nor the arithmetic, nor how a corner is met.
 In a region a part of the driveline that active elements hold together is linear,
 
     J q'' + D q' + K q = T(t),   so   q(t) = sum over modes r_m c_m exp(lambda_m t) + polynomial + harmonics.
@@ -38,10 +38,14 @@ def number(text: str) -> mpf:
 
 @dataclass
 class Modes:
-    """Eigenvalues of a part and its state (angles, rates) from and to modal coordinates; ``rigid``: taken off, or none."""
+    """Eigenvalues of a part and its state (angles, rates) from and to modal coordinates.
+
+    ``rigid``: the motion that is taken off, or none; ``last``: how the last body then follows from the others.
+    """
 
     bodies: list[int]
     rigid: list[mpf] | None
+    last: list[mpf]
     eigenvalues: list[Any]
     shapes: list[list[Any]]
     inverse: list[list[Any]]
@@ -84,7 +88,10 @@ class Statement:
             for ramp in load["ramps"]:
                 begin, over, to = (number(ramp[key]) for key in ("at", "over", "to"))
                 slope = (to - before) / over
-                self.breaks += [(begin, body, -slope * begin, slope), (begin + over, body, slope * (begin + over), -slope)]
+                self.breaks += [
+                    (begin, body, -slope * begin, slope),
+                    (begin + over, body, slope * (begin + over), -slope),
+                ]
                 before = to
         self.breaks.sort(key=lambda change: change[0], reverse=True)
         self.start = [[number(x) for x in problem["start"][key]] for key in ("angle", "velocity")]
@@ -99,14 +106,16 @@ class Statement:
 
 
 class Motion:
-    """The motion in one region vector, from ``time`` on: coefficients of exponentials, powers and harmonics of t - time."""
+    """The motion in one region vector from ``time`` on: coefficients of exponentials, powers, harmonics of t - time."""
 
     def __init__(self, solver: Solver, time: mpf, angle: list[mpf], velocity: list[mpf], region: list[int]) -> None:
         st, self.time = solver.statement, time
         waves = len(st.waves)
         self.frequency = [w for w, _ in st.waves]
         # what acts: constant, slope, cosine and sine parts of every body's torque, errors of the elements included
-        wave = [mp.cos_sin(w * time + phase) for w, phase in st.waves]  # sin(w (t0 + s) + p) = sine cos ws + cosine sin ws
+        wave = [
+            mp.cos_sin(w * time + phase) for w, phase in st.waves
+        ]  # sin(w (t0 + s) + p) = sine cos ws + cosine sin ws
         constant = [a + b * time for a, b in zip(st.mean, st.slope, strict=True)]
         cosine = [[mpf(0)] * waves for _ in range(st.n)]
         sine = [[mpf(0)] * waves for _ in range(st.n)]
@@ -181,9 +190,7 @@ class Motion:
         start = [*state[0][:size], *state[1][:size]]
         push = [[y[i] / st.inertia[body] for i, body in enumerate(used)] for y in torque[:2]]
         waves = range(len(self.frequency))
-        harmonic = [
-            [[y[i][j] / st.inertia[body] for i, body in enumerate(used)] for j in waves] for y in torque[2:]
-        ]
+        harmonic = [[[y[i][j] / st.inertia[body] for i, body in enumerate(used)] for j in waves] for y in torque[2:]]
         for m, value in enumerate(part.eigenvalues):
             left = part.inverse[m]
             g0, g1 = (mp.fdot(left[size:], y) for y in push)
@@ -195,14 +202,15 @@ class Motion:
                 p = -(value * a + w * b) / (w**2 + value**2)
                 steady.append((p, (value * p + a) / w))
             eta = mp.fdot(left, start) - powers[0] - mp.fsum(p for p, _ in steady)
-            index = len(self.eigenvalues)
-            self.eigenvalues.append(value)
-            self._shape(part, m, index, eta, powers, steady, size)
+            self._shape(part, m, eta, powers, steady)
 
-    def _shape(self, part: Modes, m: int, index: int, eta: Any, powers: list[Any], steady: list[Any], size: int) -> None:
-        shape = [part.shapes[i][m] for i in range(size)]
+    def _shape(self, part: Modes, m: int, eta: Any, powers: list[Any], steady: list[Any]) -> None:
+        """Add the mode m to the angles: eta exp(lambda s), powers and harmonics."""
+        shape = [row[m] for row in part.shapes[: len(part.eigenvalues) // 2]]
+        index = len(self.eigenvalues)
+        self.eigenvalues.append(part.eigenvalues[m])
         if part.rigid is not None:  # the last body moves so that the rigid motion stays taken off
-            shape.append(part.last(shape))  # type: ignore[attr-defined]
+            shape.append(mp.fdot(part.last, shape))
         for i, share in zip(part.bodies, shape, strict=True):
             self.modes[i].append((index, share * eta))
             self.powers[i] = [a + mp.re(share * b) for a, b in zip(self.powers[i], powers, strict=True)]
@@ -295,11 +303,11 @@ class Motion:
 
 
 class Solver:
-    """Marches from corner to corner and keeps samples and crossings."""
+    """Marches from corner to corner and keeps samples and crossings; ``known``: has the modes of the same driveline."""
 
-    def __init__(self, problem: dict[str, Any]) -> None:
+    def __init__(self, problem: dict[str, Any], known: Solver | None = None) -> None:
         self.statement = Statement(problem)
-        self._parts: dict[Any, Modes] = {}
+        self._parts: dict[Any, Modes] = {} if known is None else known._parts
 
     def parts(self, region: tuple[int, ...]) -> list[Modes]:
         """The parts that active elements hold together, with their modes."""
@@ -339,18 +347,15 @@ class Solver:
                 rigid = None
         inertia = [st.inertia[body] for body in bodies]
         use = size if rigid is None else size - 1
+        last = [] if rigid is None else [-inertia[j] * rigid[j] / (inertia[-1] * rigid[-1]) for j in range(use)]
         matrix = mp.zeros(2 * use)
         for i in range(use):
             matrix[i, use + i] = mpf(1)
             for j in range(use):
-                extra = 0 if rigid is None else -inertia[j] * rigid[j] / (inertia[-1] * rigid[-1])
+                extra = last[j] if last else 0
                 matrix[use + i, j] = -(stiffness[i, j] + extra * stiffness[i, size - 1]) / inertia[i]
                 matrix[use + i, use + j] = -(damping[i, j] + extra * damping[i, size - 1]) / inertia[i]
-        part = Modes(bodies, rigid, *eigen(matrix))
-        if rigid is not None:
-            weights = [-inertia[j] * rigid[j] / (inertia[-1] * rigid[-1]) for j in range(use)]
-            part.last = lambda shape: mp.fdot(weights, shape) if shape else mpf(0)  # type: ignore[attr-defined]
-        return part
+        return Modes(bodies, rigid, last, *eigen(matrix))
 
     def _rigid(self, bodies: list[int], inside: tuple[tuple[int, int], ...]) -> list[mpf] | None:
         """The motion of a part that deflects none of its elements, or None."""
@@ -386,7 +391,15 @@ class Solver:
             before = list(region)
             motion, region, skip = self._settle(time, angle, velocity, region)
             for k in (k for k in range(len(region)) if region[k] != before[k] and time > 0):
-                out.events.append((time, k, st.labels[k][before[k]], st.labels[k][region[k]], rates.get(k, motion.delta(k, mpf(0), 1))))
+                out.events.append(
+                    (
+                        time,
+                        k,
+                        st.labels[k][before[k]],
+                        st.labels[k][region[k]],
+                        rates.get(k, motion.delta(k, mpf(0), 1)),
+                    )
+                )
             until = (breaks[-1][0] if breaks and breaks[-1][0] < end else end) - time
             s = self._first_crossing(motion, region, skip, until)
             while waiting and waiting[-1] < time + s:
@@ -405,7 +418,7 @@ class Solver:
         return [mp.fdot(row, angle) - e for row, e in zip(st.rows, errors, strict=True)]
 
     def _settle(self, time: mpf, angle: list[mpf], velocity: list[mpf], region: list[int]) -> Any:
-        """Decide the regions of the elements on a corner; return the motion, the regions, how long each corner is safe."""
+        """Decide regions of elements on a corner; return the motion, the regions, how long each corner is safe."""
         st = self.statement
         delta = self._deflections(angle, time)
         scale = [max([abs(c) for c in cs], default=mpf(1)) for cs in st.corners]

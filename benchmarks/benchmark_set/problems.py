@@ -155,7 +155,9 @@ def rattling_pair() -> Problem:
 SIMPLE = (free_flight, period_1_orbit, shaft_lash, tip_in, rattling_pair)
 
 
-def _oscillator(name: str, load: Torque, speed: str, damping: str = "0.1", start: tuple[str, str] = ("1.1", "0")) -> Driveline:
+def _oscillator(
+    name: str, load: Torque, speed: str, damping: str = "0.1", start: tuple[str, str] = ("1.1", "0")
+) -> Driveline:
     """The backlash oscillator x'' + damping x' + dz(x, 1) = load, damped in the gap as much as in contact."""
     mesh = Coupling("mesh", ("gear", "ground"), "1", damping, "1", "0", "1")
     line = Driveline(name, (Body("gear", "1"),), (mesh,), (), (load,), speed)
@@ -250,8 +252,24 @@ def six_inertias() -> Problem:
         Coupling("synchroniser", ("second_gear", "output_shaft"), "5e3", "0.2", "0.02"),
     )
     meshes = (
-        Mesh("second_mesh", ("input_shaft", "second_gear"), ("0.0225", "0.045"), "3.2e8", "800", "1.2e-4", (Harmonic("21", "6e-6"),)),
-        Mesh("fifth_mesh", ("input_shaft", "fifth_gear"), ("0.036", "0.0315"), "3.2e8", "800", "1e-4", (Harmonic("40", "4e-6", "1"),)),
+        Mesh(
+            "second_mesh",
+            ("input_shaft", "second_gear"),
+            ("0.0225", "0.045"),
+            "3.2e8",
+            "800",
+            "1.2e-4",
+            (Harmonic("21", "6e-6"),),
+        ),
+        Mesh(
+            "fifth_mesh",
+            ("input_shaft", "fifth_gear"),
+            ("0.036", "0.0315"),
+            "3.2e8",
+            "800",
+            "1e-4",
+            (Harmonic("40", "4e-6", "1"),),
+        ),
     )
     torques = (Torque("flywheel", "0.53", (Harmonic("2", "50"), Harmonic("4", "18", "0.6"))),)
     return Problem(
@@ -276,9 +294,28 @@ def sixteen_inertias() -> Problem:
     """A whole driveline from crank to wheels."""
     inertias = ("0.012", "0.013", "0.0125", "0.0135", "0.14", "5e-4", "2.5e-3", "1.9e-3", "1.05e-3", "5.6e-4", "3.5e-4")
     inertias += ("2.2e-4", "4e-3", "0.05", "0.9", "1.1")
-    names = ("crank1", "crank2", "crank3", "crank4", "flywheel", "hub", "input_shaft", "gear1", "gear2", "gear3", "gear4")
+    names = (
+        "crank1",
+        "crank2",
+        "crank3",
+        "crank4",
+        "flywheel",
+        "hub",
+        "input_shaft",
+        "gear1",
+        "gear2",
+        "gear3",
+        "gear4",
+    )
     names += ("gear5", "output_shaft", "differential", "left_wheel", "right_wheel")
-    drags = {"input_shaft": "5e-3", "gear1": "2e-3", "gear2": "1.5e-3", "gear3": "1e-3", "left_wheel": "0.5", "right_wheel": "0.4"}
+    drags = {
+        "input_shaft": "5e-3",
+        "gear1": "2e-3",
+        "gear2": "1.5e-3",
+        "gear3": "1e-3",
+        "left_wheel": "0.5",
+        "right_wheel": "0.4",
+    }
     bodies = tuple(Body(n, j, drags.get(n, "1e-4")) for n, j in zip(names, inertias, strict=True))
     stages = (Stage("60", "0.05", "0.07"), Stage("460", "0.2", "0.2"), Stage("1500", "0.3"))
     couplings = (
@@ -292,7 +329,13 @@ def sixteen_inertias() -> Problem:
         Coupling("left_shaft", ("differential", "left_wheel"), "6e3", "5"),
         Coupling("right_shaft", ("differential", "right_wheel"), "5e3", "5"),
     )
-    radii = (("0.0147", "0.053"), ("0.0222", "0.0455"), ("0.0287", "0.039"), ("0.03335", "0.03435"), ("0.0372", "0.0305"))
+    radii = (
+        ("0.0147", "0.053"),
+        ("0.0222", "0.0455"),
+        ("0.0287", "0.039"),
+        ("0.03335", "0.03435"),
+        ("0.0372", "0.0305"),
+    )
     gaps = ("1.4e-4", "1.2e-4", "1e-4", "9e-5", "7e-5")
     meshes = tuple(
         Mesh(f"mesh{i}", ("input_shaft", f"gear{i}"), r, "1e8", "500", gap)
@@ -301,7 +344,9 @@ def sixteen_inertias() -> Problem:
     meshes += (Mesh("final_drive", ("output_shaft", "differential"), ("0.03", "0.1"), "2e8", "2000", "1.6e-4"),)
     torques = tuple(
         Torque(f"crank{i}", "6", (Harmonic("2", amplitude, phase), Harmonic("4", "9", phase)))
-        for i, amplitude, phase in zip(range(1, 5), ("22", "23", "21", "22.5"), ("0.1", "0.2", "0.3", "0.4"), strict=True)
+        for i, amplitude, phase in zip(
+            range(1, 5), ("22", "23", "21", "22.5"), ("0.1", "0.2", "0.3", "0.4"), strict=True
+        )
     )
     return Problem(
         "driveline-16",
@@ -382,7 +427,9 @@ def rest_in_contact() -> Problem:
 def stiff_gap() -> Problem:
     """Stages a million apart."""
     gap = Coupling("gap", ("body", "ground"), "1e6", "20", "1", "1e-6", "0.001")
-    line = Driveline("stiff gap", (Body("body", "1"),), (gap,), (), (Torque("body", "0.2", (Harmonic("1", "1.5"),)),), "0.9")
+    line = Driveline(
+        "stiff gap", (Body("body", "1"),), (gap,), (), (Torque("body", "0.2", (Harmonic("1", "1.5"),)),), "0.9"
+    )
     return Problem(
         "stiff-gap",
         "Contact a million times as stiff as the gap",

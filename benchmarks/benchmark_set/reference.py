@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,22 +31,24 @@ STUDENT = 2.861
 def reference(problem: Problem, statement: dict[str, Any]) -> dict[str, Any]:
     """Solve by both methods, compare them, and return what is published."""
     with mp.workdps(modal.DIGITS):
-        closed = modal.Solver(statement).solve()
+        solver = modal.Solver(statement)
+        closed = solver.solve()
         grid = [fixed(x) for x in closed.times]
         series = solve_at(problem.driveline, grid)
         digits = agreement(closed, series)
         if min(digits) < ENOUGH:
             raise ArithmeticError(f"{problem.name}: the methods agree to {digits} digits only")
-        growth = _growth(statement, closed)
+        growth = _growth(statement, solver, closed)
         inside = np.flatnonzero(np.array(growth) <= GROWTH)
         names = [e["name"] for e in statement["elements"]]
         bodies = [b["name"] for b in statement["bodies"]]
-        gaps = [float(b - a) for (a, *_), (b, *_) in zip(closed.events, closed.events[1:], strict=False)]
+        # an event counts as met within a sample, or the usual distance of events if that is less
+        gaps = [float(b - a) for (a, *_), (b, *_) in pairwise(closed.events)]
         return {
             "name": problem.name,
             "digits": {"events": digits[0], "states": digits[1]},
             "horizon": float(closed.times[inside[-1]]),
-            "window": min(float(closed.times[1] - closed.times[0]), max(np.median(gaps), 1e-9) if gaps else 1.0),
+            "window": float(min(closed.times[1], np.median([gap for gap in gaps if gap] or [np.inf]))),
             "shortest": min(gaps, default=None),
             "statistics": _statistics(problem) if problem.statistics else None,
             "events": [[mp.nstr(t, 30), names[k], a, b, mp.nstr(rate, 17)] for t, k, a, b, rate in closed.events],
@@ -61,7 +64,7 @@ def _plain(number: mpf) -> str:
 
 
 def agreement(closed: modal.Solution, series: Series) -> tuple[int, int]:
-    """Return the digits to which events and states agree, relative to the whole time and to a column's largest value."""
+    """Return the digits to which events and states agree, relative to the whole time and a column's largest value."""
     ours = [event[1:4] for event in closed.events]
     theirs = [(event.element, event.from_region, event.to_region) for event in series.events]
     if ours != theirs:
@@ -79,9 +82,9 @@ def _digits(error: mpf) -> int:
     return modal.DIGITS if error == 0 else int(-mp.log10(error))
 
 
-def _growth(statement: dict[str, Any], base: modal.Solution) -> list[float]:
-    """How far a nudge of the start has grown, sample by sample: of the largest deflection or rate, each by its scale."""
-    solver = modal.Solver(statement)
+def _growth(statement: dict[str, Any], known: modal.Solver, base: modal.Solution) -> list[float]:
+    """How far a nudge of the start has grown, sample by sample: the largest deflection or rate, by its scale."""
+    solver = modal.Solver(statement, known)
     for column, sign in zip(solver.statement.start, (1, -1), strict=True):
         for i in range(len(column)):
             column[i] += sign * NUDGE * (1 + mpf(i) / 7)
@@ -99,10 +102,10 @@ def _growth(statement: dict[str, Any], base: modal.Solution) -> list[float]:
 
 
 def _statistics(problem: Problem) -> dict[str, Any]:
-    """Statistics of a long run of ``exact``, from batches; ``second``: of another algorithm, as a check."""
+    """Averages of a long run of ``exact``, from batches."""
     assert problem.statistics is not None
     discard, cycles = problem.statistics
-    model = gr.loads(model_file(problem.driveline, problem))
+    model = gr.loads(model_file(problem))
     settings = {"cycles": cycles, "samples_per_cycle": problem.per_cycle, "discard": 0, "audit": False}
     run = gr.simulate(model, "exact", **settings)
     period = float(run.data.time.values[problem.per_cycle])
@@ -114,7 +117,7 @@ def averages(run: Any, begin: float, end: float) -> dict[str, list[float]]:
     """Root mean squares of deflections and velocities, impacts a unit of time: mean and half width."""
     edges = np.linspace(begin, end, BATCHES + 1)
     time = run.data.time.values
-    parts = [(time >= a) & (time < b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    parts = [(time >= a) & (time < b) for a, b in pairwise(edges)]
     values = {}
     columns = [(f"rms deflection.{n}", run.data.deflection.sel(clearance=n).values) for n in run.data.clearance.values]
     columns += [(f"rms velocity.{n}", run.data.velocity.sel(inertia=n).values) for n in run.data.inertia.values]

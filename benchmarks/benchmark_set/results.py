@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.benchmark_set.problems import PROBLEMS, Problem
 from benchmarks.benchmark_set.solvers import HOME, Outcome, Solver, TooLong, load, solvers
 from benchmarks.machine import machine
 
 FOLDER = HOME.parent
 RESULTS = FOLDER / "results.json"
-BEGIN, END = "<!-- results: written by make benchmark-set -->", "<!-- end of results -->"
-LIMIT = 60.0
+LIMIT = 10.0
 """Processor time that a run may take [s]."""
 
 
@@ -110,7 +110,7 @@ def measure_all(names: list[str], only: str = "") -> None:
         print(f"{solver.name}, {solver.setting}: {good} of {len(rows)}", flush=True)
 
 
-def table() -> str:
+def result_table() -> str:
     """The table of results: one line a solver; then what of the horizon it followed, problem by problem."""
     data = json.loads(RESULTS.read_text(encoding="utf-8"))
     names = sorted({row["problem"] for row in data["rows"]}, key=[p.name for p in _ordered()].index)
@@ -127,7 +127,9 @@ def table() -> str:
         if rows:
             groups[solver.name, solver.setting] = sorted(rows, key=lambda row: names.index(row["problem"]))
     for (name, setting), rows in groups.items():
-        total = {key: sum(row[key] for row in rows) for key in ("good", "missed", "invented", "rhs", "steps", "seconds")}
+        total = {
+            key: sum(row[key] for row in rows) for key in ("good", "missed", "invented", "rhs", "steps", "seconds")
+        }
         median = float(np.median([row["state_error"] for row in rows]))
         lines.append(
             f"| {name} | {setting} | {total['good']} of {len(rows)} | {total['missed']} | {total['invented']} | "
@@ -152,16 +154,34 @@ def table() -> str:
     return "\n".join(lines)
 
 
-def _ordered() -> list[Any]:
-    from benchmarks.benchmark_set.problems import PROBLEMS
-
+def _ordered() -> list[Problem]:
     return [make() for make in PROBLEMS]
 
 
-def write_table() -> None:
-    """Put the table between its marks in the folder's page."""
+def problem_table() -> str:
+    """One line a problem: number, size, events, horizon, what it tests."""
+    lines = [
+        "| | problem | inertias | elements with corners | events | horizon of the time certified | tests |",
+        "|--:|---|--:|--:|--:|--:|---|",
+    ]
+    for number, problem in enumerate(_ordered(), 1):
+        stated, data = checker().read_problem(problem.name)
+        gaps = sum(bool(e["corners"]) for e in stated["elements"])
+        share = min(100.0, 100 * data["horizon"] / data["times"][-1])
+        lines.append(
+            f"| {number} | [{problem.name}](problems/{problem.name}/README.md): {problem.title} | {len(stated['bodies'])} | "
+            f"{gaps} | {len(data['events'])} | {share:.0f} % | {problem.tests} |"
+        )
+    return "\n".join(lines)
+
+
+def write_tables() -> None:
+    """Put the tables between their marks in the folder's page."""
     page = FOLDER / "README.md"
     text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    page.write_text(f"{before}{BEGIN}\n{table()}\n{END}{after}", encoding="utf-8")
+    for name, table in (("problems", problem_table()), ("results", result_table())):
+        begin = f"<!-- {name}: written by make benchmark-set -->"
+        end = f"<!-- end of {name} -->"
+        before, rest = text.split(begin)
+        text = f"{before}{begin}\n{table}\n{end}{rest.split(end)[1]}"
+    page.write_text(text, encoding="utf-8")

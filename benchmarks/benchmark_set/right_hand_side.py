@@ -8,7 +8,7 @@ from typing import Any
 FUNCTIONS = '''
 
 def _waves(t, rows):
-    """Sum of amplitude sin(order speed t + phase) over rows (index, order, amplitude, phase), and its rate, by index."""
+    """amplitude sin(order speed t + phase) of columns (index, order, amplitude, phase), and the rates."""
     value, rate = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
     if rows.size:
         turn = rows[1] * SPEED
@@ -75,7 +75,7 @@ def jacobian(t, y, index=None):
 
 
 def events(t, y):
-    """Distance of every deflection to every corner of its element, in the order of WATCHED: a change of sign is an event."""
+    """Deflections less the corners of their elements, in the order of WATCHED: a change of sign is an event."""
     delta, _ = deflection(t, y)
     return delta[WATCHED[:, 0]] - CORNERS[WATCHED[:, 0], WATCHED[:, 1]]
 
@@ -144,7 +144,9 @@ def _plain(value: Any) -> str:
 def _columns(rows: list[tuple[int, dict[str, str]]]) -> str:
     if not rows:
         return "[]).reshape(4, 0"
-    return repr([[float(i) for i, _ in rows], *([_float(h[key]) for _, h in rows] for key in ("order", "amplitude", "phase"))])
+    return repr(
+        [[float(i) for i, _ in rows], *([_float(h[key]) for _, h in rows] for key in ("order", "amplitude", "phase"))]
+    )
 
 
 def _ramps(problem: dict[str, Any], names: list[str]) -> list[tuple[int, float, float, float]]:

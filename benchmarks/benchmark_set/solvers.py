@@ -1,8 +1,8 @@
 """Solvers on the problems, as a careful user would set it: samples, events and cost of every run.
 
-A *plain* solver takes the right-hand side with its corners as it is and reports events it passes; a *restarted* one stops
-at every corner, takes the law of the next region and begins anew. Absolute tolerances are the relative one times the
-half gap for angles and times the largest velocity for velocities.
+A *plain* solver takes the right-hand side with its corners as it is and reports events it passes; a *restarted* one
+stops at every corner, takes the law of the next region and begins anew. Absolute tolerances are the relative one times
+the half gap for angles and times the largest velocity for velocities.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ HOME = Path(__file__).resolve().parents[2] / "clearance-benchmarks" / "problems"
 MOST = 300_000
 """Right-hand sides after which a run is given up."""
 TOLERANCE = 1e-8
+FIRST = 1000
+"""A first step behind a corner is a sample over this: a longer one may end behind the way back, and no sign changes."""
 SHORTEST = 1e-12
 """Shortest first step behind a corner, as a share of a sample."""
 
@@ -135,6 +137,12 @@ class Task:
         end = float(self.rhs.TIMES[-1])
         return [*(t for t in self.rhs.KINKS if t < end), end]
 
+    def samples(self, after: float, until: float) -> Any:
+        """Sample times in an interval, its end included."""
+        times = self.rhs.TIMES
+        inside = (times > after) & (times <= until)
+        return times[inside]
+
     def keep(self, times: Any, states: Any) -> None:
         """Keep samples (rows)."""
         self.outcome.times += list(map(float, times))
@@ -203,7 +211,7 @@ def scipy_restarted(method: str, tolerance: float) -> Callable[[str], Outcome]:
     def work(task: Task) -> None:
         from scipy.integrate import solve_ivp
 
-        time, y, first = 0.0, task.rhs.START, None
+        time, y, first = 0.0, task.rhs.START, task.rhs.TIMES[1] / FIRST
         shortest = SHORTEST * task.rhs.TIMES[1]
         for end in task.legs():
             while time < end:
@@ -212,11 +220,11 @@ def scipy_restarted(method: str, tolerance: float) -> Callable[[str], Outcome]:
                 for k, c, direction in ways:
                     events.append(lambda t, y, k=k, c=c: task.distance(t, y, k, c))
                     events[-1].terminal, events[-1].direction = True, direction  # type: ignore[attr-defined]
-                more = {"first_step": min(first, end - time)} if first else {}
+                more: dict[str, Any] = {"first_step": min(first, end - time)}
                 if method in ("Radau", "LSODA"):
                     index = task.index.copy()
                     more["jac"] = lambda t, y, index=index: task.rhs.jacobian(t, y, index)
-                wanted = task.rhs.TIMES[(task.rhs.TIMES > time) & (task.rhs.TIMES <= end)]
+                wanted = task.samples(time, end)
                 grid = np.unique(np.append(wanted, end))
                 done = solve_ivp(
                     task.smooth, (time, end), y, method, t_eval=grid, events=events or None,
@@ -226,14 +234,14 @@ def scipy_restarted(method: str, tolerance: float) -> Callable[[str], Outcome]:
                     raise GaveUp(done.message)
                 stop = end if done.status == 0 else max(float(t.max()) for t in done.t_events if t.size)
                 if done.status == 1 and stop == time:
-                    first = task.rhs.TIMES[1] / 100 if first is None else first / 10
+                    first /= 10
                     if first < shortest:
                         raise GaveUp(f"stalls on a corner at {time:.9g}")
                     continue
                 if len(done.t):
                     kept = np.isin(done.t, wanted)
                     task.keep(done.t[kept], done.y.T[kept])
-                first = None
+                first = task.rhs.TIMES[1] / FIRST
                 if done.status == 0:
                     time, y = end, done.y[:, -1]
                     continue
@@ -267,7 +275,7 @@ def cvode(method: str, tolerance: float) -> Callable[[str], Outcome]:
                     max_num_steps=10**8, **more,
                 )  # fmt: skip
                 solver.init_step(time, y)
-                wanted = task.rhs.TIMES[(task.rhs.TIMES > time) & (task.rhs.TIMES <= end)]
+                wanted = task.samples(time, end)
                 for target in np.unique(np.append(wanted, end)):
                     piece = solver.step(target, tstop=target)
                     if piece.status < 0:
@@ -314,13 +322,19 @@ def heyoka(tolerance: float) -> Callable[[str], Outcome]:
             angle = order * m.SPEED * hy.time + phase
             waves[int(k)].append(amplitude * hy.sin(angle))
             rates[int(k)].append(amplitude * order * m.SPEED * hy.cos(angle))
-        delta = [hy.sum([w * x for w, x in zip(m.ROWS[k], q) if w] + [-x for x in waves[k]]) for k in range(elements)]
-        rate = [hy.sum([w * x for w, x in zip(m.ROWS[k], v) if w] + [-x for x in rates[k]]) for k in range(elements)]
+        delta = [
+            hy.sum([w * x for w, x in zip(m.ROWS[k], q, strict=True) if w] + [-x for x in waves[k]])
+            for k in range(elements)
+        ]
+        rate = [
+            hy.sum([w * x for w, x in zip(m.ROWS[k], v, strict=True) if w] + [-x for x in rates[k]])
+            for k in range(elements)
+        ]
         force = [hy.par[3 * k] * delta[k] + hy.par[3 * k + 1] * rate[k] + hy.par[3 * k + 2] for k in range(elements)]
         push = [[hy.par[3 * elements + 2 * i] + hy.par[3 * elements + 2 * i + 1] * hy.time] for i in range(n)]
         for i, order, amplitude, phase in m.HARMONICS.T:
             push[int(i)].append(amplitude * hy.sin(order * m.SPEED * hy.time + phase))
-        equations = list(zip(q, v))
+        equations = list(zip(q, v, strict=True))
         for i in range(n):
             terms = push[i] + [-m.DRAG[i] * v[i]] + [-m.ROWS[k, i] * force[k] for k in range(elements) if m.ROWS[k, i]]
             equations.append((v[i], hy.sum(terms) / m.INERTIA[i]))
@@ -360,7 +374,7 @@ def heyoka(tolerance: float) -> Callable[[str], Outcome]:
         end = 0.0
         for leg in task.legs():
             integrator.pars[:] = parameters(end)
-            wanted = m.TIMES[(m.TIMES > end) & (m.TIMES <= leg)]
+            wanted = task.samples(end, leg)
             for target in np.unique(np.append(wanted, leg)):
                 outcome = integrator.propagate_until(target)
                 task.outcome.steps += outcome[3]
@@ -372,6 +386,57 @@ def heyoka(tolerance: float) -> Callable[[str], Outcome]:
         task.outcome.seconds = process_time() - began
 
     return timed(work)
+
+
+def ross(share: float) -> Callable[[str], Outcome]:
+    """ROSS's Newmark integrator with the matrices of the region that the last step ended in.
+
+    It begins at rest in zero, so that it gets y = q - q(0) - q'(0) t. Its step is a whole part of a sample, at most
+    ``share``/max |lambda|.
+    """
+
+    def work(task: Task) -> None:
+        from ross.utils import newmark
+
+        m = task.rhs
+        n = m.INERTIA.size
+        outer = np.isfinite(m.CORNERS).sum(axis=1)
+        fastest = max(np.abs(np.linalg.eigvals(m.jacobian(0.0, m.START, i))).max() for i in (outer, task.index))
+        parts = int(np.ceil(m.TIMES[1] * fastest / share))
+        time = m.TIMES[1] / parts * np.arange(parts * (m.TIMES.size - 1) + 1)
+        mass = np.diag(m.INERTIA)
+        places: Any = m.region
+
+        def equations(step: int, y: Any, ydot: Any, **_: Any) -> Any:
+            drift = m.START[:n] + m.START[n:] * time[step]
+            state = np.concatenate([m.START[:n] + m.START[n:] * time[step - 1] + y, m.START[n:] + ydot])
+            if step > 1:
+                _follow(task, time[step - 1], places(time[step - 1], state))
+            if (step - 1) % parts == 0 and step > 1:
+                task.keep([time[step - 1]], [state])
+            task.smooth(time[step], state)
+            k, c, f = m.LAWS[:, m.ALL, task.index]
+            error, rate = np.zeros((2, len(m.ELEMENTS)))
+            if m.ERROR.size:
+                value, change = m._waves(time[step], m.ERROR)
+                element = m.ERROR[0].astype(int)
+                error, rate = np.bincount(element, value, k.size), np.bincount(element, change, k.size)
+            force = k * (m.ROWS @ drift - error) + c * (m.ROWS @ m.START[n:] - rate) + f
+            damping = (m.ROWS.T * c) @ m.ROWS + np.diag(m.DRAG)
+            push = m.torque(time[step]) - m.DRAG * m.START[n:] - m.ROWS.T @ force
+            return mass, damping, (m.ROWS.T * k) @ m.ROWS, push
+
+        newmark(equations, time, n, tol=1e-10)
+
+    return timed(work)
+
+
+def _follow(task: Task, time: float, index: Any) -> None:
+    """Note what corners lie between the regions of two steps, in order from the first."""
+    for k in np.flatnonzero(index != task.index):
+        while task.index[k] != index[k]:
+            up = index[k] > task.index[k]
+            task.cross(float(time), int(k), int(task.index[k]) - (0 if up else 1), 1 if up else -1)
 
 
 def ours(algorithm: str, tolerance: float | None) -> Callable[[str], Outcome]:
@@ -417,10 +482,17 @@ def solvers() -> list[Solver]:
     ]
     rows += [
         Solver(f"SciPy {method}, restarted", "scipy", f"{e:g}", scipy_restarted(method, e))
-        for method, e in (("RK45", TOLERANCE), ("DOP853", TOLERANCE), ("DOP853", 1e-12), ("LSODA", TOLERANCE), ("Radau", TOLERANCE))
+        for method, e in (
+            ("RK45", TOLERANCE),
+            ("DOP853", TOLERANCE),
+            ("DOP853", 1e-12),
+            ("LSODA", TOLERANCE),
+            ("Radau", TOLERANCE),
+        )
     ]
     rows += [
         Solver(f"CVODE {method}, restarted", "scikit-sundae", f"{TOLERANCE:g}", cvode(method, TOLERANCE))
         for method in ("Adams", "BDF")
     ]
+    rows.append(Solver("ROSS Newmark", "ross-rotordynamics", "step 0.05/fastest", ross(0.05)))
     return rows

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from mpmath import mp
-from tests.oracles.driveline import Coupling, Driveline, Mesh, Stage, differ
+from tests.oracles.driveline import Coupling, Mesh, Stage, differ
 
 from benchmarks.benchmark_set.problems import Problem
 
@@ -42,15 +42,15 @@ def statement(problem: Problem) -> dict[str, Any]:
         for body in line.bodies
         if Fraction(body.drag_torque)
     ]
-    for torque in line.torques:
-        loads.append(
-            {
-                "body": torque.on,
-                "mean": exact(Fraction(torque.mean)),
-                "harmonics": [_harmonic(h) for h in torque.harmonics],
-                "ramps": [{"at": r.at, "over": r.over, "to": r.to} for r in torque.ramps],
-            }
-        )
+    loads += [
+        {
+            "body": torque.on,
+            "mean": exact(Fraction(torque.mean)),
+            "harmonics": [_harmonic(h) for h in torque.harmonics],
+            "ramps": [{"at": r.at, "over": r.over, "to": r.to} for r in torque.ramps],
+        }
+        for torque in line.torques
+    ]
     return {
         "format": FORMAT,
         "name": problem.name,
@@ -97,7 +97,12 @@ def _element(element: Coupling | Mesh) -> dict[str, Any]:
         "factors": [exact(Fraction(element.radii[0])), exact(-Fraction(element.radii[1]))],
         "corners": [exact(corner) for corner in corners],
         "regions": [
-            {"region": i, "stiffness": exact(pieces[i][1]), "damping": exact(pieces[i][2]), "offset": exact(pieces[i][3])}
+            {
+                "region": i,
+                "stiffness": exact(pieces[i][1]),
+                "damping": exact(pieces[i][2]),
+                "offset": exact(pieces[i][3]),
+            }
             for i in order
         ],
         "error": [_harmonic(h) for h in element.error],
@@ -129,11 +134,11 @@ def json_text(data: dict[str, Any]) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def model_file(line: Driveline, problem: Problem) -> str:
+def model_file(problem: Problem) -> str:
     """The model file of gearrattle."""
     cycles = -(-problem.samples // problem.per_cycle)
     settings = f"cycles = {cycles}\ndiscard = 0\nsamples_per_cycle = {problem.per_cycle}\n"
-    return line.toml().rstrip("\n") + "\n" + settings
+    return problem.driveline.toml().rstrip("\n") + "\n" + settings
 
 
 def page(problem: Problem, stated: dict[str, Any], data: dict[str, Any]) -> str:
@@ -170,21 +175,21 @@ def page(problem: Problem, stated: dict[str, Any], data: dict[str, Any]) -> str:
         "|---|---|---|---|---|---|",
         *laws,
         "",
-        *(["| torque on | |", "|---|---|", *(f"| {load['body']} | {_load(load)} |" for load in stated["loads"]), ""]
-          if stated["loads"] else ["No torque is applied.", ""]),
-        f"Speed W = {stated['speed']}; {problem.samples + 1} samples at t = 2 pi k/({stated['samples']['per_turn']} W). "
-        f"{len(data['events'])} events; horizon {data['horizon']:.6g} (there an early error has grown "
-        f"{GROWTH_WORDS}). The two methods agree to {data['digits']['events']} digits in the events and "
-        f"{data['digits']['states']} in the states.",
+        *(
+            ["| torque on | |", "|---|---|", *(f"| {load['body']} | {_load(load)} |" for load in stated["loads"]), ""]
+            if stated["loads"]
+            else ["No torque is applied.", ""]
+        ),
+        f"Speed W = {stated['speed']}; {problem.samples + 1} samples at "
+        f"t = 2 pi k/({stated['samples']['per_turn']} W). {len(data['events'])} events; horizon {data['horizon']:.6g} "
+        "(up to there an early error grows less than a million times). The two methods agree to "
+        f"{data['digits']['events']} digits in the events and {data['digits']['states']} in the states.",
         "",
         "| first events: time | element | region | rate of the deflection |",
         "|---|---|---|---|",
         *events,
     ]
     return "\n".join(lines) + "\n"
-
-
-GROWTH_WORDS = "at most a million times"
 
 
 def _range(element: dict[str, Any], piece: int) -> str:
