@@ -14,6 +14,7 @@ exactly one root lies ahead and Newton's method polishes it.
 
 from __future__ import annotations
 
+import random
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -303,10 +304,15 @@ class Motion:
 
 
 class Solver:
-    """Marches from corner to corner and keeps samples and crossings; ``known``: has the modes of the same driveline."""
+    """Marches from corner to corner and keeps samples and crossings; ``known``: has the modes of the same driveline.
 
-    def __init__(self, problem: dict[str, Any], known: Solver | None = None) -> None:
+    With ``nudges`` every velocity changes by so much, up or down, at the start and behind every event, as rounding does.
+    """
+
+    def __init__(self, problem: dict[str, Any], known: Solver | None = None, nudges: list[mpf] | None = None) -> None:
         self.statement = Statement(problem)
+        self.nudges = nudges
+        self._signs = random.Random(1)
         self._parts: dict[Any, Modes] = {} if known is None else known._parts
 
     def parts(self, region: tuple[int, ...]) -> list[Modes]:
@@ -389,6 +395,8 @@ class Solver:
                 st.mean[body] += constant
                 st.slope[body] += slope
             before = list(region)
+            if self.nudges is not None:
+                self._nudge(time, angle, velocity)
             motion, region, skip = self._settle(time, angle, velocity, region)
             for k in (k for k in range(len(region)) if region[k] != before[k] and time > 0):
                 out.events.append(
@@ -411,6 +419,22 @@ class Solver:
             rates = {k: motion.delta(k, s, 1) for k in range(len(region))}
             time += s
             out.segments += 1
+
+    def _nudge(self, time: mpf, angle: list[mpf], velocity: list[mpf]) -> None:
+        """Move the velocities a little, but not those of an element that rests exactly on a corner: it would leave it."""
+        st = self.statement
+        delta = self._deflections(angle, time)
+        resting = {
+            i
+            for k, corners in enumerate(st.corners)
+            if any(abs(delta[k] - c) <= NEAR * abs(c) for c in corners)
+            and abs(mp.fdot(st.rows[k], velocity)) < NIL
+            and not st.errors[k]
+            for i in range(st.n)
+            if st.rows[k][i]
+        }
+        for i in set(range(st.n)) - resting:
+            velocity[i] += self.nudges[i] * self._signs.choice((-1, 1))
 
     def _deflections(self, angle: list[mpf], time: mpf) -> list[mpf]:
         st = self.statement
@@ -497,9 +521,11 @@ class Solver:
     def _polish(self, motion: Motion, k: int, corner: mpf, s: float) -> mpf:
         root = mpf(s)
         for _ in range(12):
-            change = (motion.delta(k, root) - corner) / motion.delta(k, root, 1)
+            residual = motion.delta(k, root) - corner
+            floor = mpf(10) ** (10 - DIGITS) * motion.size
+            change = residual / motion.delta(k, root, 1)
             root -= change
-            if abs(change) < mpf(10) ** (20 - DIGITS) * abs(root):
+            if abs(change) < mpf(10) ** (20 - DIGITS) * abs(root) or abs(residual) < floor:
                 return root
         raise ArithmeticError("Newton did not settle")
 

@@ -51,7 +51,10 @@ def reference(problem: Problem, statement: dict[str, Any]) -> dict[str, Any]:
             "window": float(min(closed.times[1], np.median([gap for gap in gaps if gap] or [np.inf]))),
             "shortest": min(gaps, default=None),
             "statistics": _statistics(problem) if problem.statistics else None,
-            "events": [[mp.nstr(t, 30), names[k], a, b, mp.nstr(rate, 17)] for t, k, a, b, rate in closed.events],
+            "events": [
+                [mp.nstr(t, 30, strip_zeros=False), names[k], a, b, mp.nstr(rate, 17)]
+                for t, k, a, b, rate in closed.events
+            ],
             "columns": [f"{kind}.{name}" for kind in ("angle", "velocity") for name in bodies],
             "times": [_plain(t) for t in closed.times],
             "growth": [float(f"{g:.3g}") for g in growth],
@@ -83,14 +86,15 @@ def _digits(error: mpf) -> int:
 
 
 def _growth(statement: dict[str, Any], known: modal.Solver, base: modal.Solution) -> list[float]:
-    """How far a nudge of the start has grown, sample by sample: the largest deflection or rate, by its scale."""
-    solver = modal.Solver(statement, known)
-    for column, sign in zip(solver.statement.start, (1, -1), strict=True):
-        for i in range(len(column)):
-            column[i] += sign * NUDGE * (1 + mpf(i) / 7)
-    moved = solver.solve()
-    n, rows = solver.statement.n, solver.statement.rows
-    change = np.zeros(len(base.times))
+    """How far nudges at the start and behind every event have grown, sample by sample.
+
+    A nudge is a share of the body's largest velocity; growth is the largest change of a deflection or its rate, as a share
+    of its largest value, over that share.
+    """
+    n, rows = known.statement.n, known.statement.rows
+    nudges = [NUDGE * max(abs(state[n + i]) for state in base.states) for i in range(n)]
+    moved = modal.Solver(statement, known, nudges).solve()
+    change = np.ones(len(base.times))
     for half in (slice(0, n), slice(n, 2 * n)):
         for row in rows:
             values = [mp.fdot(row, state[half]) for state in base.states]
@@ -98,7 +102,7 @@ def _growth(statement: dict[str, Any], known: modal.Solver, base: modal.Solution
             size = max(abs(x) for x in values) or mpf(1)
             ratio = [float(abs(a - b) / size / NUDGE) for a, b in zip(values, others, strict=True)]
             change = np.maximum(change, ratio)
-    return list(np.maximum(1.0, np.maximum.accumulate(change) / change[0]))
+    return list(np.maximum.accumulate(change))
 
 
 def _statistics(problem: Problem) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from benchmarks.machine import machine
 
 FOLDER = HOME.parent
 RESULTS = FOLDER / "results.json"
-LIMIT = 10.0
+LIMIT = 4.0
 """Processor time that a run may take [s]."""
 
 

@@ -20,7 +20,7 @@ START = np.array([0.22692177777777778, 0.060331777777777776, 0.00100027777777777
 SAMPLES, PER_TURN = 180, 60.0
 
 def _waves(t, rows):
-    """Sum of amplitude sin(order speed t + phase) over rows (index, order, amplitude, phase), and its rate, by index."""
+    """amplitude sin(order speed t + phase) of columns (index, order, amplitude, phase), and the rates."""
     value, rate = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
     if rows.size:
         turn = rows[1] * SPEED
@@ -87,7 +87,7 @@ def jacobian(t, y, index=None):
 
 
 def events(t, y):
-    """Distance of every deflection to every corner of its element, in the order of WATCHED: a change of sign is an event."""
+    """Deflections less the corners of their elements, in the order of WATCHED: a change of sign is an event."""
     delta, _ = deflection(t, y)
     return delta[WATCHED[:, 0]] - CORNERS[WATCHED[:, 0], WATCHED[:, 1]]
 
