@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints vulnerabilities wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints dependencies changelog wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -134,8 +134,12 @@ constraints: $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## r
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 
-vulnerabilities:  ## ask osv.dev for known vulnerabilities of CONSTRAINTS; Error 3: it gave no answer
-	@$(or $(PYTHON),python3) .ci/vulnerabilities $(CONSTRAINTS)
+dependencies: $(VENV)/.test  ## licences and bill of materials (out/dependencies) of what is installed, known vulnerabilities (osv.dev) of CONSTRAINTS; Error 3: no answer
+	$(PY) .ci/dependencies out/dependencies
+	@$(PY) .ci/vulnerabilities $(CONSTRAINTS)
+
+changelog:      ## put changes/ under the version's heading in CHANGELOG.md; DATE=2026-12-31 dates it for a release
+	@$(or $(PYTHON),python3) .ci/changelog $(DATE)
 
 wheel: $(VENV)/.python       ## build wheel and sdist into out/dist, install both clean, run an example outside the tree
 	.ci/wheel $(PY)

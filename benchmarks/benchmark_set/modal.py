@@ -306,7 +306,7 @@ class Motion:
 class Solver:
     """Marches from corner to corner and keeps samples and crossings; ``known``: has the modes of the same driveline.
 
-    With ``nudges`` every velocity changes by so much, up or down, at the start and behind every event, as rounding does.
+    With ``nudges`` every velocity changes by so much, up or down, at the start and behind every event, as by rounding.
     """
 
     def __init__(self, problem: dict[str, Any], known: Solver | None = None, nudges: list[mpf] | None = None) -> None:
@@ -421,7 +421,7 @@ class Solver:
             out.segments += 1
 
     def _nudge(self, time: mpf, angle: list[mpf], velocity: list[mpf]) -> None:
-        """Move the velocities a little, but not those of an element that rests exactly on a corner: it would leave it."""
+        """Move the velocities a little, but not those of an element that rests on a corner: it would leave it."""
         st = self.statement
         delta = self._deflections(angle, time)
         resting = {

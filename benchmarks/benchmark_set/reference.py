@@ -88,8 +88,8 @@ def _digits(error: mpf) -> int:
 def _growth(statement: dict[str, Any], known: modal.Solver, base: modal.Solution) -> list[float]:
     """How far nudges at the start and behind every event have grown, sample by sample.
 
-    A nudge is a share of the body's largest velocity; growth is the largest change of a deflection or its rate, as a share
-    of its largest value, over that share.
+    A nudge is a share of the body's largest velocity; growth is the largest change of a deflection or its rate, as a
+    share of its largest value, over that share.
     """
     n, rows = known.statement.n, known.statement.rows
     nudges = [NUDGE * max(abs(state[n + i]) for state in base.states) for i in range(n)]

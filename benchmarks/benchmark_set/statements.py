@@ -182,7 +182,7 @@ def page(problem: Problem, stated: dict[str, Any], data: dict[str, Any]) -> str:
         ),
         f"Speed W = {stated['speed']}; {problem.samples + 1} samples at "
         f"t = 2 pi k/({stated['samples']['per_turn']} W). {len(data['events'])} events; horizon {data['horizon']:.6g} "
-        "(up to there an early error grows less than a million times). The two methods agree to "
+        "(up to there an error grows less than a million times). The two methods agree to "
         f"{data['digits']['events']} digits in the events and {data['digits']['states']} in the states.",
         "",
         "| first events: time | element | region | rate of the deflection |",

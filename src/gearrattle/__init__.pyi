@@ -41,6 +41,7 @@ from .reductions.condense import condense as condense
 from .reductions.reduce import reduce as reduce
 from .report.figures import figures as figures
 from .report.saved import save as save
+from .report.share import share as share
 from .report.sound.listen import listen as listen
 from .results import Run as Run
 from .results import open_run as open_run

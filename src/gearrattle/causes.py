@@ -41,12 +41,13 @@ from gearrattle.assembly.prescribed_motion import motion_errors
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model
+from gearrattle.model.element_groups import element_groups
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.quantities.criteria import criteria
 from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
 from gearrattle.results import Run, check_run
-from gearrattle.signals import is_same_mesh, loose_gears, region_at, steady
+from gearrattle.signals import is_same_mesh, loose_gears, parts_of, region_at, steady
 from gearrattle.wording import listed, numeral
 
 Array = NDArray[np.float64]
@@ -311,7 +312,7 @@ def driver_of(run: Run, part: str, slopes: tuple[Array, Array]) -> int:
     """
     model = run.model
     layout = run.trajectory.layout
-    element = layout.element_names.index(part)
+    element = parts_of(layout).element_names.index(part)
     for gear in loose_gears(layout):
         if is_same_mesh(layout, gear.mesh, element):
             return gear.driver
@@ -453,7 +454,6 @@ def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> lis
     """Response of a free body (by its index among the free ones) to every order of every source alone."""
     driveline = assemble(model)
     system = driveline.system
-    names = driveline.layout.element_names
     modes = damped_modes(system, stiffness, damping)
     responses = []
     for source in _sources(model):
@@ -464,7 +464,7 @@ def _responses(model: Model, body: int, stiffness: Array, damping: Array) -> lis
         along = [(complex(part.acceleration[body]) * total.conjugate()).real for part in parts]
         largest = parts[int(np.argmax(along))]
         through = Through(
-            _working(names, largest.strain_energy),
+            _working(model, largest.strain_energy),
             largest.frequency,
             largest.damping_ratio,
             max(along) / abs(total) ** 2 if total else 0.0,
@@ -485,10 +485,18 @@ def _prescribed(model: Model, body: int) -> list[Contribution]:
     ]
 
 
-def _working(names: tuple[str, ...], strain: Array) -> tuple[str, ...]:
-    """Elements that name a mode: the one with most strain energy, and a second with at least ``_ALONE`` of it."""
-    order = np.argsort(-strain, kind="stable")[:2].tolist()
-    return tuple(names[k] for j, k in enumerate(order) if strain[k] > (0.0 if j == 0 else _ALONE))
+def _working(model: Model, strain: Array) -> tuple[str, ...]:
+    """Elements that name a mode: the one with most strain energy, and a second with at least ``_ALONE`` of it.
+
+    The faces of a bearing count together, under its name.
+    """
+    position = {element.name: k for k, element in enumerate(model.elements)}
+    energy = {
+        name: float(sum(strain[position[element.name]] for element in elements))
+        for name, elements in element_groups(model).items()
+    }
+    largest = sorted(energy, key=lambda name: -energy[name])[:2]
+    return tuple(name for j, name in enumerate(largest) if energy[name] > (0.0 if j == 0 else _ALONE))
 
 
 def _error(run: Run, body: int, estimate: Mapping[float, complex]) -> float:

@@ -68,6 +68,7 @@ def _of_samples(t: Trajectory) -> Iterator[_Fault]:
             yield from _of_shape(f"sideways {name}", getattr(t.sideways, name), (count, width))
         forces = (count, len(t.layout.bearing_names))
         yield from _of_shape("bearing_force", t.sideways.bearing_force, forces)
+        yield from _of_shape("casing_force", t.sideways.casing_force, (count, 2))
     yield from _of_shape("initial_region", t.initial_region, (clearances,))
     yield from _of_shape("final_force_integral", t.final_force_integral, (clearances,), may_be_unknown=True)
     for k in range(clearances):

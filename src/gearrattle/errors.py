@@ -116,6 +116,25 @@ class ModelError(GearRattleError):
 class NotInstalled(ModelError):
     """What was asked for needs an optional extra that is not installed; the problem's remedy is the command."""
 
+    @classmethod
+    def of(cls, extra: str, place: str, value: str, rule: str) -> NotInstalled:
+        """Return the error that names the extra; double quotes, which every shell takes, cmd.exe too."""
+        return cls(Problem(place, value, rule, f'pip install "gearrattle[{extra}]"'))
+
+
+def check_installed(library: str, extra: str, place: str, value: str, rule: str) -> None:
+    """Refuse what needs a library of an extra, before anything is computed; the library is not imported.
+
+    Raises
+    ------
+    NotInstalled
+        the library is not there.
+    """
+    from importlib.util import find_spec
+
+    if find_spec(library) is None:
+        raise NotInstalled.of(extra, place, value, rule)
+
 
 class ConvergenceError(GearRattleError):
     """A computation failed or went unstable.

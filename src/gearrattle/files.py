@@ -150,12 +150,15 @@ def opened_hdf5(path: str | os.PathLike[str], *, in_parts: bool = False) -> Any:
     Raises
     ------
     Refused
-        the file has external links, external storage or virtual datasets, is larger than the limit, or is damaged; and
-        as ``opened``.
+        the file is netCDF 3, has external links, external storage or virtual datasets, is larger than the limit, or is
+        damaged; and as ``opened``.
     """
     import h5py
 
-    check_regular(path)
+    with opened(path) as stream:
+        if stream.read(3) == b"CDF":
+            rule = "is netCDF 3; results are saved as netCDF-4, which is HDF5"
+            raise Refused(rule, "nccopy -k nc4 old.nc new.nc converts it")
     file = h5py.File(path, "r")
     try:
         _check_hdf5(file, in_parts=in_parts)

@@ -68,6 +68,7 @@ _SIDEWAYS = {
     "displacement_velocity": ("velocity", "body_direction", "m/s"),
     "displacement_acceleration": ("acceleration", "body_direction", "m/s^2"),
     "bearing_force": ("bearing_force", "bearing_direction", "N"),
+    "casing_force": ("casing_force", "casing_direction", "N"),
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
@@ -148,7 +149,6 @@ class Run(Result):
             labels["casing_direction"] = ("x", "y")
             for name, (value, axis, unit) in _SIDEWAYS.items():
                 samples[name] = (("time", axis), getattr(t.sideways, value), unit)
-            samples["casing_force"] = (("time", "casing_direction"), t.sideways.casing_force, "N")
         # driving torque of prescribed motions, and speed along a sweep
         if self.model.motions:
             labels["motion"] = tuple(motion.on for motion in self.model.motions)

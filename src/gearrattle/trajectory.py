@@ -115,9 +115,11 @@ class Layout:
     direction_rows
         (m, p) W: deflections from displacements [1].
     bearing_names
-        (2 B,) forces of the bearings on their bodies, "front.x", "front.y".
+        (2 B,) forces of the bearings on the bodies that they hold, "front.x", "front.y".
     bearing_rows
         (2 B, m) these forces from those of the elements.
+    casing_rows
+        (2, m) force on the casing from those of the elements.
     """
 
     inertia_names: tuple[str, ...]
@@ -150,6 +152,7 @@ class Layout:
     direction_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
     bearing_names: tuple[str, ...] = ()
     bearing_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    casing_rows: Array = field(default_factory=lambda: np.zeros((2, 0)))
 
     def drag_torque_at(self, body: int, speed: Array) -> Array:
         """Return the drag torque [N m] of a body at reference speeds [rad/s] of any shape.
@@ -274,18 +277,16 @@ class Sideways:
     displacement, velocity, acceleration
         (Nt, p) [m, m/s, m/s^2].
     bearing_force
-        (Nt, 2 B) force of every bearing on its body, along x and along y [N].
+        (Nt, 2 B) force of every bearing on the body that it holds, along x and along y [N].
+    casing_force
+        (Nt, 2) force of all bearings in the housing on the casing [N]: minus the sum of those on bodies.
     """
 
     displacement: Array
     velocity: Array
     acceleration: Array
     bearing_force: Array
-
-    @property
-    def casing_force(self) -> Array:
-        """(Nt, 2) force of all bearings on the casing, along x and along y [N]: minus the sum of those on bodies."""
-        return -np.stack([self.bearing_force[:, axis::2].sum(axis=1) for axis in (0, 1)], axis=1)
+    casing_force: Array
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,7 @@ def leaves(kinds: dict[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str,
 def test_every_dimensional_key_has_a_kind() -> None:
     from gearrattle.model import Coupling, Excitation, Harmonic, Inertia, Initial, Mesh, Simulation, Stage, Torque
     from gearrattle.model.components import Bearing
+    from gearrattle.model.gravity import Gravity
 
     tables = {
         ("inertia",): Inertia,
@@ -79,6 +80,7 @@ def test_every_dimensional_key_has_a_kind() -> None:
         ("coupling", "stages"): Stage,
         ("mesh",): Mesh,
         ("bearing",): Bearing,
+        ("gravity",): Gravity,
         ("mesh", "transmission_error"): Harmonic,
         ("torque",): Torque,
         ("torque", "harmonics"): Harmonic,

@@ -1,59 +1,68 @@
-"""Libraries under copyleft licences that an extra brings are named in the manual."""
+"""What an installation brings: the manual names copyleft libraries, the bill of materials is whole."""
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Iterable
-from importlib.metadata import Distribution, PackageNotFoundError, distribution
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
-from packaging.requirements import Requirement
 
 from tests.architecture.places import DOCS, ROOT
-
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-EXTRAS = PROJECT["optional-dependencies"]
-COPYLEFT = re.compile(r"\bA?L?GPL|MPL|Mozilla|GNU |EUPL")
+from tests.dependencies import DEPENDENCIES, EXTRAS, PROJECT
 
 
-def _licence(package: Distribution) -> str:
-    about = package.metadata
-    classes = [line for line in about.get_all("Classifier") or [] if line.startswith("License ::")]
-    return " ".join(about.get_all("License-Expression") or classes or (about.get("License") or "")[:60].splitlines())
-
-
-def _installed(requirements: Iterable[str]) -> dict[str, str]:
+def _licences(requirements: list[str]) -> dict[str, str]:
     """Licences of what is installed of some requirements, and of all that these require, by name."""
-    licences: dict[str, str] = {}
-    wanted = [Requirement(text) for text in requirements]
-    while wanted:
-        requirement = wanted.pop()
-        name = re.sub(r"[-_.]+", "-", requirement.name).lower()
-        if name in licences or (requirement.marker and not requirement.marker.evaluate({"extra": ""})):
-            continue
-        try:
-            package = distribution(requirement.name)
-        except PackageNotFoundError:
-            continue
-        licences[name] = _licence(package)
-        wanted += map(Requirement, package.requires or ())
-    return licences
+    packages, _ = DEPENDENCIES.brought(requirements, EXTRAS)
+    return {name: DEPENDENCIES.licence_of(package) for name, package in packages.items() if package is not None}
+
+
+def _copyleft(licences: dict[str, str]) -> list[str]:
+    return [name for name, words in licences.items() if DEPENDENCIES.COPYLEFT.search(words)]
 
 
 def test_what_gearrattle_needs_is_under_permissive_licences() -> None:
-    licences = _installed(PROJECT["dependencies"])
+    licences = _licences(PROJECT["dependencies"])
     assert len(licences) > 20
-    assert {name: words for name, words in licences.items() if COPYLEFT.search(words)} == {}
+    assert _copyleft(licences) == []
 
 
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_copyleft_libraries_of_an_extra_are_named(extra: str) -> None:
+    page = (DOCS / "howto" / "install.md").read_text(encoding="utf-8").lower()
+    assert [name for name in _copyleft(_licences(EXTRAS[extra])) if name not in page] == []
+
+
+@pytest.mark.parametrize("extra", sorted(set(EXTRAS) - DEPENDENCIES.DEVELOPMENT))
+def test_every_extra_of_a_user_is_in_the_manual(extra: str) -> None:
     page = (DOCS / "howto" / "install.md").read_text(encoding="utf-8")
-    copyleft = [name for name, words in _installed(EXTRAS[extra]).items() if COPYLEFT.search(words)]
-    assert [name for name in copyleft if name not in page] == []
+    assert f"| `{extra}` |" in page
 
 
 def test_the_known_copyleft_library_is_recognised() -> None:
     pytest.importorskip("asammdf")
-    assert COPYLEFT.search(_installed(EXTRAS["measured"])["asammdf"])
+    assert "asammdf" in _copyleft(_licences(EXTRAS["measured"]))
+
+
+def test_the_bill_of_materials_has_every_package_once(tmp_path: Path) -> None:
+    pytest.importorskip("asammdf")
+    call = [sys.executable, str(ROOT / ".ci" / "dependencies"), str(tmp_path / "new")]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    bill = json.loads((tmp_path / "new" / "sbom.cdx.json").read_text(encoding="utf-8"))
+    references = [component["bom-ref"] for component in bill["components"]]
+    assert len(set(references)) == len(references)
+    own = bill["metadata"]["component"]["bom-ref"]
+    assert own == f"pkg:pypi/gearrattle@{PROJECT['version']}"
+    assert {one["ref"] for one in bill["dependencies"]} == {own, *references}
+    assert {name for one in bill["dependencies"] for name in one["dependsOn"]} == set(references)
+    with open(tmp_path / "new" / "licences.csv", encoding="utf-8", newline="") as file:
+        rows = {row["package"]: row for row in csv.DictReader(file)}
+    assert len(rows) == len(references)
+    assert rows["numpy"]["brought by"] == "core"
+    assert "studies" in rows["zarr"]["brought by"]
+    assert "pytest" not in rows
+    assert "asammdf" in " ".join(line for line in done.stdout.splitlines() if line.endswith("<- copyleft"))

@@ -9,7 +9,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.assembly.drag_torques import drag_torques
+from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
 from gearrattle.assembly.scaled import dimensionless
 from gearrattle.assembly.variant_assembly import coefficients
 from gearrattle.engine.system.characteristic import characteristic
@@ -178,6 +178,33 @@ def test_a_smaller_model_needs_the_same_torque_to_balance(parts: list[dict[str, 
     smaller = gr.reduce(by_parts, "200 Hz", limit=0.5).model
     assert len(smaller.inertias) < len(by_parts.inertias)
     assert gr.equilibrium(smaller).balance == pytest.approx(gr.equilibrium(by_parts).balance, rel=1e-12)
+
+
+@pytest.mark.parametrize("part", [{"slope": -0.2}, {"relative_speed": -80.0}, {"slope": -0.2, "relative_speed": -80.0}])
+def test_drag_that_is_negative_in_all_survives_a_reduction(part: dict[str, Any]) -> None:
+    """A torque that falls, or drives, more than everything else of its group drags."""
+    tables = {
+        "schema": 1,
+        "inertia": [
+            {"name": "engine", "J": 0.1, "drag": 0.05, "drag_torque": 0.5},
+            {"name": "hub", "J": 0.01},
+            {"name": "gear", "J": 0.002, "drag_parts": [{"kind": "constant", "torque": 3.0, **part}]},
+        ],
+        "coupling": [{"name": "shaft", "between": ["engine", "hub"], "stiffness": 1e3, "damping": 0.1}],
+        "mesh": [{"name": "mesh", "between": ["hub", "gear"], "radii": [0.04, 0.05], "stiffness": 1e9, "damping": 1e2}],
+        "excitation": {"speed": 100.0},
+        "torque": [{"on": "engine", "mean": "balance", "harmonics": [{"order": 2, "amplitude": 5.0}]}],
+    }
+    whole = gr.Model.from_tables(tables)
+    smaller = gr.reduce(whole, "25 Hz", limit=0.5).model
+    assert [inertia.name for inertia in smaller.inertias] == ["engine", "hub"]
+    assert gr.equilibrium(smaller).balance == pytest.approx(gr.equilibrium(whole).balance, rel=1e-12)
+    assert viscous_drags(smaller)[1] == pytest.approx(0.64 * viscous_drags(whole)[2], rel=1e-12)
+    one, other = (
+        gr.simulate(m, cycles=6, discard=1, initial="static").data["velocity"].sel(inertia="hub").values
+        for m in (whole, smaller)
+    )
+    assert np.max(np.abs(one - other)) < 1e-4 * np.max(np.abs(one))
 
 
 def test_a_gear_that_its_shaft_drives_is_loose_all_the_same() -> None:

@@ -108,17 +108,19 @@ def test_a_loose_gear_is_loose_with_two_flanks() -> None:
 
 
 def test_columns_of_variants_are_those_of_every_variant() -> None:
-    model = driven()
+    model = gr.Model.from_tables(driven().to_tables() | {"gravity": {"direction": -1.2}})
     for path, values in {
         "mesh.gear.backlash": [6e-5, 5e-5],
         "inertia.motor.J": [0.0043, 0.004],
         "inertia.pinion.mass": [0.6, 0.7],
         "bearing.at_wheel.stiffness": [1e8, 2e8],
+        "gravity.direction": [-1.2, -1.3],
     }.items():
         columns, good = coefficients(model, {path: np.array(values)}, 2)
         for v in np.flatnonzero(good).tolist():
             alone = coefficients_of(assemble(model.with_({path: values[v]})).system)
             np.testing.assert_array_equal(columns.inertia[v], alone.inertia)
+            np.testing.assert_array_equal(columns.mean[v], alone.mean)
             np.testing.assert_array_equal(columns.laws.stiffness[v], alone.laws.stiffness)
             np.testing.assert_array_equal(columns.laws.upper[v], alone.laws.upper)
         assert good.all() == path.startswith(("mesh", "inertia.motor"))
@@ -145,6 +147,134 @@ def test_a_study_has_statistics_of_bearing_forces(tmp_path: Path) -> None:
     assert value == pytest.approx(float(row["value"].iloc[0]), rel=1e-9)
 
 
-def test_lumping_says_why_not() -> None:
-    with pytest.raises(gr.ModelError, match="lumping knows rotation alone, and this body moves sideways"):
-        gr.reduce(driven(), "100 Hz")
+def extended(**of_bearings: object) -> gr.Model:
+    """The driven pair with a stiff shaft of three massless bodies before its motor."""
+    tables = driven(**of_bearings).to_tables()
+    tables["inertia"] += [{"name": "flywheel", "J": 0.001}, {"name": "disc", "J": 0.0005}]
+    stiff = {"stiffness": 1e8, "damping": 1.0}
+    tables["coupling"] += [
+        {"name": "one", "between": ["flywheel", "disc"], **stiff},
+        {"name": "two", "between": ["disc", "motor"], **stiff},
+    ]
+    tables["simulation"] = {"cycles": 8, "discard": 4, "samples_per_cycle": 64}
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize("of_bearings", [{}, {"clearance": 1e-5, "faces": 4}])
+def test_bodies_without_a_mass_are_lumped_and_those_with_one_stay(of_bearings: dict[str, object]) -> None:
+    model = extended(**of_bearings)
+    reduction = gr.reduce(model, "2 kHz")
+    smaller = reduction.model
+    assert [body.name for body in smaller.inertias] == ["motor", "pinion", "wheel", "load"]
+    assert sum(body.J for body in smaller.inertias) == pytest.approx(sum(body.J for body in model.inertias))
+    assert [body.mass for body in smaller.inertias] == [None, 0.6, 1.5, None]
+    assert smaller.bearings == model.bearings
+    assert reduction.elements["input"].reason == "is at a body that moves sideways, which stays a body of its own"
+    assert {reduction.elements[name].merged for name in ("one", "two")} == {True}
+    # frequencies in the band, and the motion
+    full = gr.modes(model).frequencies
+    small = gr.modes(smaller).frequencies
+    inside = full[full < 2.0 * np.pi * 2000.0]
+    assert small[: inside.size] == pytest.approx(inside, rel=1e-3)
+    one, two = (gr.criteria(gr.simulate(variant)) for variant in (model, smaller))
+    assert two["gear-drive"].max_impact_energy == pytest.approx(one["gear-drive"].max_impact_energy, rel=0.02)
+
+
+def test_lumping_a_body_with_a_mass_says_why_not() -> None:
+    with pytest.raises(gr.ModelError, match=r"input.*is at a body that moves sideways, which stays a body of its own"):
+        gr.reduce(extended(), "2 kHz", merge=["input"])
+
+
+def test_lumping_keeps_displacements_of_the_start() -> None:
+    start = {"angle": [0.0] * 6, "velocity": [0.0] * 6, "displacement": [1e-6, 2e-6, 3e-6, 4e-6]}
+    model = extended().with_({"simulation.initial": start})
+    initial = gr.reduce(model, "2 kHz").model.simulation.to_plain()["initial"]
+    assert initial["displacement"] == start["displacement"]
+    assert len(initial["angle"]) == 4
+
+
+@pytest.mark.parametrize("method", ["craig-bampton", "modal", "lumping"])
+def test_condensing_takes_displacements_as_coordinates(method: str) -> None:
+    model = extended(clearance=1e-5, faces=4)
+    small = gr.condense(model, "1 kHz", method=method)
+    full = gr.modes(model).frequencies
+    inside = full[full < 2.0 * np.pi * 1000.0]
+    assert small.frequencies()[: inside.size] == pytest.approx(inside, rel=0.05)
+    assert {"pinion.x", "wheel.y"} <= set(small.inertia_names)
+
+
+def falling(**changes: object) -> gr.Model:
+    """A body in a housing with clearance, pulled down, that a torque does not touch."""
+    tables = {
+        "schema": 1,
+        "inertia": [{"name": "gear", "J": 0.002, "mass": 1.0, "drag": 0.1}],
+        "bearing": [
+            {"name": "needles", "on": "gear", "stiffness": 1e7, "damping": 200.0, "clearance": 5e-4, "faces": 8}
+        ],
+        "gravity": {},
+        "excitation": {"speed": 30.0},
+        "simulation": {"cycles": 8, "discard": 0, "initial": "zero"},
+    }
+    return gr.Model.from_tables({**tables, **changes})
+
+
+def test_the_verdict_has_one_row_a_bearing() -> None:
+    """A body that falls on the bottom bounces there: one side, impacts of one face, and sqrt(2 g C) the hardest."""
+    run = gr.simulate(falling())
+    verdict = gr.criteria(run)
+    assert [(part.name, part.kind, part.gap) for part in verdict.parts] == [("needles", "bearing", True)]
+    part = verdict["needles"]
+    assert (part.regime, part.severity) == ("single-sided", "rattles")
+    assert part.max_approach_speed == pytest.approx(np.sqrt(2.0 * 9.81 * 5e-4), rel=1e-9)
+    assert part.max_impact_energy == pytest.approx(9.81 * 5e-4, rel=1e-9)
+    assert part.impacts_per_cycle * 8 == (run.events["to_region"].abs() > run.events["from_region"].abs()).sum()
+    assert part.mean_contact_impulse is None
+    assert "needles hits one side only" in verdict.sentence
+    subjects = set(gr.metrics(run)["subject"]) | {entry.subject for entry in verdict.entries}
+    assert "needles" in subjects
+    assert not any(subject.startswith("needles-") for subject in subjects)
+
+
+def test_a_body_that_rolls_round_without_letting_go_is_quiet() -> None:
+    """It leaves face after face, and at least one stays in contact: pressed outward, it runs round the ring."""
+    gap = 1e-4
+    deep = 3.0 * gap
+    rate = 1e7 * (deep - gap) / deep  # of a spring that turns
+    whirl = np.sqrt(rate)
+    state = {"displacement": [deep, 0.0], "displacement_velocity": [0.0, deep * whirl]}
+    bearing = {"name": "needles", "on": "gear", "stiffness": 1e7, "clearance": gap, "faces": 16}
+    start = {"initial": {"angle": [0.0], "velocity": [0.0], **state}}
+    settings = {"cycles": 1, "discard": 0, **start}
+    model = falling(gravity={"acceleration": 1e-9}, bearing=[bearing], simulation=settings)
+    run = gr.simulate(model)
+    assert run.trajectory.sideways is not None
+    angle = np.unwrap(np.arctan2(*run.trajectory.sideways.displacement.T[::-1]))
+    assert angle[-1] > 6.0 * np.pi
+    assert len(run.events) > 100
+    part = gr.criteria(run)["needles"]
+    assert (part.regime, part.impacts_per_cycle, part.contact_share) == ("quiet", 0.0, 1.0)
+
+
+def test_a_body_thrown_across_its_clearance_is_double_sided() -> None:
+    start = {"angle": [0.0], "velocity": [0.0], "displacement": [0.0, 0.0], "displacement_velocity": [0.02, 0.3]}
+    bearing = {"name": "needles", "on": "gear", "stiffness": 1e7, "clearance": 1e-4, "faces": 16}
+    settings = {"cycles": 1, "discard": 0, "initial": start}
+    verdict = gr.criteria(gr.simulate(falling(gravity={"acceleration": 1e-9}, bearing=[bearing], simulation=settings)))
+    assert verdict["needles"].regime == "double-sided"
+    assert "needles hits opposite sides" in verdict.sentence
+
+
+def test_chunks_and_studies_judge_the_bearing_as_a_run_does(tmp_path: Path) -> None:
+    model = driven(clearance=1e-5, faces=8).with_({"simulation.cycles": 6, "simulation.discard": 2})
+    part = gr.criteria(gr.simulate(model))["at_wheel"]
+    chunked = gr.criteria(gr.stream(model, chunk=2))["at_wheel"]
+    numbers = {"impacts_per_cycle", "max_impact_energy", "mean_exchanged_momentum", "contact_share"}
+    for name in numbers:
+        assert getattr(chunked, name) == pytest.approx(getattr(part, name), rel=1e-9), name
+    assert chunked.regime == part.regime
+    outputs = ["impacts per cycle", "regime", "contact share", "mean restitution"]
+    study = gr.study(model, {"mesh.gear.stiffness": [2e8, 1e8]}, outputs=outputs, workers=1, output=tmp_path / "study")
+    of_wheel = study.sel(part="at_wheel").isel({"mesh.gear.stiffness": 0})
+    assert float(of_wheel["impacts per cycle"]) == pytest.approx(part.impacts_per_cycle)
+    assert float(of_wheel["contact share"]) == pytest.approx(part.contact_share)
+    assert not any(str(name).startswith("at_wheel-") for name in study["part"].values)

@@ -18,7 +18,8 @@ def test_all_examples_are_copied_and_load_where_they_are(tmp_path: Path, capsys:
     assert main(["examples", "-o", str(folder), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert {"name": "case3", "title": gr.example("case3").name} in printed["models"]
-    names = {path.relative_to(EXAMPLES) for path in EXAMPLES.rglob("*") if path.suffix in (".toml", ".py", ".csv")}
+    endings = (".toml", ".py", ".csv", ".json")
+    names = {path.relative_to(EXAMPLES) for path in EXAMPLES.rglob("*") if path.suffix in endings}
     assert {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()} == names
     assert gr.load(folder / "measured_flywheel.toml") == gr.example("measured_flywheel")  # names a file of its folder
 

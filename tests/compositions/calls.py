@@ -131,6 +131,7 @@ CALLS: Mapping[str, Call] = {
     "advise": lambda kit: gr.advise(kit.model),
     "run": lambda kit: gr.run(kit.model),
     "save": lambda kit: gr.save(gr.modes(kit.model), kit.folder / "modes"),
+    "share": lambda kit: gr.share(kit.run, kit.folder / "run.zip"),
     "simulate": lambda kit: kit.run,
     "simulate: rk4": lambda kit: gr.simulate(kit.model, "rk4", step=1e-4),
     "criteria": lambda kit: gr.criteria(kit.run),

@@ -122,6 +122,7 @@ COMMAND_LINES: Mapping[str, Words] = {
         "-o",
         str(out),
     ],
+    "share": lambda kit, out: ["share", str(kit.run_file), "-o", f"{out}.zip"],
     "figures": lambda kit, out: ["figures", str(kit.run_file), "-o", str(out), "--as", "svg"],
     "criteria": lambda kit, _: ["criteria", str(kit.run_file), "--json"],
     "metrics": lambda kit, _: ["metrics", str(kit.run_file), "--json"],

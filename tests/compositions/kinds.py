@@ -205,12 +205,12 @@ def _planetary() -> gr.Model:
 
 
 def _sideways() -> gr.Model:
-    """Both gears move sideways, one of them with a clearance."""
+    """Both gears move sideways and have a weight, one of them with a clearance around the other."""
     held = {"stiffness": 2e7, "damping": 3000.0}
     bearings = [{"name": "front", "on": "hub", **held}]
-    bearings.append({"name": "rear", "on": "wheel", **held, "clearance": 1e-5, "faces": 4})
+    bearings.append({"name": "rear", "on": "wheel", "around": "hub", **held, "clearance": 1e-5, "faces": 4})
     masses = {"inertia.hub.mass": 2.0, "inertia.wheel.mass": 1.0}
-    return base({**masses, "mesh.gear.pressure_angle": 0.35, "bearing": bearings})
+    return base({**masses, "mesh.gear.pressure_angle": 0.35, "bearing": bearings, "gravity": {}})
 
 
 KINDS: Mapping[str, Kind] = {
@@ -236,7 +236,7 @@ KINDS: Mapping[str, Kind] = {
     "drag parts": Kind("a bearing and a synchroniser between two bodies, a seal", lambda: base(DRAG)),
     "run-up with drag": Kind("a sweep, and drag parts", lambda: base({**SWEEP, **DRAG})),
     "two trains": Kind("two trains that nothing joins", _two_trains),
-    "sideways": Kind("gears with masses on bearings, one with clearance", _sideways),
+    "sideways": Kind("gears with masses and weights on bearings, one with clearance around the other", _sideways),
     "no clearance": Kind("linear elements alone", _linear),
     "dimensionless": Kind("numbers without units", lambda: gr.loads(DIMENSIONLESS)),
     "one body": Kind("no element at all", lambda: gr.loads(ONE_BODY)),

@@ -10,6 +10,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.design.halving import Report
 from gearrattle.design.target import target_of
+from gearrattle.design.variable import variable_of
 from gearrattle.errors import Cancelled, ModelError
 from tests.design.oscillator import LIMIT, T, loaded_gear
 
@@ -23,6 +24,13 @@ def test_the_amplitude_at_which_a_gear_separates():
     assert rattling - quiet <= 1e-3 * rattling
     assert answer.value == quiet
     assert "quiet up to" in answer.sentence
+
+
+def test_zero_within_a_range_is_zero():
+    """Twelve steps from -20 to 60 degC pass 8.9e-16."""
+    values = variable_of(gr.example("creep"), "oil.temperature", ("-20 degC", "60 degC")).spread(13)
+    assert 0.0 in values.tolist()
+    assert np.all(np.diff(values) > 0.0)
 
 
 def test_the_mean_torque_that_holds_the_gear():

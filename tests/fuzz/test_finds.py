@@ -408,6 +408,9 @@ def test_a_copy_of_an_mdf_that_is_not_finalised_is_not_left_behind(
     with pytest.raises(ModelError, match=r"x\.mf4"):
         gr.read(path)
     assert list((tmp_path / "temporary").iterdir()) == []
+    path.write_bytes(content)
+    assert "its samples were counted anew" in gr.read(path).notes[0]
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
 def test_an_impossible_value_for_what_was_not_written_is_refused(tmp_path: Path) -> None:

@@ -198,3 +198,243 @@ def test_dimensionless_it_is_the_same() -> None:
     for name in ("displacement", "velocity", "acceleration", "bearing_force"):
         mine, theirs = getattr(here, name), getattr(there, name)
         assert theirs == pytest.approx(mine, abs=1e-7 * np.abs(mine).max())
+
+
+NEEDLE = {"shaft": 3.0, "gear": 1.0, "main": 1e8, "needle": 2e8}
+
+
+def on_its_shaft(
+    needle: float = NEEDLE["needle"], *, gravity: dict[str, Any] | None = None, **of_needle: Any
+) -> gr.Model:
+    """A loose gear on a needle bearing around its shaft, which has a bearing in the housing; they turn freely."""
+    tables = {
+        "schema": 1,
+        "inertia": [
+            {"name": "shaft", "J": 0.01, "mass": NEEDLE["shaft"], "drag": 0.1},
+            {"name": "gear", "J": 0.002, "mass": NEEDLE["gear"], "drag": 0.1},
+        ],
+        "bearing": [
+            {"name": "main", "on": "shaft", "stiffness": NEEDLE["main"], "damping": 2000.0},
+            {"name": "needle", "on": "gear", "around": "shaft", "stiffness": needle, "damping": 500.0, **of_needle},
+        ],
+        "excitation": {"speed": 100.0},
+    }
+    return gr.Model.from_tables({**tables, "gravity": gravity} if gravity else tables)
+
+
+def test_a_gear_on_its_shaft_has_the_frequencies_of_two_masses() -> None:
+    """m1 m2 w^4 - (m1 k2 + m2 (k1 + k2)) w^2 + k1 k2 = 0, in either direction."""
+    m1, m2, k1, k2 = NEEDLE.values()
+    squares = np.roots([m1 * m2, -(m1 * k2 + m2 * (k1 + k2)), k1 * k2])
+    expected = np.repeat(np.sort(np.sqrt(squares)), 2)
+    assert gr.modes(on_its_shaft()).frequencies[2:] == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_gear_held_stiffly_on_its_shaft_is_one_body_with_it() -> None:
+    m1, m2, k1, _ = NEEDLE.values()
+    off = []
+    for needle in (1e12, 1e13):
+        lowest = gr.modes(on_its_shaft(needle)).frequencies[2:4]
+        off.append(float(np.max(np.abs(lowest / np.sqrt(k1 / (m1 + m2)) - 1.0))))
+    assert off[1] < 1e-5
+    assert off[0] / off[1] == pytest.approx(10.0, rel=0.02)
+
+
+def with_a_loose_gear(**of_needle: Any) -> gr.Model:
+    """The driven pair with the wheel on a needle bearing around a shaft of its own."""
+    tables = driven().to_tables()
+    tables["inertia"].append({"name": "shaft", "J": 0.002, "mass": 2.0, "drag": 0.05})
+    tables["bearing"][1] |= {"around": "shaft", **of_needle}
+    tables["bearing"].append({"name": "at_shaft", "on": "shaft", "stiffness": 1e8, "damping": 2000.0})
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize("of_needle", [{}, {"clearance": 1e-5, "faces": 12}])
+def test_energy_and_momentum_balance_around_a_shaft_too(of_needle: dict[str, Any]) -> None:
+    """The casing takes the forces of bearings in the housing alone, which is what the bodies' momentum lacks."""
+    run = gr.simulate(with_a_loose_gear(**of_needle), cycles=4, discard=1, samples_per_cycle=64)
+    t = run.trajectory
+    assert run.cost.energy_residual is not None
+    assert run.cost.energy_residual < 1e-9
+    assert t.sideways is not None
+    momentum = t.sideways.acceleration * t.layout.direction_mass
+    gained = np.stack([momentum[:, axis::2].sum(axis=1) for axis in (0, 1)], axis=1)
+    force = t.sideways.casing_force
+    assert gained == pytest.approx(-force, abs=1e-9 * np.abs(force).max())
+    by_name = dict(zip(t.layout.bearing_names, t.sideways.bearing_force.T, strict=True))
+    assert force[:, 0] == pytest.approx(-by_name["at_pinion.x"] - by_name["at_shaft.x"], abs=1e-9 * np.abs(force).max())
+
+
+def test_a_shaft_held_stiffly_leaves_the_gear_on_the_housing() -> None:
+    """Around a shaft that hardly moves the gear moves as in the housing, with the same crossings."""
+    settings = {"cycles": 4, "discard": 1, "samples_per_cycle": 64}
+    here = gr.simulate(driven(clearance=1e-5, faces=8), **settings).trajectory
+    tables = with_a_loose_gear(clearance=1e-5, faces=8).to_tables()
+    tables["bearing"][0] |= {"clearance": 1e-5, "faces": 8}
+    tables["bearing"][2]["stiffness"] = 1e14
+    there = gr.simulate(gr.Model.from_tables(tables), **settings).trajectory
+    assert here.sideways is not None
+    assert there.sideways is not None
+    size = np.abs(here.sideways.displacement).max()
+    assert there.sideways.displacement[:, :4] == pytest.approx(here.sideways.displacement, abs=1e-3 * size)
+    assert len(there.events) == len(here.events) > 0
+
+
+@pytest.mark.parametrize("angle", [-0.5 * pi, 0.3])
+def test_weight_bends_bearings_by_m_g_over_k(angle: float) -> None:
+    m1, m2, k1, k2 = NEEDLE.values()
+    rest = gr.equilibrium(on_its_shaft(gravity={"direction": angle}))
+    shaft = 9.81 * (m1 + m2) / k1
+    gear = shaft + 9.81 * m2 / k2
+    expected = [shaft * cos(angle), shaft * sin(angle), gear * cos(angle), gear * sin(angle)]
+    assert list(rest.displacement.values()) == pytest.approx(expected, rel=1e-9)
+    pull = [9.81 * (m1 + m2) * cos(angle), 9.81 * (m1 + m2) * sin(angle)]
+    assert list(rest.bearing_force.values())[:2] == pytest.approx([-force for force in pull], rel=1e-9)
+
+
+@pytest.mark.parametrize("faces", [4, 8, 16])
+def test_a_body_with_weight_rests_on_the_bottom_of_its_clearance(faces: int) -> None:
+    """There a face lies: C + m g / k below the shaft."""
+    m1, m2, k1, k2 = NEEDLE.values()
+    rest = gr.equilibrium(on_its_shaft(clearance=2e-5, faces=faces, gravity={"acceleration": "9.81 m/s^2"}))
+    below = rest.displacement["gear.y"] - rest.displacement["shaft.y"]
+    assert below == pytest.approx(-(2e-5 + 9.81 * m2 / k2), rel=1e-9)
+    assert rest.displacement["shaft.y"] == pytest.approx(-9.81 * (m1 + m2) / k1, rel=1e-9)
+    assert rest.displacement["gear.x"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_body_falls_through_its_clearance() -> None:
+    """From the centre, around a shaft held stiffly: at t = sqrt(2 C / g) it meets the bottom with sqrt(2 g C)."""
+    gap = 5e-4
+    model = on_its_shaft(clearance=gap, faces=4, gravity={"direction": "-90 deg"})
+    model = model.with_({"bearing.main.stiffness": 1e16, "simulation.initial": "zero"})
+    events = gr.simulate(model, cycles=1, discard=0, samples_per_cycle=64).events
+    first = events.iloc[0]
+    assert first["time"] == pytest.approx(np.sqrt(2.0 * gap / 9.81), rel=1e-6)
+    assert abs(first["velocity"]) == pytest.approx(np.sqrt(2.0 * 9.81 * gap), rel=1e-6)
+
+
+STAR = {"mass": 0.9, "sun": 0.03, "planet": 0.02, "J": 4e-4, "Jp": 5e-5, "k": 8e7, "ring": 6e7}
+
+
+def star(planets: int = 3, *, turn: float = 0.0, mass: bool = True, **of_set: Any) -> dict[str, Any]:
+    """A sun between planets on a carrier that stands still, and a ring that does too."""
+    names = [f"p{i}" for i in range(planets)]
+    row = {
+        "name": "set",
+        "sun": "sun",
+        "ring": "ground",
+        "carrier": "ground",
+        "planets": names,
+        "radii": {"sun": STAR["sun"], "planet": STAR["planet"], "ring": STAR["sun"] + 2.0 * STAR["planet"]},
+        "stiffness": {"sun": STAR["k"], "ring": STAR["ring"]},
+        **({"pressure_angle": ANGLE} if mass else {}),
+        **({"planet_positions": [turn + 2.0 * pi * i / planets for i in range(planets)]} if turn else {}),
+        **of_set,
+    }
+    bodies = [{"name": "sun", "J": STAR["J"], **({"mass": STAR["mass"]} if mass else {})}]
+    bodies += [{"name": name, "J": STAR["Jp"]} for name in names]
+    return {"schema": 1, "inertia": bodies, "planetary": [row], "excitation": {"speed": 200.0}}
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4])
+@pytest.mark.parametrize("planets", [3, 4, 7])
+def test_a_floating_sun_has_the_frequencies_of_the_closed_form(planets: int, turn: float) -> None:
+    """With N planets evenly around, u and the planets' rotation a n_i.u: twice the roots of a pair of equations,
+
+    m u'' = -N k/2 (u + R_p a), J_p a'' = -R_p k (u + R_p a) - k_r R_p^2 a; all planets alike and the sun: another pair;
+    the planets alone N - 3 times sqrt((k + k_r) R_p^2 / J_p).
+    """
+    k, ring, radius, own = STAR["k"], STAR["ring"], STAR["planet"], STAR["sun"]
+    across = np.linalg.eigvals(
+        [
+            [planets * k / 2.0 / STAR["mass"], planets * k / 2.0 * radius / STAR["mass"]],
+            [radius * k / STAR["Jp"], radius**2 * (k + ring) / STAR["Jp"]],
+        ]
+    )
+    turning = np.linalg.eigvals(
+        [
+            [planets * k * own**2 / STAR["J"], planets * k * own * radius / STAR["J"]],
+            [k * own * radius / STAR["Jp"], radius**2 * (k + ring) / STAR["Jp"]],
+        ]
+    )
+    alone = [radius**2 * (k + ring) / STAR["Jp"]] * (planets - 3)
+    expected = np.sort(np.sqrt([*across, *across, *turning, *alone]))
+    model = gr.Model.from_tables(star(planets, turn=turn))
+    assert gr.modes(model).frequencies == pytest.approx(expected, rel=1e-9)
+
+
+def spinning(*, plain: bool, backlash: float) -> gr.Model:
+    """The star driven at its sun, as a set, or as plain gear pairs whose planets count the other way round.
+
+    Its planets stand unevenly, and the sun has a weight.
+    """
+    positions = [0.1, 2.0, 4.4]
+    gaps = {"sun": backlash, "ring": 0.0}
+    tables = star(backlash=gaps, damping={"sun": 800.0, "ring": 500.0}, planet_positions=positions)
+    tables["gravity"] = {"direction": -1.2}
+    tables["inertia"] += [{"name": "motor", "J": 0.002, "drag": 0.05}]
+    tables["coupling"] = [{"name": "shaft", "between": ["motor", "sun"], "stiffness": 2e4, "damping": 2.0}]
+    tables["bearing"] = [{"name": "soft", "on": "sun", "stiffness": 1e5, "damping": 20.0}]
+    tables["torque"] = [{"on": "motor", "mean": 3.0, "harmonics": [{"order": 2, "amplitude": 30.0}]}]
+    tables["simulation"] = {"cycles": 4, "discard": 1, "samples_per_cycle": 64}
+    if plain:
+        (row,) = tables.pop("planetary")
+        pair = {"radii": [STAR["sun"], STAR["planet"]], "stiffness": STAR["k"], "damping": 800.0}
+        spring = {"stiffness": STAR["ring"] * STAR["planet"] ** 2, "damping": 500.0 * STAR["planet"] ** 2}
+        tables["mesh"] = [
+            {
+                "name": f"m{i}",
+                "between": ["sun", planet],
+                **pair,
+                "backlash": backlash,
+                "pressure_angle": ANGLE,
+                "centre_line": positions[i],
+            }
+            for i, planet in enumerate(row["planets"])
+        ]
+        tables["coupling"] += [{"name": f"r{i}", "between": [f"p{i}", "ground"], **spring} for i in range(3)]
+    return gr.Model.from_tables(tables)
+
+
+@pytest.mark.parametrize("backlash", [0.0, 5e-5])
+def test_a_set_with_a_moving_sun_moves_as_its_gear_pairs(backlash: float) -> None:
+    one, two = (gr.simulate(spinning(plain=plain, backlash=backlash)) for plain in (False, True))
+    assert one.cost.energy_residual is not None
+    assert one.cost.energy_residual < 1e-9
+    until = min(run.variation.horizon(1e3) for run in (one, two))
+    count = int(np.sum(one.trajectory.time < until))
+    for mine, theirs in (
+        (one.trajectory.sideways.displacement, two.trajectory.sideways.displacement),
+        (one.trajectory.velocity[:, [0, 4]], two.trajectory.velocity[:, [0, 4]]),
+        (one.trajectory.velocity[:, 1:4], -two.trajectory.velocity[:, 1:4]),
+    ):
+        assert mine[:count] == pytest.approx(theirs[:count], abs=1e-7 * np.abs(theirs).max())
+    assert (len(one.events) > 20) == (backlash > 0.0)
+
+
+def test_a_floating_sun_shares_its_load_between_planets_that_stand_wrong() -> None:
+    """An error of one planet of three: a fixed sun loads them unevenly, one that floats evenly."""
+    share = {}
+    for mass in (False, True):
+        tables = star(mass=mass)
+        tables["planetary"][0]["backlash"] = {"sun": 0.0, "ring": 0.0}
+        tables["coupling"] = [{"name": "off", "between": ["p0", "ground"], "stiffness": 1e5, "preload": 40.0}]
+        tables["torque"] = [{"on": "sun", "mean": 300.0}]
+        rest = gr.equilibrium(gr.Model.from_tables(tables))
+        force = np.array([rest.deflection[f"set-sun-p{i}"] for i in range(3)]) * STAR["k"]
+        assert force.sum() * STAR["sun"] == pytest.approx(300.0, rel=1e-9)
+        share[mass] = np.ptp(force) / force.mean()
+    assert share[False] > 0.1
+    assert share[True] < 1e-9
+
+
+def test_a_sun_without_a_bearing_floats_and_has_a_verdict() -> None:
+    tables = spinning(plain=False, backlash=5e-5).to_tables()
+    del tables["bearing"]
+    findings = gr.run(gr.Model.from_tables(tables))
+    assert {part.kind for part in findings.verdict.parts} == {"mesh"}
+    sideways = findings.motion.trajectory.sideways
+    assert sideways is not None
+    assert 1e-6 < np.abs(sideways.displacement).max() < 1e-3
+    assert sideways.bearing_force.shape[1] == 0

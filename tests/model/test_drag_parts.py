@@ -16,6 +16,7 @@ RPM = pi / 30.0
 EXAMPLES: dict[str, dict[str, Any]] = {
     "needle-bearing": {"mean_diameter": "45 mm"},
     "rolling-bearing": {"bore": "30 mm", "outer_diameter": "62 mm", "load": "500 N", "number": 2},
+    "skf-bearing": {"series": "62", "bore": "30 mm", "outer_diameter": "62 mm", "radial_load": "500 N"},
     "churning": {
         "depth": "30 mm",
         "oil_volume": "1500 cm^3",
@@ -95,7 +96,7 @@ def test_the_slope_is_the_derivative_of_the_torque(kind: str) -> None:
             assert slopes[0] - 1e-4 * abs(slopes[0]) - 1e-12 <= slope <= slopes[1] + 1e-4 * abs(slopes[1]) + 1e-12
 
 
-@pytest.mark.parametrize("kind", [kind for kind in DRAG_PARTS if kind != "churning"])
+@pytest.mark.parametrize("kind", [kind for kind in DRAG_PARTS if kind not in {"churning", "skf-bearing"}])
 def test_torque_is_continuous_and_does_not_fall_with_speed(kind: str) -> None:
     speeds = np.geomspace(11.0, 94.0, 4001)
     torques = np.array([part(kind).at(speed, oil(60)).torque for speed in speeds.tolist()])
@@ -109,6 +110,66 @@ def test_churning_may_rise_where_the_oil_warms() -> None:
     assert law.at(1500 * RPM, oil(80)).torque > law.at(1500 * RPM, oil(20)).torque
     near = [law.at(speed, oil(60)).torque for speed in np.linspace(20.0, 300.0, 4001).tolist()]
     assert np.max(np.abs(np.diff(near)) / np.array(near[1:])) < 0.01
+
+
+class SameViscosity(Oil):
+    """An oil of 30.8 or 50 mm^2/s at any temperature."""
+
+    def kinematic_viscosity(self) -> float:
+        """Return it [m^2/s]."""
+        return 1e-6 * self.temperature
+
+
+@pytest.mark.parametrize(
+    ("keys", "rpm", "viscosity", "rolling", "sliding"),
+    [
+        ({}, 800, 30.8, 8.531, 2.579),  # 6206
+        (
+            {
+                "series": "cylindrical-4",
+                "outer_diameter": "90 mm",
+                "radial_load": "1000 N",
+            },
+            1000,
+            50.0,
+            101.398,
+            1.832,
+        ),  # NJ 406
+    ],
+)
+def test_a_loaded_bearing_has_the_worked_torque(
+    keys: dict[str, Any], rpm: float, viscosity: float, rolling: float, sliding: float
+) -> None:
+    """Rolling and sliding apart: the coefficients of friction multiply the sliding part alone."""
+    thick = SameViscosity.model_construct(temperature=viscosity)
+    whole, rolls = (
+        1e3 * part("skf-bearing", **keys, **friction).at(rpm * RPM, thick).torque
+        for friction in ({}, {"friction": 0.0, "boundary_friction": 0.0})
+    )
+    assert rolls == pytest.approx(rolling, abs=5e-4)
+    assert whole - rolls == pytest.approx(sliding, abs=5e-4)
+
+
+def test_an_axial_load_on_a_deep_groove_bearing_counts() -> None:
+    """By hand: a_F = 24.6 (1000/11200)^0.24 = 13.779 deg, G_rr = 0.0209..., rolling alone, no starvation."""
+    thick = SameViscosity.model_construct(temperature=30.8)
+    keys = {"axial_load": "1000 N", "static_rating": "11200 N", "lubrication": "flooded"}
+    law = part("skf-bearing", **keys, friction=0.0, boundary_friction=0.0)
+    contact = np.sin(np.radians(24.6 * (1000.0 / 11200.0) ** 0.24))
+    load = 3.9e-7 * 46.0**1.96 * (500.0 + 1.7 * 1000.0 / contact) ** 0.54
+    heating = 1.0 / (1.0 + 1.84e-9 * (800.0 * 46.0) ** 1.28 * 30.8**0.64)
+    assert 1e3 * law.at(800 * RPM, thick).torque == pytest.approx(heating * load * (30.8 * 800.0) ** 0.6, rel=1e-12)
+    slides = 1e3 * part("skf-bearing", **keys, friction=1.0, boundary_friction=1.0).at(800 * RPM, thick).torque
+    sliding = 3.23e-3 * 46.0**-0.145 * (500.0**5 + 36.5 * 46.0**1.5 * 1000.0**4 / contact) ** (1.0 / 3.0)
+    assert slides - 1e3 * law.at(800 * RPM, thick).torque == pytest.approx(sliding, rel=1e-12)
+
+
+def test_a_loaded_bearing_may_drag_less_where_its_film_builds_up() -> None:
+    """Between boundary and full friction the torque falls with the speed, at high load and thin oil."""
+    law = part("skf-bearing", radial_load="5 kN", series="60")
+    speeds = np.geomspace(2.0, 600.0, 400)
+    slopes = np.array([law.at(speed, oil(90)).slope for speed in speeds.tolist()])
+    assert slopes.min() < 0.0 < slopes.max()
 
 
 def test_a_factor_scales_torque_and_slope() -> None:
@@ -165,6 +226,26 @@ OIL = '[oil]\ntype = "70w-75w-gl4"\ntemperature = 40'
 @pytest.mark.parametrize(
     ("written", "path", "rule"),
     [
+        (
+            '{ kind = "skf-bearing", series = "32", bore = 0.03, outer_diameter = 0.06, radial_load = 100 }',
+            "drag_parts.0.series",
+            "must be one of",
+        ),
+        (
+            '{ kind = "skf-bearing", series = "62", bore = 0.03, outer_diameter = 0.06 }',
+            "drag_parts.0",
+            "no torque without load",
+        ),
+        (
+            '{ kind = "skf-bearing", series = "62", bore = 0.03, outer_diameter = 0.06, axial_load = 100 }',
+            "drag_parts.0.axial_load",
+            "needs static_rating",
+        ),
+        (
+            '{ kind = "skf-bearing", series = "62", bore = 0.06, outer_diameter = 0.06, radial_load = 100 }',
+            "drag_parts.0.bore",
+            "smaller than",
+        ),
         ('{ kind = "needle" }', "drag_parts.0", "whose kind is"),
         ("{ }", "drag_parts.0", "whose kind is"),
         ("3", "drag_parts.0", "whose kind is"),

@@ -24,6 +24,7 @@ def test_is_plain_json_with_the_keys_of_the_file() -> None:
         "units",
         "inertia",
         *COMPONENTS,
+        "gravity",
         "oil",
         "excitation",
         "torque",

@@ -66,6 +66,32 @@ def names(model: gr.Model) -> list[str]:
         ({"bearing": [{"name": "f", **HELD, "on": "ground"}]}, "bearing.f.on", "a bearing holds an inertia", ""),
         ({"bearing": [{"name": "f", **HELD, "stiffness": 0}]}, "bearing.f.stiffness", "greater than zero", ""),
         (
+            {"bearing": [{"name": "f", **HELD, "around": "b"}]},
+            "bearing.f.around",
+            "a bearing lies around a body with a mass",
+            "give the inertia a mass",
+        ),
+        ({"bearing": [{"name": "f", **HELD, "around": "a"}]}, "bearing.f.around", "two different inertias", ""),
+        ({"bearing": [{"name": "f", **HELD, "around": "c"}]}, "bearing.f.around", "no inertia has this name", ""),
+        (
+            {
+                "inertia": [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"],
+                "bearing": [{"name": "f", **HELD, "around": "b"}, {"name": "g", **HELD, "on": "b", "around": "a"}],
+            },
+            "inertia.b.mass",
+            "no bearings lead from this one to the housing",
+            "add a [[bearing]] without around",
+        ),
+        (
+            {"inertia": [{"name": "a", "J": 0.01}], "mesh": None, "bearing": None, "gravity": {}},
+            "gravity",
+            "none has one",
+            "leave [gravity] out",
+        ),
+        ({"gravity": {"acceleration": 0.0}}, "gravity.acceleration", "greater than zero", ""),
+        ({"gravity": {"direction": "9.81 m/s^2"}}, "gravity.direction", "must be an angle", "5 deg"),
+        ({"gravity": {}, "units": "dimensionless"}, "gravity.acceleration", "no number of a dimensionless", "state it"),
+        (
             {"simulation": {"initial": {"angle": [0, 0], "velocity": [0, 0], "displacement": [0]}}},
             "simulation.initial.displacement",
             "one entry for each of the 2 directions",
@@ -80,19 +106,51 @@ def test_faults_are_told_with_their_remedy(changes: dict[str, Any], location: st
     assert any(location == where and rule in what and remedy in how for where, what, how in said), said
 
 
-def test_a_planetary_set_of_bodies_with_a_mass_is_refused() -> None:
-    bodies = [*tables()["inertia"], *({"name": name, "J": 0.01} for name in "cde")]
-    planetary = {
+def planetary(**changes: Any) -> dict[str, Any]:
+    """A sun with a mass between three planets on a carrier that stands still; None takes a key out."""
+    masses = changes.pop("masses", {"a": 0.8})
+    plain = {
         "name": "set",
         "sun": "a",
-        "ring": "c",
-        "carrier": "d",
-        "planets": ["e"],
+        "ring": "b",
+        "carrier": "ground",
+        "planets": ["p1", "p2", "p3"],
         "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
         "stiffness": {"sun": 1e7, "ring": 1e7},
+        "pressure_angle": 0.35,
     }
-    with pytest.raises(gr.ModelError, match=r"planetary.0.sun: .* cannot move sideways yet"):
-        gr.Model.from_tables(tables(inertia=bodies, planetary=[planetary]))
+    bodies = [{"name": name, "J": 0.01} for name in ("a", "b", "c", "p1", "p2", "p3")]
+    bodies = [{**body, **({"mass": masses[body["name"]]} if body["name"] in masses else {})} for body in bodies]
+    row = {key: value for key, value in {**plain, **changes}.items() if value is not None}
+    return tables(inertia=bodies, planetary=[row], mesh=None, bearing=None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "location", "rule"),
+    [
+        ({"carrier": "c"}, "planetary.set.sun", "forces of Coriolis act"),
+        ({"masses": {"p2": 0.1}, "pressure_angle": None}, "planetary.set.planets.1", "the sun alone may move sideways"),
+        ({"masses": {"b": 0.1}, "pressure_angle": None}, "planetary.set.ring", "the sun alone may move sideways"),
+        ({"pressure_angle": None}, "planetary.set.pressure_angle", "need the directions of their lines of action"),
+        ({"pressure_angle": "91 deg"}, "planetary.set.pressure_angle", "below 90 deg"),
+        ({"masses": {}}, "planetary.set.pressure_angle", "it has no mass"),
+        ({"planet_positions": [0.0, 1.0]}, "planetary.set.planet_positions", "one angle for each of the 3 planets"),
+        ({"planets": ["p1", "p2"]}, "inertia.a.mass", "no bearing holds this one"),
+    ],
+)
+def test_a_set_says_which_of_its_bodies_may_move_sideways(changes: dict[str, Any], location: str, rule: str) -> None:
+    with pytest.raises(gr.ModelError) as caught:
+        gr.Model.from_tables(planetary(**changes))
+    said = [(problem.place, problem.rule) for problem in caught.value.problems]
+    assert any(location in (where, where.replace(".0.", ".set.")) and rule in what for where, what in said), said
+
+
+def test_a_floating_sun_has_flanks() -> None:
+    plain = gr.Model.from_tables(planetary())
+    assert names(plain)[:2] == ["set-sun-p1", "set-ring-p1"]
+    flanks = gr.Model.from_tables(planetary(backlash={"sun": 1e-4, "ring": 0.0}))
+    assert names(flanks)[:3] == ["set-sun-p1-drive", "set-sun-p1-coast", "set-ring-p1"]
+    assert list(assemble(flanks).layout.direction_names) == ["a.x", "a.y"]
 
 
 def test_elements_have_the_names_that_the_manual_gives() -> None:
@@ -112,6 +170,16 @@ def test_directions_follow_the_bearings() -> None:
         assert list(layout.direction_names) == expected
     rows = assemble(gr.Model.from_tables(tables(bearing=[one, other]))).layout.direction_rows
     assert rows[1:] == pytest.approx(np.array([[cos(0.3), sin(0.3)], [cos(1.3), sin(1.3)]]), abs=1e-15)
+
+
+def test_a_bearing_around_a_body_moves_with_it_and_says_ground_for_the_housing() -> None:
+    needles = {"name": "needles", "on": "b", "around": "a", "stiffness": 1e8, "direction": 0.3}
+    masses = [{"name": name, "J": 0.01, "mass": 0.8} for name in "ab"]
+    front = {"name": "front", **HELD, "around": "ground"}
+    layout = assemble(gr.Model.from_tables(tables(inertia=masses, bearing=[front, needles]))).layout
+    assert list(layout.direction_names) == ["a.x", "a.y", "b.u"]
+    assert layout.direction_rows[-1] == pytest.approx([-cos(0.3), -sin(0.3), 1.0], abs=1e-15)
+    assert layout.casing_rows @ np.arange(1.0, 5.0) == pytest.approx([2.0, 3.0])
 
 
 def test_two_names_of_elements_may_not_be_the_same() -> None:

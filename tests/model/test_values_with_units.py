@@ -103,6 +103,16 @@ PARTS: dict[str, dict[str, Any]] = {
                     {"kind": "needle-bearing", "on": "b", "relative_speed": 10.0, "mean_diameter": 0.04, "load": 5.0},
                     {"kind": "rolling-bearing", "bore": 0.03, "outer_diameter": 0.06, "relative_speed": 10.0},
                     {
+                        "kind": "skf-bearing",
+                        "series": "62",
+                        "relative_speed": 10.0,
+                        "bore": 0.03,
+                        "outer_diameter": 0.062,
+                        "radial_load": 500.0,
+                        "axial_load": 100.0,
+                        "static_rating": 11200.0,
+                    },
+                    {
                         "kind": "churning",
                         "relative_speed": 10.0,
                         "depth": 0.03,
@@ -168,8 +178,21 @@ PARTS: dict[str, dict[str, Any]] = {
         ],
     },
 }
+PARTS["floating"] = {
+    "inertia": [{"name": "a", "J": 0.01, "mass": 0.5}, *({"name": name, "J": 0.01} for name in "bdef")],
+    "planetary": [
+        {
+            **{key: value for key, value in PARTS["planetary"]["planetary"][0].items() if key != "mesh_phase"},
+            "carrier": "ground",
+            "pressure_angle": 0.35,
+            "planet_positions": [0.1, 2.2, 4.3],
+            "planets": ["d", "e", "f"],
+        }
+    ],
+}
 PARTS["sideways"] = {
-    "inertia": [{"name": "a", "J": 0.01, "mass": 0.5}, {"name": "b", "J": 0.02, "mass": 0.5}],
+    "inertia": [{"name": name, "J": 0.01, "mass": 0.5} for name in "ab"],
+    "gravity": {"direction": -1.2, "acceleration": 9.81},
     "mesh": [{**AB, "radii": [0.05, 0.03], "stiffness": 1e7, "pressure_angle": 0.35, "centre_line": 0.1}],
     "bearing": [
         {"name": "two", "on": "a", "stiffness": 1e7, "damping": 10.0, "clearance": 1e-5},

@@ -85,11 +85,12 @@ def contacts_of(tables: dict[str, Any]) -> list[Contact]:
             if not gap:
                 break
     for table in tables["bearing"]:
-        contacts += _bearing(table, names.index(table["on"]), size)
+        around = names.index(table["around"]) if "around" in table else None
+        contacts += _bearing(table, names.index(table["on"]), around, size)
     return contacts
 
 
-def _bearing(table: dict[str, Any], body: int, size: int) -> list[Contact]:
+def _bearing(table: dict[str, Any], body: int, around: int | None, size: int) -> list[Contact]:
     gap = table.get("clearance", 0.0)
     faces = table.get("faces", 16)
     if not gap:
@@ -100,6 +101,8 @@ def _bearing(table: dict[str, Any], body: int, size: int) -> list[Contact]:
     for name, x, y in directions:
         row = np.zeros(size)
         row[3 * body + 1 : 3 * body + 3] = x, y
+        if around is not None:
+            row[3 * around + 1 : 3 * around + 3] = -x, -y
         contacts += _sides(table, row, gap, table["stiffness"], table["name"] + name)
         if gap and faces > 4:
             # beyond the second corner a face has 4/N of its slope: a negative spring is added
@@ -212,6 +215,11 @@ def _sums(tables: dict[str, Any]) -> Sums:
         speed = tables["excitation"]["speed"]
         sines = table.get("harmonics", ())
         waves += [(at, sine["amplitude"], sine["order"] * speed, sine["phase"]) for sine in sines]
+    if gravity := tables.get("gravity"):
+        for i, body in enumerate(bodies):
+            weight = body.get("mass", 0.0) * gravity["acceleration"]
+            mean[3 * i + 1] = weight * cos(gravity["direction"])
+            mean[3 * i + 2] = weight * sin(gravity["direction"])
     return Sums(inertia, drag, mean, waves)
 
 
@@ -269,6 +277,25 @@ def random_tables(seed: int) -> dict[str, Any]:
         "excitation": {"speed": _between(rng, 1.0, 3.0)},
         "torque": [{"on": "b0", "mean": _between(rng, -0.3, 0.3), "harmonics": harmonics}],
     }
+
+
+def nested_tables(seed: int) -> dict[str, Any]:
+    """A driveline as ``random_tables`` makes, with a weight; some bearings lie around the body before it that has a
+    mass, and one more body hangs on the last.
+    """
+    tables = random_tables(seed)
+    rng = random.Random(f"nested/{seed}")
+    heavy = [body["name"] for body in tables["inertia"] if "mass" in body]
+    for bearing in tables["bearing"]:
+        at = heavy.index(bearing["on"])
+        if at and rng.random() < 0.7:
+            bearing["around"] = heavy[at - 1]
+    tables["inertia"].append({"name": "loose", "J": 1.0, "drag": 0.05, "mass": _between(rng, 0.5, 3.0)})
+    spring = {"stiffness": _between(rng, 5.0, 60.0), "damping": _between(rng, 0.02, 0.2)}
+    tables["coupling"].append({"name": "hold", "between": [heavy[-1], "loose"], **spring})
+    tables["bearing"].append({**_random_bearing(rng, "loose"), "around": heavy[-1]})
+    tables["gravity"] = {"direction": _between(rng, -3.0, 3.0), "acceleration": _between(rng, 0.05, 0.5)}
+    return tables
 
 
 def _random_bearing(rng: random.Random, on: str) -> dict[str, Any]:

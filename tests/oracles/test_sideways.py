@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from tests.oracles.sideways import Motion, random_tables, solved
+from tests.oracles.sideways import Motion, nested_tables, random_tables, solved
 
 CYCLES = 1
 SAMPLES = 32
@@ -40,12 +40,11 @@ def started(tables: dict[str, Any], seed: int) -> np.ndarray:
     return start
 
 
-def compare(seed: int) -> tuple[int, float]:
+def compare(tables: dict[str, Any], seed: int) -> tuple[int, float]:
     """Return the number of crossings, and the largest error while a perturbation has not grown too much.
 
     All crossings must be there, in order.
     """
-    tables = random_tables(seed)
     start = started(tables, seed)
     run = gr.simulate(gr.Model.from_tables(tables), cycles=CYCLES, discard=0, samples_per_cycle=SAMPLES)
     t = run.trajectory
@@ -78,14 +77,27 @@ def _of_samples(t: Any, truth: Motion, tables: dict[str, Any], count: int) -> fl
 
 @pytest.mark.parametrize("seed", range(12))
 def test_random_drivelines_that_move_sideways(seed: int) -> None:
-    _, error = compare(seed)
+    _, error = compare(random_tables(seed), seed)
     assert error < CLOSE
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(12, 112))
 def test_many_random_drivelines_that_move_sideways(seed: int) -> None:
-    _, error = compare(seed)
+    _, error = compare(random_tables(seed), seed)
+    assert error < CLOSE
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_bearings_around_other_bodies_and_weights(seed: int) -> None:
+    _, error = compare(nested_tables(seed), seed)
+    assert error < CLOSE
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(6, 56))
+def test_many_bearings_around_other_bodies_and_weights(seed: int) -> None:
+    _, error = compare(nested_tables(seed), seed)
     assert error < CLOSE
 
 
@@ -93,6 +105,17 @@ def test_the_random_ones_are_what_they_are_for() -> None:
     """They meet corners, of meshes and of bearings."""
     kinds = {path.split(".")[0] for seed in range(12) for path in _with_corners(random_tables(seed))}
     assert {"mesh", "bearing", "coupling"} <= kinds
+
+
+def test_bearings_around_bodies_open_and_close() -> None:
+    """Of the nested ones, corners of bearings around bodies are met, and the housing takes no force of these."""
+    tables = nested_tables(0)
+    started(tables, 0)
+    run = gr.simulate(gr.Model.from_tables(tables), cycles=CYCLES, discard=0, samples_per_cycle=SAMPLES)
+    layout = run.trajectory.layout
+    inner = {f"bearing.{b['name']}" for b in tables["bearing"] if "around" in b}
+    met = {layout.component_paths[layout.clearance[k]] for k in run.trajectory.events.clearance.tolist()}
+    assert inner & met
 
 
 def _with_corners(tables: dict[str, Any]) -> list[str]:

@@ -168,6 +168,7 @@ def test_what_is_wrong_is_refused_and_nothing_written(run: gr.Run, tmp_path: Pat
         (SimpleNamespace(dims=("a",)), "is no result"),
         (tmp_path, "charts.npz"),
         (tmp_path / "none", "does not exist"),
+        (tmp_path / "none.npz", "does not exist"),
     ):
         with pytest.raises(gr.ModelError, match=reported):
             gr.figures(refused)

@@ -27,6 +27,7 @@ def sums_of(trajectory: Trajectory, window: Window) -> dict[str, Array]:
         "sides": np.array([sides_crossed(trajectory, k, window) for k in clearances], dtype=float).reshape(-1, 2),
         **{name: np.array([of[name] for of in every]) for name in ("lost", "kept", "moving", "held")},
         **{name: np.array([of[name] for of in flanks]) for name in ("same", "other", "flank")},
+        "touched": np.zeros(0),
         "since": _since(trajectory, impacts.within(window)),
         "crossings": np.array([float(np.count_nonzero(inside))]),
         "calls": np.zeros(1),

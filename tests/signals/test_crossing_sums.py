@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import assemble
 from gearrattle.errors import GearRattleError
-from gearrattle.signals import add_crossings, centre, steady
+from gearrattle.signals import add_crossings, by_parts, centre, steady
 from gearrattle.signals.crossing_sums import Sums, contacts_of, sides_of
 from gearrattle.trajectory import Layout, Trajectory
 from tests.architecture.places import EXAMPLES
+from tests.laws.test_sideways import driven
 from tests.quantities.test_criteria_chunks import chunks
 from tests.signals import numpy_sums
 from tests.signals.handmade import Row, chain, layout, staged, trajectory, two_gaps
@@ -148,3 +150,69 @@ def test_a_motion_that_begins_nowhere_is_refused() -> None:
     assert centre(motion.layout, 0) == {0}
     with pytest.raises(GearRattleError, match=r"begins in regions \[2\], which do not exist"):
         add_crossings(None, motion, steady(motion))
+
+
+def ring(faces: int) -> Layout:
+    """A gear whose bearing is a ring, after a mesh that has a gap."""
+    return replace(assemble(driven(clearance=1e-5, faces=faces)).layout, period=1.0)
+
+
+def merged(motion: Trajectory, name: str) -> tuple[list[tuple[float, int, float]], list[tuple[float, float]]]:
+    """Crossings (time, region, speed) at which any face of a bearing is in contact or none, and (time, direction).
+
+    From the regions alone, without the log's own: contact is looked up at every instant.
+    """
+    layout = motion.layout
+    faces = [k for k, face in enumerate(layout.clearance_names) if face.rpartition("-")[0] == name]
+    region = {k: int(motion.initial_region[k]) for k in faces}
+    rows, directions = [], []
+    log = motion.events
+    for time, k, to, speed in zip(log.time, log.clearance, log.to_region, log.velocity, strict=True):
+        if k not in faces:
+            continue
+        was = any(region.values())
+        side = np.sign(region[k] or to)
+        region[k] = int(to)
+        if any(region.values()) != was:
+            rows.append((float(time), int(not was), abs(float(speed))))
+            directions.append((float(time), np.pi * (faces.index(k) / len(faces) + (side < 0))))
+    return rows, directions
+
+
+@pytest.mark.parametrize("faces", [4, 8, 16])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_faces_of_a_ring_are_one_part(faces: int, seed: int) -> None:
+    motion = at_random(ring(faces), seed, crossings=24 // faces)
+    whole = by_parts(motion)
+    sums = add_crossings(None, motion, steady(motion))
+    window = steady(motion)
+    with np.errstate(invalid="ignore"):
+        expected = numpy_sums.sums_of(whole, window)
+    for name in set(expected) - {"touched", "crossings", "sides", *ROUNDED}:
+        np.testing.assert_allclose(sums[name], expected[name], rtol=1e-12, atol=1e-12, err_msg=name)
+    names = whole.layout.clearance_names
+    assert names == ("gear-drive", "gear-coast", "at_pinion", "at_wheel")
+    for name in ("at_pinion", "at_wheel"):
+        p = names.index(name)
+        rows, directions = merged(motion, name)
+        own = whole.events.clearance == p
+        log = zip(whole.events.time[own], whole.events.to_region[own], np.abs(whole.events.velocity[own]), strict=True)
+        assert list(log) == rows
+        inside = [angle for time, angle in directions if window.contains(np.array(time))]
+        apart = max((np.cos(one - other) for one in inside for other in inside), default=None)
+        least = min((np.cos(one - other) for one in inside for other in inside), default=1.0)
+        assert (sums["sides"][p, 0] > 0.0) == (apart is not None)
+        assert (sums["sides"][p, 1] > 0.0) == (least < -1e-9)
+
+
+@pytest.mark.parametrize("ends", [(3, 7, 12), (1, 2, 5, 6, 11, 12)])
+@pytest.mark.parametrize("seed", range(3))
+def test_chunks_of_a_ring_add_up(seed: int, ends: tuple[int, ...]) -> None:
+    motion = at_random(ring(8), seed, crossings=20)
+    whole = add_crossings(None, motion, steady(motion))
+    parts = in_chunks(motion, ends)
+    opened = whole["open"] > 0.0
+    for name in ("begun", "met", "since"):
+        np.testing.assert_array_equal(parts[name][opened], whole[name][opened])
+    kept = {name: whole[name] for name in whole if name not in ("begun", "met", "since")}
+    same({name: parts[name] for name in kept}, kept, (*ROUNDED, "dwell", "speed", "square", "left", "push"))

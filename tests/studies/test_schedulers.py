@@ -138,5 +138,5 @@ def test_wrong_schedulers_are_refused_before_anything_is_written(
 
 def test_a_missing_library_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(NotInstalled, match=r"pip install 'gearrattle\[studies\]'"):
+    with pytest.raises(NotInstalled, match=r'pip install "gearrattle\[studies\]"'):
         gr.study(model(), {TORQUE: [0.4, 0.8]}, ["verdict"], scheduler="tcp://127.0.0.1:8786")

@@ -6,8 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 
-import numpy as np
-
 from gearrattle.advice.advice_record import Line
 from gearrattle.advice.forecasts import CROSSED, Forecast
 from gearrattle.advice.pilot import Pilot
@@ -15,6 +13,7 @@ from gearrattle.advice.steady_linear_check import Excursions
 from gearrattle.analysis.contact_ratio import forecast_ratios
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
+from gearrattle.signals import parts_of, rings
 from gearrattle.trajectory import Layout
 
 LINEAR = "linear response"
@@ -27,16 +26,24 @@ def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
 
     The side of the corner is not forecast, because the linear response does not predict it reliably.
     """
-    return [
-        Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
-        for name, used in zip(layout.clearance_names, excursions.used.tolist(), strict=True)
-    ]
+    return [Forecast("corners", name, LINEAR, CROSSED[used >= 1.0]) for name, used in _used(layout, excursions).items()]
+
+
+def _used(layout: Layout, excursions: Excursions) -> dict[str, float]:
+    """Share of its room that every part takes; of a ring that of the face with the largest."""
+    used = dict.fromkeys(parts_of(layout).clearance_names, 0.0)
+    of_ring = {k: ring.name for ring in rings(layout) for k in ring.clearances}
+    for k, (name, share) in enumerate(zip(layout.clearance_names, excursions.used.tolist(), strict=True)):
+        part = of_ring.get(k, name)
+        used[part] = max(used[part], share)
+    return used
 
 
 def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
     """Line on clearances: regimes in the pilot run, and the linear response about rest."""
     # regimes of the pilot run
-    names = layout.clearance_names
+    names = parts_of(layout).clearance_names
+    used = _used(layout, excursions)
     shown = pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
@@ -56,16 +63,15 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
     evidence = [f"{pilot.name}, its second half: {states}"]
     # evidence of the linear response: exact motion, or corners that it crosses
     if excursions.inside and not notes:
-        least = int(np.argmax(excursions.used))
+        least = max(used, key=used.__getitem__)
         evidence.append(
             "the steady linear response about rest reaches no corner, so it is an exact motion of the driveline; "
-            f"nearest to one: {names[least]}, whose oscillation takes "
-            f"{100.0 * excursions.used[least]:.3g} % of its room"
+            f"nearest to one: {least}, whose oscillation takes {100.0 * used[least]:.3g} % of its room"
         )
         if moving:
             evidence.append("the pilot moves otherwise: there is more than one motion, or it has not settled yet")
     else:
-        over = [name for name, used in zip(names, excursions.used, strict=True) if used >= 1.0]
+        over = [name for name, share in used.items() if share >= 1.0]
         evidence.append(f"the steady linear response about rest crosses {_corners(over)}")
     return Line("clearances", words, (*evidence, *notes))
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.results import Run
-from gearrattle.signals import regime, steady
+from gearrattle.signals import parts_of, regime, rings, steady
 
 RATIO_WITHIN = 0.1
 FACTOR = 2.0
@@ -71,7 +71,7 @@ class Score:
 def _regimes(run: Run) -> dict[str, float | str]:
     t = run.trajectory
     window = steady(t)
-    return {name: regime(t, k, window) for k, name in enumerate(t.layout.clearance_names)}
+    return {name: regime(t, k, window) for k, name in enumerate(parts_of(t.layout).clearance_names)}
 
 
 def _crossed(run: Run) -> dict[str, float | str]:
@@ -80,7 +80,10 @@ def _crossed(run: Run) -> dict[str, float | str]:
 
 def _ratios(run: Run) -> dict[str, float | str]:
     ratios = ROUTES["mean-slope"](run.trajectory).value
-    return dict(zip(run.trajectory.layout.clearance_names, ratios.tolist(), strict=True))
+    layout = run.trajectory.layout
+    faces = {layout.clearance_names[k] for ring in rings(layout) for k in ring.clearances}
+    known = zip(layout.clearance_names, ratios.tolist(), strict=True)
+    return {name: ratio for name, ratio in known if name not in faces}
 
 
 def _crossings(run: Run) -> dict[str, float | str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
-from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.equilibrium import PositionAtRest
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array
 
@@ -47,7 +47,7 @@ class Excursions:
             return np.asarray(0.5 * (self.high - self.low) / room)
 
 
-def excursions(system: PiecewiseSystem, rest: Equilibrium) -> Excursions:
+def excursions(system: PiecewiseSystem, rest: PositionAtRest) -> Excursions:
     """Return the steady linear response of every clearance, with the slopes of the laws at rest."""
     slope, damping = (
         np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])

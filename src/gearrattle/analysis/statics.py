@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -27,6 +27,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.value_kinds import FLAG, Count, argument_problems, check_arguments
 from gearrattle.result import Result
+from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
 
@@ -228,8 +229,8 @@ def equilibrium(model: Model) -> Equilibrium:
     return named_equilibrium(assemble(model))[0]
 
 
-def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
-    """Return the equilibrium with names, and as ``statics`` gives it by index."""
+def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.PositionAtRest]:
+    """Return the equilibrium with names, and the position at rest by index."""
     model = driveline.model
     system = driveline.system
     names = driveline.layout.element_names
@@ -248,7 +249,7 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
         raise ModelError(problem) from None
     # notes on free trains, middled gaps and what equilibrium leaves out
     notes = train_notes(system, coordinate_names(model), rest, si=model.units == "SI")
-    notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
+    notes += _middled(driveline.layout, rest.middled)
     notes += left_out(model)
     # results by name
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
@@ -263,6 +264,24 @@ def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equili
     force = dict(zip(layout.bearing_names, (layout.bearing_rows @ elastic).tolist(), strict=True))
     by_name = (angle, deflection, region, acceleration, balance, tuple(notes), displacement, force)
     return Equilibrium(model, *by_name), rest
+
+
+def _middled(layout: Layout, middled: Sequence[int]) -> list[str]:
+    """Note gaps without load, which are taken at their middle; of a ring in contact that its body may roll."""
+    loose = {element: layout.element_names[element] for element in middled}
+    notes = []
+    if not layout.bearing_names:
+        return [f"{name}: the free gap carries no load and is taken at its middle." for name in loose.values()]
+    from gearrattle.signals import rings
+
+    for ring in rings(layout):
+        faces = layout.clearance[list(ring.clearances)].tolist()
+        free = [loose.pop(face) for face in faces if face in loose]
+        if len(free) == len(faces):
+            notes.append(f"{ring.name}: the free gap carries no load and is taken at its middle.")
+        elif free:
+            notes.append(f"{ring.name}: nothing holds its body along the face on which it rests; its middle is taken.")
+    return [*(f"{name}: the free gap carries no load and is taken at its middle." for name in loose.values()), *notes]
 
 
 def modes(

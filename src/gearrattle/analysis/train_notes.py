@@ -16,14 +16,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.equilibrium import PositionAtRest
 from gearrattle.engine.system.free_trains import trains
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 _MOST_NAMED = 3
 
 
-def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium, *, si: bool) -> list[str]:
+def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: PositionAtRest, *, si: bool) -> list[str]:
     """Return notes on trains that accelerate, with the unbalanced torque, and on bodies that no element holds.
 
     ``si`` says whether the numbers are in SI; otherwise they have no units.
@@ -42,7 +42,7 @@ def train_notes(system: PiecewiseSystem, names: Sequence[str], rest: Equilibrium
     return notes
 
 
-def _remedy(system: PiecewiseSystem, rest: Equilibrium) -> str:
+def _remedy(system: PiecewiseSystem, rest: PositionAtRest) -> str:
     """Advice that balances a train that turns in one way, if one accelerates."""
     is_simple = any(train.freedoms == 1 and rest.acceleration[train.bodies].any() for train in trains(system))
     return ' A torque on a train balances it with mean = "balance".' if is_simple else ""

@@ -7,7 +7,7 @@ from gearrattle.assembly.elements import component_notes, decay_notes, inertia_o
 from gearrattle.assembly.friction_sliders import left_out
 from gearrattle.assembly.input_histories import record_notes, records_of
 from gearrattle.assembly.input_signals import check_length, default_cycles, lasts_as_the_run, signals_of
-from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
+from gearrattle.assembly.lumped import lumped_model, moving_sideways, must_keep_bodies, must_stay_level
 from gearrattle.assembly.means import balancing_means, own_mean
 from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
@@ -31,7 +31,6 @@ from gearrattle.assembly.steady import (
     refuse_but_events,
     refuse_motions,
     refuse_recorded_motions,
-    refuse_sideways,
     refuse_unsteady,
     steady,
     unsteady_inputs,
@@ -68,6 +67,7 @@ __all__ = [
     "left_out",
     "lumped_model",
     "motion_amplitudes",
+    "moving_sideways",
     "must_keep_bodies",
     "must_stay_level",
     "negligible_of",
@@ -81,7 +81,6 @@ __all__ = [
     "refuse_but_events",
     "refuse_motions",
     "refuse_recorded_motions",
-    "refuse_sideways",
     "refuse_unsteady",
     "rows_of",
     "signals_of",

@@ -13,6 +13,7 @@ between two groups keeps its law, with the angles rho_a theta_A and rho_b theta_
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -40,6 +41,13 @@ def must_keep_bodies(model: Model) -> frozenset[int]:
     )
 
 
+def moving_sideways(model: Model) -> frozenset[int]:
+    """Indices of elements at a body with a mass: its displacements stay, and so does the body."""
+    heavy = {body.name for body in model.inertias if body.mass is not None}
+    ends = ({body for body, _ in element.arms} | {push.body for push in element.pushes} for element in model.elements)
+    return frozenset(k for k, bodies in enumerate(ends) if bodies & heavy)
+
+
 def lumped_model(
     model: Model, owner: Sequence[int], ratio: Sequence[float], removed: Sequence[int], name: str
 ) -> Model:
@@ -64,7 +72,7 @@ def lumped_model(
     written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
     tables = {**model.to_tables(at_speed=True), "name": name}
     tables.pop("oil", None)
-    tables["inertia"] = [_body(model, i, owner, ratio) | _drag_between(model, i, owner, ratio) for i in kept]
+    tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
     for kind in COMPONENTS:
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
@@ -93,14 +101,24 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     members = [(model.inertias[i], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept]
     inertia = inertia_of(model)
     J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
-    table: Table = {"name": model.inertias[kept].name, "J": float(J)}
+    table: Table = {"name": model.inertias[kept].name, "J": float(J), **model.inertias[kept].stated("mass")}
     drag = sum(
         r * r * (b.drag + d) for (b, r), d in zip(members, _members(part_drags(model), kept, owner), strict=True)
     )
     torque = sum(
         r * (b.drag_torque + t) for (b, r), t in zip(members, _members(_on_housing(model), kept, owner), strict=True)
     )
-    return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
+    parts = [*_negative_drag(model, float(drag), float(torque)), *_drag_between(model, kept, owner, ratio)]
+    positive = {"drag": max(drag, 0.0), "drag_torque": max(torque, 0.0), "drag_parts": parts}
+    return table | {key: value for key, value in positive.items() if value}
+
+
+def _negative_drag(model: Model, drag: float, torque: float) -> list[Table]:
+    """What no ``drag`` and no ``drag_torque`` can be: a slope that falls, a torque that drives, as a drag part."""
+    if drag >= 0.0 and torque >= 0.0:
+        return []
+    numbers = {"torque": max(-torque, 0.0), "slope": min(drag, 0.0)}
+    return [{"kind": "constant", "relative_speed": math.copysign(model.excitation.omega, torque), **numbers}]
 
 
 def _members(values: Sequence[float], kept: int, owner: Sequence[int]) -> list[float]:
@@ -114,7 +132,7 @@ def _on_housing(model: Model) -> list[float]:
     return torques
 
 
-def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
+def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> list[Table]:
     """Drag parts between a group and other groups; within a group no body turns relative to another."""
     index = {body.name: i for i, body in enumerate(model.inertias)}
     parts = []
@@ -126,7 +144,7 @@ def _drag_between(model: Model, kept: int, owner: Sequence[int], ratio: Sequence
         numbers = {"torque": turned * point.torque, "slope": turned**2 * point.slope}
         on = model.inertias[owner[index[point.on]]].name
         parts.append({"kind": "constant", "on": on, "relative_speed": point.speed / turned, **numbers})
-    return {"drag_parts": parts} if parts else {}
+    return parts
 
 
 def _meshable(element: Element) -> bool:
@@ -140,7 +158,10 @@ def _meshable(element: Element) -> bool:
 def _initial(
     model: Model, initial: Mapping[str, Any], owner: Sequence[int], ratio: Sequence[float], kept: Sequence[int]
 ) -> Table:
-    """Initial state of the bodies kept: means over every group weighted by inertia, so that momentum is conserved."""
+    """Initial state of the bodies kept: means over every group weighted by inertia, so that momentum is conserved.
+
+    Bodies that are displaced are groups of their own.
+    """
     J = inertia_of(model)
 
     def mean(values: Sequence[float], body: int) -> float:
@@ -148,4 +169,4 @@ def _initial(
         turning = sum(J[i] * ratio[i] * values[i] for i in members)
         return float(turning / sum(J[i] * ratio[i] ** 2 for i in members))
 
-    return {key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}
+    return {**initial, **{key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}}

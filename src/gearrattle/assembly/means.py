@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.drag_torques import drag_torques
 from gearrattle.assembly.mean_balance import balances_of, check_freedoms
 from gearrattle.assembly.records import mean
+from gearrattle.assembly.sideways import weights
 from gearrattle.derived_values import kept
 from gearrattle.model import Model, Torque
 from gearrattle.model.over_speed import AtSpeed
@@ -34,6 +35,11 @@ def mean_torques(model: Model) -> NDArray[np.float64]:
     for balance in balances_of(model):
         means[balance.body] = balance.total(means.tolist())
     return means
+
+
+def mean_loads(model: Model) -> NDArray[np.float64]:
+    """(n + p,) mean torque on every inertia [N m], then the weight along every direction [N]."""
+    return np.concatenate([mean_torques(model), weights(model)])
 
 
 @kept

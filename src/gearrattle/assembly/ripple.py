@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from gearrattle.assembly.means import mean_torques
+from gearrattle.assembly.means import mean_loads
 from gearrattle.assembly.prescribed_motion import columns_of
-from gearrattle.assembly.sideways import beside_directions
 from gearrattle.assembly.unloaded import unloaded
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.equilibrium import Runaway, equilibrium
@@ -30,7 +29,7 @@ def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
     if not joints:
         return {}
     system = unloaded(model)
-    loaded = replace(system.inputs, mean=beside_directions(model, mean_torques(model))[columns_of(model)])
+    loaded = replace(system.inputs, mean=mean_loads(model)[columns_of(model)])
     try:
         rest = equilibrium(replace(system, inputs=loaded))
     except Runaway:

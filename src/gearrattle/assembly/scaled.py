@@ -29,6 +29,7 @@ KINDS: dict[str, Any] = {
         "drag_parts": {"torque": "torque", "slope": "torsional_damping", "relative_speed": "speed"},
     },
     **{kind: component.scaling for kind, component in COMPONENTS.items()},
+    "gravity": {"acceleration": "line_acceleration"},
     "excitation": {"speed": "speed", "duration": "time", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {
         "mean": "torque",
@@ -121,6 +122,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
             sideways.velocity * unit["line_speed"],
             sideways.acceleration * (unit["line_speed"] / unit["time"]),
             sideways.bearing_force * unit["force"],
+            sideways.casing_force * unit["force"],
         )
     # samples, events and force integrals in SI
     return replace(

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.derived_values import kept
-from gearrattle.model import Model
+from gearrattle.model import GROUND, Model
 
 Array = NDArray[np.float64]
+_ROUNDING = 1e-15
 
 
 class Direction(NamedTuple):
@@ -43,8 +44,8 @@ def directions_of(model: Model) -> tuple[Direction, ...]:
         if inertia.mass is None:
             continue
         only = {bearing.direction for bearing in model.bearings if bearing.on == inertia.name}
-        angle = only.pop()
-        if only or angle is None:
+        angle = only.pop() if len(only) == 1 else None
+        if angle is None:
             directions += [Direction(i, f"{inertia.name}.x", 1.0, 0.0), Direction(i, f"{inertia.name}.y", 0.0, 1.0)]
         else:
             directions.append(Direction(i, f"{inertia.name}.u", cos(angle), sin(angle)))
@@ -54,6 +55,17 @@ def directions_of(model: Model) -> tuple[Direction, ...]:
 def mass_of(model: Model) -> Array:
     """(p,) mass of the body of every direction [kg]."""
     return np.array([model.inertias[direction.body].mass for direction in directions_of(model)], dtype=float)
+
+
+def weights(model: Model) -> Array:
+    """(p,) weight of the bodies along every direction [N]; zero without gravity."""
+    gravity = model.gravity
+    if gravity is None:
+        return np.zeros(len(directions_of(model)))
+    down = np.array([cos(gravity.direction), sin(gravity.direction)])
+    down[np.abs(down) < _ROUNDING] = 0.0  # -90 deg is no exact number of radians, and nothing may hold sideways
+    along = np.array([[direction.x, direction.y] for direction in directions_of(model)])
+    return np.asarray(mass_of(model) * gravity.acceleration * (along @ down))
 
 
 def beside_directions(model: Model, of_inertias: Array) -> Array:
@@ -75,17 +87,24 @@ def push_rows(model: Model) -> Array:
 
 
 def bearing_rows(model: Model) -> Array:
-    """(2 B, m) force of every bearing on its body, along x and along y, by the forces of the elements."""
+    """(2 B, m) force of every bearing on the body that it holds, along x and along y, by the forces of the elements."""
     bearings = {f"bearing.{bearing.name}": b for b, bearing in enumerate(model.bearings)}
     rows = np.zeros((2 * len(bearings), len(model.elements)))
     for k, element in enumerate(model.elements):
         if element.path in bearings:
             first = 2 * bearings[element.path]
-            (push,) = element.pushes
-            rows[first : first + 2, k] = -push.x, -push.y
+            held = element.pushes[0]
+            rows[first : first + 2, k] = -held.x, -held.y
     return rows
 
 
+def casing_rows(model: Model) -> Array:
+    """(2, m) force on the casing, along x and along y, by the forces of the elements; no bearing around a body adds."""
+    in_housing = [bearing.around == GROUND for bearing in model.bearings for _ in "xy"]
+    rows = bearing_rows(model)[np.array(in_housing, dtype=bool)]
+    return -np.stack([rows[axis::2].sum(axis=0) for axis in (0, 1)])
+
+
 def bearing_names(model: Model) -> tuple[str, ...]:
-    """Names of the forces of all bearings on their bodies: NAME.x, NAME.y."""
+    """Names of the forces of all bearings on the bodies that they hold: NAME.x, NAME.y."""
     return tuple(f"{bearing.name}.{axis}" for bearing in model.bearings for axis in "xy")

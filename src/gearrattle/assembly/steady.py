@@ -56,15 +56,6 @@ def refuse_motions(model: Model, what: str) -> None:
         )
 
 
-def refuse_sideways(model: Model, what: str) -> None:
-    """Refuse a model with a body that moves sideways; the ModelError says what knows rotation alone."""
-    heavy = [inertia for inertia in model.inertias if inertia.mass is not None]
-    rule = f"{what} knows rotation alone, and this body moves sideways"
-    remedy = "leave out mass, [[bearing]] and pressure_angle"
-    if heavy:
-        raise ModelError(Problem(f"inertia.{body.name}.mass", f"{body.mass:g}", rule, remedy) for body in heavy)
-
-
 def refuse_recorded_motions(model: Model, what: str) -> None:
     """Refuse a model with a recorded motion; the ModelError says that ``what`` needs harmonics."""
     recorded = [(i, motion) for i, motion in enumerate(model.motions) if motion.signal is not None]

@@ -18,12 +18,19 @@ from gearrattle.assembly.drag_torques import drag_torques, viscous_drags
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of, system_inertia
 from gearrattle.assembly.friction_sliders import Named, auxiliaries_of
 from gearrattle.assembly.input_signals import signals_of
-from gearrattle.assembly.means import mean_torques
+from gearrattle.assembly.means import mean_loads
 from gearrattle.assembly.negligible_thresholds import negligible_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed_motion import columns_of, free_of, motion_errors
 from gearrattle.assembly.ripple import load_ripples
-from gearrattle.assembly.sideways import bearing_names, bearing_rows, beside_directions, directions_of, mass_of
+from gearrattle.assembly.sideways import (
+    bearing_names,
+    bearing_rows,
+    beside_directions,
+    casing_rows,
+    directions_of,
+    mass_of,
+)
 from gearrattle.assembly.sines import ramp_of
 from gearrattle.derived_values import kept
 from gearrattle.engine.system.clock import Clock
@@ -96,7 +103,7 @@ def _system(model: Model) -> PiecewiseSystem:
             _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
     # system of the free inertias and of all directions
     columns = columns_of(model)
-    mean = beside_directions(model, mean_torques(model))
+    mean = mean_loads(model)
     return PiecewiseSystem(
         inertia=system_inertia(model, free),
         drag=beside_directions(model, np.array(viscous_drags(model)))[columns],
@@ -160,4 +167,5 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         direction_rows=rows[:, len(names) :],
         bearing_names=bearing_names(model),
         bearing_rows=bearing_rows(model),
+        casing_rows=casing_rows(model),
     )

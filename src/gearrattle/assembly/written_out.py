@@ -29,6 +29,8 @@ def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
     if ripples:
         tables["torque"] = [*tables.get("torque", ()), *ripples]
     tables.pop("oil", None)
+    if model.gravity is not None:
+        tables["gravity"]["acceleration"] = model.gravity.acceleration
     for row, inertia in zip(tables["inertia"], model.inertias, strict=True):
         if inertia.drag_parts:
             row["drag_parts"] = [

@@ -69,6 +69,10 @@ COMMANDS = {
         "Density of a signal; transfer function and coherence of two.",
     ),
     "figures": ("gearrattle.cli.figures_command:figures", "Figures of a result for print: PDF, EPS, SVG, PNG, TIFF."),
+    "share": (
+        "gearrattle.cli.share_command:share",
+        "A saved result as one file: zip, PDF, slides, Excel.",
+    ),
     "criteria": ("gearrattle.cli.criteria_command:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics_command:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen_command:listen", "Impacts as sound: WAV files, levels, loudness."),

@@ -28,8 +28,6 @@ def advise(
 ) -> None:
     """Say what to lump, how to scale, which clearances will open, which algorithm to use, what it will cost.
 
-    Every line comes with its evidence; "gearrattle run" scores the forecasts. Settings are those of the run planned.
-
     Parameters
     ----------
     up_to

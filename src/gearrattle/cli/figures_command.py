@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from gearrattle.cli.background import watched
 from gearrattle.cli.shared_options import Json, OutputPath, Words
-from gearrattle.errors import ModelError
+from gearrattle.errors import ModelError, NotInstalled
 from gearrattle.json_types import json_text
 from gearrattle.wording import columns
 from gearrattle.writing import Staging
@@ -52,15 +52,13 @@ def figures(
 ) -> None:
     """Draw the figures of a result for print; nothing is computed again.
 
-    Writes NAME.FORMAT for every figure into a folder, all or nothing.
-
     Parameters
     ----------
     source
         Folder that a command wrote (run, study, screen, compare, ...), or a file that one saved (.nc): a motion, a
         study, a screening, spectra, orders, metrics.
     output
-        Folder for the files; default: the source's name with "-figures", here.
+        Folder for the files, NAME.FORMAT each, all or nothing; default: the source's name with "-figures", here.
     formats
         "pdf", "eps", "svg", "png", "tiff", or several, parted by commas.
     only
@@ -107,6 +105,8 @@ def _as_options() -> Iterator[None]:
 
     try:
         yield
+    except NotInstalled:
+        raise
     except ModelError as error:
         names = {"format": "--as"}
         renamed = [replace(problem, place=names.get(problem.place, f"--{problem.place}")) for problem in error.problems]

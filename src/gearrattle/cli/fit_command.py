@@ -1,4 +1,4 @@
-"""``gearrattle fit``: parameters from measured modes and frequency responses, or from a recorded motion."""
+"""``gearrattle fit``: parameters from measured modes, frequency responses, drags, or from a recorded motion."""
 
 from __future__ import annotations
 
@@ -92,17 +92,15 @@ def fit(
     changes: Changes = (),
     json: Json = False,
 ) -> None:
-    """Fit parameters to measured frequencies, shapes and responses or to a recorded motion; say what stays open.
-
-    A model with a speed sweep is fitted to a run-up, order by order over speed.
+    """Fit parameters to measured frequencies, responses, drags or to a recorded motion; say what stays open.
 
     Parameters
     ----------
     model
-        Model file (TOML): the rough start.
+        Model file (TOML): the rough start. One with a speed sweep is fitted order by order over speed.
     data
-        Data file (TOML) with [[mode]] and [[response]] tables, or with [recording]; or a measured file, or a mapping
-        for it (measurement.toml), as validate takes it.
+        Data file (TOML) with [[mode]] and [[response]] tables, with [[drag]], or with [recording]; or a measured file,
+        or a mapping for it (measurement.toml), as validate takes it.
     free
         Path of a parameter to fit, e.g. coupling.clutch.stiffness; "inertia.*.J" frees all that match. May be repeated.
     output

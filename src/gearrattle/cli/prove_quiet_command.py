@@ -45,8 +45,6 @@ def prove_quiet(
 ) -> None:
     """Prove where in a box of tolerances a quiet motion exists and is stable; nothing is integrated.
 
-    Shares of the box's volume are printed: proven, refuted, open. Ctrl-C ends the search with what is known by then.
-
     Parameters
     ----------
     ranges

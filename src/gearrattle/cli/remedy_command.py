@@ -35,9 +35,6 @@ def remedy(
 ) -> None:
     """Find which single change, and which pair, makes a driveline quiet, by exact runs.
 
-    Every change is as small as it may be. It counts only if it holds at the speed of the model and at its neighbours,
-    from rest, from the motion before and after a push. Ctrl-C ends it with what is known by then.
-
     Parameters
     ----------
     file

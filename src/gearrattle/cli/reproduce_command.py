@@ -23,8 +23,6 @@ def reproduce(
 ) -> None:
     """Run what the paper ran, and write a page: paper, ours, why they differ.
 
-    Writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
-
     Parameters
     ----------
     what

@@ -29,8 +29,6 @@ def run(
 ) -> None:
     """Do everything: check, modes, simulate, judge, report.
 
-    Writes report.html, results.nc, summary.json and figures/ into a folder, all or nothing.
-
     Parameters
     ----------
     output

@@ -40,9 +40,6 @@ def screen(
 ) -> None:
     """Map which loose gear leaves its flank at which speed and load, by the linear driveline; nothing is integrated.
 
-    It is a linear forecast, a range where friction or staged springs may change the driveline: quiet, undecided, lifts
-    off. --check simulates the cases near the border and says how often the forecast was right.
-
     Parameters
     ----------
     source

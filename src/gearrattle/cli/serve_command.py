@@ -22,8 +22,6 @@ def serve(
 ) -> None:
     """Open the workbench: draw, run, hear and compare drivelines on a page of this machine.
 
-    The first line on standard output is the start address. Ctrl-C ends it; finished runs stay in the folder.
-
     Parameters
     ----------
     folder

@@ -46,8 +46,8 @@ OutputPath = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Output = Annotated[
     OutputPath,
     Parameter(
-        help="Folder for report.html, summary.json, results.nc and figures/, all or nothing; or a file for the "
-        "numbers, ending in .nc or .csv. Default: the answer on the terminal only.",
+        help="Folder for report.html, summary.json, results.nc and figures/, all or nothing; or a file: the numbers "
+        "(.nc, .csv), the page (.pdf), slides (.pptx) or tables (.xlsx). Default: the answer on the terminal only.",
     ),
 ]
 """Where a result goes."""

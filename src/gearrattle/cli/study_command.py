@@ -43,15 +43,13 @@ def study(
 ) -> None:
     """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
 
-    Into the folder go results.zarr, which holds all numbers, and, once all is done, report.html, summary.json and
-    figures/.
-
     Parameters
     ----------
     study
         Study file (TOML).
     output
-        Folder or address, s3://BUCKET/NAME, for the results; default: the study file's name with "-study", here.
+        Folder or address, s3://BUCKET/NAME, for the results: results.zarr with all numbers and, once
+        all is done, a page; default: the study file's name with "-study", here.
     scheduler
         Who computes: "local", "threads", or "tcp://HOST:PORT", a Dask cluster; default: what suits the outputs.
     workers
@@ -70,6 +68,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
     from gearrattle.studies.storage import storage_of
     from gearrattle.studies.storage_claim import check_storage
+    from gearrattle.studies.stored_studies import check_zarr
     from gearrattle.studies.study_file import read_study
 
     # study file with changes, options and folder of results
@@ -78,6 +77,7 @@ def study(
     folder = _outliving(storage_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
+        check_zarr()
         check_storage(folder, resume=resume)
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []

@@ -35,12 +35,6 @@ def threshold(
 ) -> None:
     """Find the smallest change of one value at which a driveline is quiet, by exact runs.
 
-    The range is scanned. Then the interval between two neighbouring values with different answers, the nearest one on
-    either side of the model's own value, is halved until it is narrow enough. A value counts as quiet only if three
-    motions are quiet: from rest, from the end of the motion at the neighbouring value, and after a push; with ramps
-    or a record of a torque the motion from its own start alone. Ctrl-C stops the search and shows what is known by
-    then.
-
     Parameters
     ----------
     path

@@ -78,12 +78,11 @@ def validate(
 ) -> None:
     """Compare a simulated motion with a measured one: what agrees within random scatter, what does not, and why.
 
-    A model with a speed sweep, or a saved run of one, is compared order by order over speed.
-
     Parameters
     ----------
     model
-        Model file (TOML), which is simulated; or a saved run (.nc).
+        Model file (TOML), which is simulated; or a saved run (.nc). One with a speed sweep is compared order by order
+        over speed.
     measurement
         Measured file, or a mapping file for it (measurement.toml).
     """

@@ -19,6 +19,7 @@ from gearrattle.model.table import shown
 from gearrattle.studies.ranges import Range, ranges_of
 
 _FAR_APART = 4.0  # ratio of the ends of a range from which on its scale is logarithmic
+_ROUNDING = 1e-12  # share of a range: a value nearer to zero is zero
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,8 @@ class Variable:
         values = space(self.low, self.high, count)
         values[0] = self.low
         values[-1] = self.high
+        if not self.is_log:
+            values[np.abs(values) < _ROUNDING * (self.high - self.low)] = 0.0
         if self.own is None:
             return values
         # the model's own value replaces a value near it

@@ -42,9 +42,9 @@ def read(
     Parameters
     ----------
     source
-        a file (CSV, MAT, HDF5, ASAM MDF, UFF, WAV, a saved run): all its channels, quantities as far as the
-        file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and says
-        what is done to them.
+        a file (CSV, Excel, MAT, HDF5, netCDF, ASAM MDF, TDMS, LVM, UFF, WAV, a saved run): all its channels, quantities
+        as far as the file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and
+        says what is done to them.
     format
         of a file; empty: recognised by its content.
     root

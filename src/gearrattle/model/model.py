@@ -25,7 +25,7 @@ from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.paths import changed, location_of, path_names
 from gearrattle.model.prescribed_motion_rules import prescribed_rules
 from gearrattle.model.pydantic_problems import Positions, model_error
-from gearrattle.model.sideways_rules import sideways_rules, start_rules
+from gearrattle.model.sideways_rules import sideways_rules, start_rules, weight_rules
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
@@ -34,9 +34,11 @@ from gearrattle.model.value_kinds import GROUND, Choice, SchemaVersion, Text, is
 from gearrattle.model.written_units import keep_written_units, written_units
 
 if TYPE_CHECKING:
+    from gearrattle.model.gravity import Gravity
     from gearrattle.model.oil import Oil
 else:
-    Oil = Any  # the class is imported when a file has the table
+    Gravity = Any  # these classes are imported when a file has their tables
+    Oil = Any
 
 
 class Model(Table):
@@ -71,6 +73,8 @@ class Model(Table):
     """Planetary gear sets, in file order."""
     bearings: Annotated[tuple[Bearing, ...], Field(alias="bearing")] = ()
     """Bearings of bodies with a mass, in file order."""
+    gravity: Annotated[Gravity | None, LateClass("gearrattle.model.gravity", "Gravity")] = None
+    """Weight of bodies with a mass; None: none acts."""
     oil: Annotated[Oil | None, LateClass("gearrattle.model.oil", "Oil")] = None
     """Oil, with which the parts of the drag are computed."""
     excitation: Excitation
@@ -299,6 +303,7 @@ class Model(Table):
         yield from drag_rules(inertias, names, table.get("oil"))
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from sideways_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS)})
+        yield from weight_rules(table.get("gravity"), inertias)
         yield from _start_length(table.get("simulation"), len(inertias))
         yield from start_rules(table.get("simulation"), inertias, _rows(table, "bearing"))
 

@@ -116,7 +116,10 @@ class OverSpeed(Quantity):
             "type": "object",
             "required": list(_KEYS),
             "additionalProperties": False,
-            "properties": {"speed": {**points, "items": speed}, "value": {**points, "items": plain}},
+            "properties": {
+                "speed": {**points, "items": speed, "description": f"Reference speeds, each {speed['description']}"},
+                "value": {**points, "items": plain, "description": f"The value there, {plain['description']}"},
+            },
             "description": "a table over the reference speed, straight lines between its points",
         }
         return {"anyOf": [*plain["anyOf"], table], "description": plain["description"] + "; or a table over speed"}

@@ -47,6 +47,7 @@ _WORDS = {
     "step": "time step",
     "about": "mean speed",
     "on": "inertia",
+    "around": "second inertia",
     "between": "inertias",
 }
 """What a key is called where its own letters do not say it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import textwrap
 from itertools import pairwise
 from typing import Any
@@ -58,9 +59,24 @@ class _Described(GenerateJsonSchema):
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
         """Return the schema of a table, with the words for its keys."""
         made = super().model_schema(schema)
+        if "description" in made:  # that of the class: its first paragraph is about the table, the rest about Python
+            made["description"] = _for_editors(" ".join(made["description"].partition("\n\n")[0].split()))
         for key, words in key_docs(schema["cls"]).items():
-            made["properties"][key]["description"] = words
+            value = made["properties"][key]
+            value["description"] = _for_editors(words, _value_words(value))
         return made
+
+
+def _value_words(value: dict[str, Any]) -> str:
+    """Return what a kind of value says of itself: number, unit, bound; empty if nothing."""
+    options = [option for option in value.get("anyOf", ()) if option != {"type": "null"}]
+    return str(value.get("description") or (options[0].get("description", "") if len(options) == 1 else ""))
+
+
+def _for_editors(words: str, value_words: str = "") -> str:
+    """Return the words on a key as the author of a file reads them: no None, which TOML has not, and no Sphinx."""
+    plain = re.sub(r"\bNone\b", "left out", words).replace("``", "`")
+    return f"{plain} Written as {value_words}." if value_words else plain
 
 
 def _without_null(node: Any) -> Any:

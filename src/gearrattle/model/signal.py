@@ -59,6 +59,7 @@ _SMOOTHER = {
 }
 """Why not every interpolation is allowed, and what to do, by the number of derivatives that must be continuous."""
 _CURVES: Mapping[Interpolation, str] = {"cubic": "a cubic spline", "linear": "a straight line", "step": "a step"}
+_START = "Where in the record the run begins, "
 _EXAMPLE = 'such as { file = "record.csv", time = "t", value = "x" }'
 
 
@@ -352,23 +353,43 @@ class OverTime:
         begins = [0.0, 0.1, 0.2, 0.3] if self.key == "time" else ["0 deg", "180 deg", "360 deg", "540 deg"]
         quantity = Quantity(self.dimension).describe()
         along = Quantity(self.along).describe()
-        static = {"static": quantity} if self.static else {}
+        level = {"static": quantity | {"description": "Its part in the static equilibrium: " + quantity["description"]}}
+        static = level if self.static else {}
         shared = {
-            "interpolation": {"enum": list(self.interpolations), "default": INTERPOLATIONS[0]},
-            "scale": {"type": "number"},
-            **({"start": along} if self.key == "time" else {}),
+            "interpolation": {
+                "enum": list(self.interpolations),
+                "default": INTERPOLATIONS[0],
+                "description": "What stands between two points.",
+            },
+            "scale": {"type": "number", "description": "Factor on the values; 1 where it is left out."},
+            **({"start": along | {"description": _START + along["description"]}} if self.key == "time" else {}),
             **static,
-            "source": {"type": "string"},
+            "source": {"type": "string", "description": "Where the record is from, in words."},
         }
         # columns of a file, or lists of points
+        columns = {
+            "file": "CSV file, in the folder of this one or below.",
+            self.key: f"Name of the column with the {self.key}.",
+            "value": f"Name of the column with the {self.dimension.name}.",
+        }
         text = {"type": "string", "minLength": 1}
         forms = (
-            (["file", self.key, "value"], {"file": text, self.key: text, "value": text}),
+            (list(columns), {key: {**text, "description": words} for key, words in columns.items()}),
             (
                 [self.key, "value"],
                 {
-                    self.key: {**numbers, "items": along, "examples": [begins]},
-                    "value": {**numbers, "items": quantity, "examples": [[0.0] * len(begins)]},
+                    self.key: {
+                        **numbers,
+                        "items": along,
+                        "examples": [begins],
+                        "description": f"Points of the {self.key}, ascending, each {along['description']}",
+                    },
+                    "value": {
+                        **numbers,
+                        "items": quantity,
+                        "examples": [[0.0] * len(begins)],
+                        "description": f"The {self.dimension.name} there, {quantity['description']}",
+                    },
                 },
             ),
         )

@@ -64,6 +64,7 @@ LINEAR_STIFFNESS = Dimension("stiffness along the line of action", "N/m", (1, 0,
 LINEAR_DAMPING = Dimension("damping along the line of action", "N*s/m", (1, 0, -1, 0), "4500 N*s/m")
 MASS = Dimension("mass", "kg", (1, 0, 0, 0), "0.8 kg")
 LINE_SPEED = Dimension("speed along the line of action", "m/s", (0, 1, -1, 0), "1 mm/s")
+ACCELERATION = Dimension("acceleration", "m/s^2", (0, 1, -2, 0), "9.81 m/s^2")
 ENERGY = Dimension("energy", "J", (1, 2, -2, 0), "1 uJ")
 PRESSURE = Dimension("pressure", "Pa", (1, -1, -2, 0), "60 bar")
 TIME = Dimension("time", "s", (0, 0, 1, 0), "20 us")

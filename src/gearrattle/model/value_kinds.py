@@ -83,6 +83,9 @@ def _bounds_schema(bound: Bound) -> dict[str, Any]:
     return {"type": "number", **limits[bound], "maximum": LARGEST}
 
 
+_BOUND_WORDS: dict[Bound, str] = {"finite": "", "non-negative": "; not negative", "positive": "; above 0"}
+
+
 def _as_float(value: Real) -> float:
     """Return any real number, of numpy included, as a float."""
     try:
@@ -122,8 +125,8 @@ class Quantity(Reader):
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a number in SI or a string with a unit."""
         text = {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)", "examples": [self.dimension.example]}
-        words = f"{self.dimension.name}: a plain number in {self.dimension.si}, or a string with a unit"
-        return {"anyOf": [_bounds_schema(self.bound), text], "description": words}
+        words = f'a plain number in {self.dimension.si}, or a string with a unit such as "{self.dimension.example}"'
+        return {"anyOf": [_bounds_schema(self.bound), text], "description": f"{words}{_BOUND_WORDS[self.bound]}"}
 
 
 @dataclass(frozen=True)
@@ -305,7 +308,7 @@ class AnyTable(Reader):
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the table."""
-        return {"type": "object"}
+        return {"type": "object", "additionalProperties": True}  # said, for editors warn of keys they do not know
 
 
 def argument_problems(arguments: Mapping[str, tuple[Reader, Any]], *, dimensionless: bool = True) -> list[Problem]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals import Impacts, are_touches, find_impacts, is_gap, steady
+from gearrattle.signals import Impacts, are_touches, by_parts, find_impacts, is_gap, steady
 from gearrattle.trajectory import Array, NegligibleImpacts, Trajectory
 from gearrattle.wording import counted, engineering
 
@@ -110,6 +110,7 @@ class Event:
 
 def event_of(trajectory: Trajectory, negligible: NegligibleImpacts, *, is_si: bool = True) -> Event:
     """Return the event of a motion, without its discarded cycles."""
+    trajectory = by_parts(trajectory)
     layout = replace(trajectory.layout, negligible=negligible)
     impacts = _of_gaps(trajectory, find_impacts(trajectory).within(steady(trajectory)))
     counted_times = impacts.time[~are_touches(impacts, layout)]

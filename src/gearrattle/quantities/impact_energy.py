@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from gearrattle.quantities.metric_inputs import LOG, Inputs, about
 from gearrattle.quantities.quantity import PFEIFFER, Quantity, Row
-from gearrattle.signals import is_gap, reduced_inertia
+from gearrattle.signals import is_gap, own_elements, reduced_inertia
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,6 @@ class ContactWork(Quantity[Inputs]):
         (loss, time, share) = work
         note = f"work of contacts includes the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
-            self.row(name, "contact work rate", float(loss[element]) / time, "W", note)
+            self.row(name, "contact work rate", float(loss[own_elements(layout, element)].sum()) / time, "W", note)
             for name, element in zip(layout.clearance_names, layout.clearance.tolist(), strict=True)
         ]

@@ -120,6 +120,8 @@ def _note(state: State, scope: Scope, clearance: int, what: str) -> str:
     name = scope.layout.clearance_names[clearance]
     summary = summarise_impacts(state, scope.layout, clearance)
     if what == "contact impulse":
+        if scope.layout.is_bearing[scope.layout.clearance[clearance]]:
+            return ""  # faces all around push in different directions
         if np.isnan(summary.hardness.mean_impulse):
             return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"
         return f"{name}: the motion ends within a contact; its impulse counts up to the end" if summary.censored else ""

@@ -299,7 +299,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     names = layout.inertia_names
     gears = loose_gears(layout)
     asked = {("velocity", name) for name in names}
-    asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
+    asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh & ~layout.is_bearing)}
     asked |= {("force", name) for name in layout.bearing_names}
     asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
     return [signal for signal in motion.exact.signals(motion) if signal in asked]

@@ -20,7 +20,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.quantities.metric_inputs import Inputs, Signal, asked_of
 from gearrattle.quantities.quantity import Sums
 from gearrattle.recording import Channel, Recording, are_even
-from gearrattle.signals import Window, steady
+from gearrattle.signals import Window, parts_of, rings, steady
 from gearrattle.signals.chunk_moments import Exactly, SignalSums, add_chunk
 from gearrattle.signals.crossing_sums import Sums as CrossingSums
 from gearrattle.signals.driveline_constants import LooseGear
@@ -37,8 +37,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
     """Return the steady part of a simulated motion as a recording, as if by sensors without noise.
 
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
-    meshes, torques of all elements that turn bodies, displacements, forces of bearings on their bodies. The log of
-    crossings is not in it.
+    meshes, torques of all elements that turn bodies, displacements, forces of bearings on the bodies that they hold; of
+    the faces of a ring nothing. The log of crossings is not in it.
 
     ModelError if no cycle remains after the discarded ones.
     """
@@ -49,8 +49,9 @@ def recording_of(trajectory: Trajectory) -> Recording:
         for quantity, unit in (("angle", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s^2"))
         for i, name in enumerate(layout.inertia_names)
     ]
-    for k, (element, name) in enumerate(zip(layout.clearance.tolist(), layout.clearance_names, strict=True)):
-        mesh = bool(layout.is_mesh[element])
+    for k in _single(layout):
+        name = layout.clearance_names[k]
+        mesh = bool(layout.is_mesh[layout.clearance[k]])
         for quantity, unit in (("deflection", "m" if mesh else "rad"), ("force", "N" if mesh else "N m")):
             values = window.closed(getattr(trajectory, quantity))[:, k]
             channels.append(Channel(f"{quantity}.{name}", quantity, name, unit, values))
@@ -81,7 +82,7 @@ def inputs_of_motion(trajectory: Trajectory, engine_orders: Array) -> Inputs:
         omega=trajectory.layout.omega if trajectory.layout.ramp is None else None,
         period=trajectory.layout.period,
         engine_orders=engine_orders,
-        layout=trajectory.layout,
+        layout=parts_of(trajectory.layout),
         motion=trajectory,
     )
 
@@ -175,7 +176,7 @@ def inputs_of_chunks(sums: Sums, engine_orders: Array) -> Inputs:
         omega=state.layout.omega if state.layout.ramp is None else None,
         period=state.layout.period,
         engine_orders=engine_orders,
-        layout=state.layout,
+        layout=parts_of(state.layout),
         sums=sums,
     )
 
@@ -204,12 +205,12 @@ def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[flo
     return CrossingInputs(
         source="exact",
         time=np.array(span),
-        signals={("deflection", name): np.zeros(0) for name in layout.clearance_names},
+        signals={("deflection", layout.clearance_names[k]): np.zeros(0) for k in _single(layout)},
         window="steady part",
         omega=layout.omega if layout.ramp is None else None,
         period=layout.period,
         engine_orders=np.zeros(0),
-        layout=layout,
+        layout=parts_of(layout),
         known_crossings=crossings,
     )
 
@@ -217,7 +218,7 @@ def inputs_of_crossings(crossings: CrossingSums, layout: Layout, span: tuple[flo
 def _channel_names(layout: Layout) -> list[tuple[str, str]]:
     """Return quantity and subject of every channel of ``recording_of``, in its order."""
     names = [(quantity, name) for quantity in ("angle", "velocity", "acceleration") for name in layout.inertia_names]
-    names += [(quantity, name) for name in layout.clearance_names for quantity in ("deflection", "force")]
+    names += [(quantity, layout.clearance_names[k]) for k in _single(layout) for quantity in ("deflection", "force")]
     for element, name in enumerate(layout.element_names):
         if layout.is_bearing[element]:
             continue
@@ -226,6 +227,12 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
             names.append(("force", name))
     names += [("displacement", name) for name in layout.direction_names]
     return [*names, *(("force", name) for name in layout.bearing_names)]
+
+
+def _single(layout: Layout) -> list[int]:
+    """Return the clearances that are no faces of a ring: the bearing has forces and displacements."""
+    faces = {k for ring in rings(layout) for k in ring.clearances}
+    return [k for k in range(layout.clearance.size) if k not in faces]
 
 
 def _sideways_channels(layout: Layout, sideways: Sideways, window: Window) -> list[Channel]:

@@ -19,7 +19,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals import Window, steady
+from gearrattle.signals import Window, parts_of, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 PAPER = "Padmanabhan, Barlow, Rook, Singh 1995, ASME J. Mech. Des. 117, 185-192"
@@ -84,7 +84,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Scope:
-    """The driveline and the steady part that sums cover.
+    """The driveline, its clearances by the parts of the verdict, and the steady part that sums cover.
 
     The window covers all chunks together, with sample indices as if they were one motion.
     """
@@ -256,7 +256,7 @@ def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
     cycles = window.cycles + (0 if before is None else before.window.cycles)
     start = window.start if before is None else before.window.start
     whole = Window(start, window.end, end - cycles * per_cycle, end, cycles)
-    return Scope(trajectory.layout, whole, per_cycle, trajectory.cost.algorithm)
+    return Scope(parts_of(trajectory.layout), whole, per_cycle, trajectory.cost.algorithm)
 
 
 def deflection_rate_unit(layout: Layout, element: int) -> str:

@@ -31,7 +31,9 @@ RULE = (
     "double-sided if it crosses corners on both sides. Of a gap, whose centre has no stiffness, the corners of the "
     "centre count: crossing them it separates. A gap that separates rattles, unless its largest impact is negligible: "
     "then it touches, which is no rattle. A staged spring with stiffness in all its stages changes stage and does not "
-    "rattle. The whole is the worst of the parts. Parts that rattle come first, then those that touch, then "
+    "rattle. The faces of a bearing with clearance all around are one part: it separates while none of them is in "
+    "contact, its impacts are those that end this, and it is double-sided if contact begins or ends at two faces more "
+    "than 90 deg apart. The whole is the worst of the parts. Parts that rattle come first, then those that touch, then "
     "double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the hardest impact."
 )
 
@@ -51,7 +53,7 @@ class Part:
     Attributes
     ----------
     name
-        of the mesh, coupling or pair of faces of a bearing.
+        of the mesh, coupling or bearing.
     kind
         "mesh", "coupling" or "bearing".
     gap
@@ -63,7 +65,7 @@ class Part:
     impacts_per_cycle, impacts_per_second
         rate of impacts.
     drive_impacts_per_cycle, coast_impacts_per_cycle
-        rate of impacts on the drive side and on the coast side.
+        rate of impacts on the drive side and on the coast side; of a bearing all around, all are on the drive side.
     max_approach_speed
         ``|v|`` of the fastest impact [m/s or rad/s]; None without impacts.
     max_impact_momentum
@@ -74,7 +76,7 @@ class Part:
         ``m_eff (|v| + |v'|)`` [N s or N m s]; None as above.
     mean_contact_impulse, max_contact_impulse
         magnitude of the integral of the force over the contact, static load
-        included [N s or N m s]; None without impacts or without a force integral.
+        included [N s or N m s]; None without impacts or without a force integral, and for a bearing all around.
     contact_share
         share of time in contact, 0 to 1.
     margin_db

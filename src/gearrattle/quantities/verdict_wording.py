@@ -42,7 +42,9 @@ def sentence(parts: Sequence[Part], cycles: int) -> str:
 def _impacts(part: Part) -> str:
     verb = "hits" if part.rattles else "touches"
     side = "flank" if part.kind == "mesh" else "side"
-    if part.regime == "double-sided":
+    if part.kind == "bearing" and part.coast_impacts_per_cycle == 0.0:
+        where = f"{part.name} {verb} {'opposite sides' if part.regime == 'double-sided' else 'one side only'}"
+    elif part.regime == "double-sided":
         where = f"{part.name} {verb} both {side}s"
     else:
         where = f"{part.name} {verb} its {_side(part)}{side} only"

@@ -68,6 +68,7 @@ REASONS = {
     "clearance": "has a clearance",
     "friction": "has dry friction",
     "ground": "is tied to the ground",
+    "sideways": "is at a body that moves sideways, which stays a body of its own",
     "own": "its component keeps its bodies, as a planetary set or a Hooke joint does",
     "soft": "has no stiffness",
     "error": "its transmission error excites the band",
@@ -179,6 +180,7 @@ def lump(
     forced: tuple[int, ...] = (),
     level: frozenset[int] = frozenset(),
     own: frozenset[int] = frozenset(),
+    sideways: frozenset[int] = frozenset(),
     limit: float = LIMIT,
 ) -> Lumps:
     """Choose the elements to merge; Refused if a forced one cannot be merged.
@@ -189,11 +191,13 @@ def lump(
         elements that must stay between equal speeds, because their law cannot be written otherwise.
     own
         elements that must stay between bodies of their own, at the speeds these have.
+    sideways
+        elements at a body that moves sideways, which must stay.
     """
     # elements that may not be merged, and those that must
     rules = _Rules(request, level, own)
     shares, frequencies = _shares(request)
-    reasons = _barred(request, forced, own)
+    reasons = _barred(request, forced, own, sideways)
     merged = _forced(rules, forced, reasons)
     # merge by rising share of strain energy while Rayleigh's quotient predicts half the limit at most
     largest = shares.max(axis=0, initial=0.0)
@@ -253,7 +257,7 @@ def _shares(request: Request) -> tuple[Array, Array]:
     return np.vstack(shares), np.concatenate(at)
 
 
-def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> list[str]:
+def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int], sideways: frozenset[int]) -> list[str]:
     """Return the reason why an element cannot be merged at all; empty where it may be."""
     system = request.system
     order = 2.0 * np.pi * system.inputs.cycles / system.inputs.period
@@ -262,7 +266,9 @@ def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> l
     reasons = []
     for k, law in enumerate(system.laws):
         reason = ""
-        if k in own:
+        if k in sideways:
+            reason = "sideways"
+        elif k in own:
             reason = "own"
         elif np.count_nonzero(system.rows[k]) != 2:
             reason = "ground"

@@ -18,10 +18,10 @@ from gearrattle.assembly import (
     free_names,
     left_out,
     lumped_model,
+    moving_sideways,
     must_keep_bodies,
     must_stay_level,
     refuse_motions,
-    refuse_sideways,
 )
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
@@ -94,7 +94,6 @@ def reduce(
     if check not in (None, "simulate"):
         problems.append(Problem("check", shown(check), 'must be "simulate", or left out'))
     refuse_motions(model, "lumping")
-    refuse_sideways(model, "lumping")
     if model.excitation.sweep is not None:
         rule = "a model is reduced at one speed: a band follows no sweep"
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
@@ -104,7 +103,14 @@ def reduce(
     request = requested(assemble(model), end, margin=margin, keep=keep, merge=merge)
     forced = tuple(dict.fromkeys(names.index(name) for name in merge))
     try:
-        lumps = lump(request, forced=forced, level=must_stay_level(model), own=must_keep_bodies(model), limit=limit)
+        lumps = lump(
+            request,
+            forced=forced,
+            level=must_stay_level(model),
+            own=must_keep_bodies(model),
+            sideways=moving_sideways(model),
+            limit=limit,
+        )
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
@@ -177,19 +183,23 @@ def _reduction(
     names = [element.name for element in model.elements]
     bodies = [body.name for body in model.inertias]
     grouping = lumps.grouping
-    size = len(lumps.grouping.kept)
+    owner = grouping.owner[: len(bodies)]  # directions of bodies with a mass follow; they stay
+    ratio = grouping.ratio[: len(bodies)]
+    size = len(set(owner))
     title = f"{model.name or 'driveline'}: {size} of {counted(len(bodies), 'body', 'bodies')}"
     removed = [k for k, fate in enumerate(lumps.fates) if fate.merged]
-    smaller = lumped_model(model, grouping.owner, grouping.ratio, removed, title)
+    smaller = lumped_model(model, owner, ratio, removed, title)
     groups: dict[str, dict[str, float]] = {}
-    for i, (owner, ratio) in enumerate(zip(grouping.owner, grouping.ratio, strict=True)):
-        if owner != i:
-            groups.setdefault(bodies[owner], {})[bodies[i]] = ratio
+    for i, (body, times) in enumerate(zip(owner, ratio, strict=True)):
+        if body != i:
+            groups.setdefault(bodies[body], {})[bodies[i]] = times
     error = stated(achieved, names, limit)
-    fates = {
-        name: ElementFate(fate.merged, REASONS[fate.reason], fate.share, fate.at)
-        for name, fate in zip(names, lumps.fates, strict=True)
-    }
+    fates: dict[str, ElementFate] = {}
+    for element, fate in zip(model.elements, lumps.fates, strict=True):
+        kind, _, component = element.path.partition(".")
+        name = component if kind == "bearing" else element.name
+        if name not in fates or fate.share > fates[name].share:
+            fates[name] = ElementFate(fate.merged, REASONS[fate.reason], fate.share, fate.at)
     simulated = _both(model, smaller) if check == "simulate" else None
     return Reduction(
         smaller, request.up_to, groups, fates, error, tuple(_notes(model, smaller, request, lumps)), simulated

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.measured.look import Contents
+from gearrattle.model.schema_line import with_schema_line
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels_figure import channels_chart
-from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import RESULT_ENDINGS, Presentation
 from gearrattle.report.record_dataset import records_dataset, stacked
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -24,7 +25,7 @@ class ContentsPage(Presentation[Contents]):
     """The channels of a measured file."""
 
     kind = "contents"
-    endings = (*NUMBER_ENDINGS, ".toml")
+    endings = (*RESULT_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:
@@ -65,6 +66,8 @@ class ContentsPage(Presentation[Contents]):
     def write(self, path: Path) -> None:
         """Write the mapping file (.toml), or a file with another of the ``endings``."""
         if path.suffix == ".toml":
-            path.write_text(self.result.mapping(self.folder), encoding="utf-8")
+            path.write_text(
+                with_schema_line(self.result.mapping(self.folder), self.folder, "mapping"), encoding="utf-8"
+            )
         else:
             super().write(path)

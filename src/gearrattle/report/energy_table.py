@@ -9,6 +9,7 @@ import numpy as np
 from gearrattle.assembly import coordinate_names
 from gearrattle.engine.system.energy_audit import EnergyAudit
 from gearrattle.model import Model
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
@@ -22,9 +23,12 @@ def energy_table(findings: Findings) -> Table | None:
     if energy is None:
         return None
     unit = "J" if findings.model.units == "SI" else ""
+    bodies = len(layout.inertia_names) - len(layout.prescribed)
     rows = [
-        (f"work of the torques on {name}", engineering(work, unit), "")
-        for name, work in zip(coordinate_names(findings.model), energy.torque_work.tolist(), strict=True)
+        (f"work of the {'weight along' if k >= bodies else 'torques on'} {name}", engineering(work, unit), "")
+        for k, (name, work) in enumerate(
+            zip(coordinate_names(findings.model), energy.torque_work.tolist(), strict=True)
+        )
         if work
     ]
     rows += [
@@ -35,9 +39,10 @@ def energy_table(findings: Findings) -> Table | None:
     # losses: drag, then every element with its share of friction
     if energy.drag_loss.any():
         rows.append(("taken by drag", engineering(float(energy.drag_loss.sum()), unit), ""))
-    for name, loss, friction in zip(
-        layout.element_names, energy.element_loss.tolist(), _friction(energy).tolist(), strict=True
-    ):
+    losses = zip(layout.element_names, energy.element_loss.tolist(), _friction(energy).tolist(), strict=True)
+    known = {name: (loss, friction) for name, loss, friction in losses}
+    for name, elements in element_groups(findings.model).items():
+        loss, friction = (sum(parts) for parts in zip(*(known[element.name] for element in elements), strict=True))
         if loss:
             share = f"{numeral(100.0 * friction / loss, 3)} % of it friction" if friction else ""
             rows.append((f"taken by {name}", engineering(loss, unit), share))

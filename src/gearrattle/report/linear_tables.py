@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
@@ -25,14 +26,20 @@ _RIGID = 1e-6
 
 
 def elements_table(model: Model, rest: Equilibrium, title: str, note: str = "") -> Table:
-    """Return the static deflection of every element, with its region."""
+    """Return the static deflection of every element, with its region; of a bearing the size of the displacement."""
     si = model.units == "SI"
-    units = {element.name: ("m" if element.along_line else "rad") if si else "" for element in model.elements}
-    rows = tuple(
-        (name, engineering(deflection, units[name], 4), _region_in_words(rest.region.get(name)))
-        for name, deflection in rest.deflection.items()
-    )
-    return Table(("element", "deflection", "rests in"), rows, frozenset({0, 2}), title, note)
+    rows = []
+    for name, elements in element_groups(model).items():
+        unit = ("m" if elements[0].along_line else "rad") if si else ""
+        deflection = rest.deflection[elements[0].name]
+        where = _region_in_words(rest.region.get(elements[0].name))
+        if len(elements) > 1:  # rows of unit length, at even angles over half a turn
+            along = sum(rest.deflection[e.name] * complex(e.pushes[0].x, e.pushes[0].y) for e in elements)
+            deflection = abs(along) * 2.0 / len(elements)
+            labels = [rest.region.get(element.name) for element in elements]
+            where = "linear" if labels[0] is None else "contact" if any(labels) else "centre"
+        rows.append((name, engineering(deflection, unit, 4), where))
+    return Table(("element", "deflection", "rests in"), tuple(rows), frozenset({0, 2}), title, note)
 
 
 def rest_table(findings: Findings) -> Table:

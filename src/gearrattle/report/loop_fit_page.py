@@ -11,7 +11,7 @@ from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.fitted_loop_figure import loop_chart
-from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import ONE_FIGURE_ENDINGS, Presentation
 from gearrattle.report.record_dataset import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -21,7 +21,7 @@ class LoopFitPage(Presentation[LoopFit]):
     """The law of a coupling, fitted to a measured loop."""
 
     kind = "loop fit"
-    endings = (*NUMBER_ENDINGS, ".toml", *FIGURE_ENDINGS)
+    endings = (*ONE_FIGURE_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:

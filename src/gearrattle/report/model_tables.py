@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from gearrattle.assembly import own_mean
 from gearrattle.model.balance import BALANCE
+from gearrattle.model.element_groups import element_groups
 from gearrattle.pipeline import Findings
 from gearrattle.report.drag_table import drag_table
 from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
@@ -30,29 +31,30 @@ def model_tables(findings: Findings) -> list[Table]:
 
 def _inertias(model: Model) -> Table:
     unit = _unit(model)
+    moves = any(body.mass for body in model.inertias)
     rows = tuple(
         (
             body.name,
             quantity(body.J, unit("kg m²")),
             quantity(body.drag, unit("N m s/rad")) if body.drag else "by parts" if body.drag_parts else "–",
             quantity(body.drag_torque, unit("N m")) if body.drag_torque else "by parts" if body.drag_parts else "–",
-            *([quantity(body.mass, unit("kg")) if body.mass else "–"] if model.bearings else []),
+            *([quantity(body.mass, unit("kg")) if body.mass else "–"] if moves else []),
         )
         for body in model.inertias
     )
-    mass = ("mass",) if model.bearings else ()
+    mass = ("mass",) if moves else ()
     return Table(("body", "inertia", "viscous drag", "drag torque", *mass), rows, title="Bodies")
 
 
 def _elements(model: Model) -> Table:
     head = ("element", "between", "drive side: stiffness, from the centre outward", "coast side", "damping")
-    rows = tuple(_element(element, _unit(model)) for element in model.elements)
+    rows = tuple((name, *_element(elements[0], _unit(model))) for name, elements in element_groups(model).items())
     title = "Couplings, meshes and bearings" if model.bearings else "Couplings and meshes"
     return Table(head, rows, frozenset(range(5)), title)
 
 
 def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
-    """The row of an element: its two bodies, its law and its damping."""
+    """The row of an element without its name: its two bodies, its law and its damping."""
     slope, deflection, damping = ("N/m", "m", "N s/m") if element.along_line else ("N m/rad", "rad", "N m s/rad")
     alike = element.coast == element.drive
     coast = "as drive" if alike else _stages(element.coast, unit(slope), unit(deflection))
@@ -61,7 +63,7 @@ def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
     others = [body for body, _ in element.arms if body not in element.between]
     between = " – ".join(element.between) + "".join(f", on {body}" for body in others)
     drive = _stages(element.drive, unit(slope), unit(deflection))
-    return (element.name, between, drive, coast, _dampings(element, unit(damping)))
+    return (between, drive, coast, _dampings(element, unit(damping)))
 
 
 def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:

@@ -76,18 +76,26 @@ def _write_arrays(arrays: Arrays, path: Path) -> None:
 
 
 def write_csv(data: xr.Dataset, path: Path) -> None:
-    """Write a Dataset as one table.
+    """Write a Dataset as one table; ModelError for more than twenty million numbers."""
+    count = count_of_numbers(data)
+    if count > _LARGEST_TABLE:
+        raise ModelError(Problem("path", f'"{path.name}"', f"would be a table of {count} numbers", "save it as .nc"))
+    table_of_numbers(data).to_csv(path, index=False)
+
+
+def count_of_numbers(data: xr.Dataset) -> int:
+    """Return how many numbers the variables of a Dataset have."""
+    return sum(int(variable.size) for variable in data.data_vars.values())
+
+
+def table_of_numbers(data: xr.Dataset) -> pd.DataFrame:
+    """Return a Dataset as one table.
 
     If all variables have the same dimensions, the columns are the coordinates and then the variables, with units in the
-    head. Otherwise every number has a row: quantity, coordinates, value, unit. ModelError for more than twenty million
-    numbers.
+    head. Otherwise every number has a row: quantity, coordinates, value, unit.
     """
-    rows = sum(int(variable.size) for variable in data.data_vars.values())
-    if rows > _LARGEST_TABLE:
-        raise ModelError(Problem("path", f'"{path.name}"', f"would be a table of {rows} numbers", "save it as .nc"))
     shapes = {variable.dims for variable in data.data_vars.values() if variable.dims}
-    frame = _wide(data) if len(shapes) == 1 else _long(data)
-    frame.to_csv(path, index=False)
+    return _wide(data) if len(shapes) == 1 else _long(data)
 
 
 def _wide(data: xr.Dataset) -> pd.DataFrame:

@@ -12,7 +12,7 @@ from gearrattle.orbits import Orbit
 from gearrattle.report.plots.corner_marks import units_of
 from gearrattle.report.plots.numerals import engineering_column, numeral, quantity
 from gearrattle.report.tables import Table
-from gearrattle.signals import Impacts, find_impacts
+from gearrattle.signals import Impacts, by_parts, find_impacts, parts_of
 from gearrattle.wording import counted
 
 _NOTHING = 1e-12
@@ -70,13 +70,13 @@ def _modulus(size: float) -> str:
 
 def impacts_of(orbit: Orbit) -> Impacts:
     """Return the impacts of one period of the motion, in their order."""
-    return find_impacts(orbit.run.trajectory)
+    return find_impacts(by_parts(orbit.run.trajectory))
 
 
 def impacts_table(orbit: Orbit) -> Table:
     """Return a row for every impact, in their order."""
     impacts = impacts_of(orbit)
-    layout = orbit.run.trajectory.layout
+    layout = parts_of(orbit.run.trajectory.layout)
     speed, energy = ([""] * len(impacts) for _ in range(2))
     for k in range(len(layout.clearance_names)):  # one unit for all impacts of a clearance
         own = np.flatnonzero(impacts.clearance == k)

@@ -14,7 +14,7 @@ import numpy as np
 from gearrattle.report.labelled_data import channel_title, is_si, numbers_in, plain_attributes
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.order_maps import cuts_chart, map_chart, raised
-from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import ONE_FIGURE_ENDINGS, Presentation
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -28,7 +28,7 @@ _LEAST = 0.01
 class _Along(Presentation["xr.Dataset"]):
     """Base of presentations of data along a change of speed; they have one figure, which can be saved as a file."""
 
-    endings = (*NUMBER_ENDINGS, *FIGURE_ENDINGS)
+    endings = ONE_FIGURE_ENDINGS
     is_interactive = True
     is_data = True
 

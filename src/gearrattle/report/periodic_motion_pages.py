@@ -32,6 +32,8 @@ from gearrattle.report.presentation import ModelPresentation, Presentation
 from gearrattle.report.record_dataset import stacked, texts
 from gearrattle.report.tables import Table, shortened
 from gearrattle.report.verdict_tables import criteria_tables, verdict_table
+from gearrattle.results import Run
+from gearrattle.signals import by_parts, parts_of
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -39,7 +41,6 @@ if TYPE_CHECKING:
 
     from gearrattle.model import Model
     from gearrattle.quantities.verdict import Verdict
-    from gearrattle.results import Run
 
 
 class _Shown(NamedTuple):
@@ -125,7 +126,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         orbit = self.result
         data = orbit.run.data
         impacts = impacts_of(orbit)
-        names = texts(orbit.run.trajectory.layout.clearance_names[k] for k in impacts.clearance)
+        names = texts(parts_of(orbit.run.trajectory.layout).clearance_names[k] for k in impacts.clearance)
         angle, rate, time = (unit_of(orbit, unit) or "1" for unit in ("rad", "rad/s", "s"))
         added = {
             "multiplier_real": ("mode", orbit.multipliers.real.copy()),
@@ -160,7 +161,7 @@ class PeriodicMotionPage(ModelPresentation[Orbit]):
         )
 
     def _histories(self) -> tuple[Section, ...]:
-        shown = _Shown(self.result.run, self.result.verdict)
+        shown = _Shown(Run(by_parts(self.result.run.trajectory), self.result.model), self.result.verdict)
         clearances = tuple(chart for chart in (deflections(shown), forces(shown), regions(shown)) if chart.panels)
         bodies = tuple(chart for chart in (accelerations(shown), speeds(shown)) if chart.panels)
         return (

@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
+from gearrattle.model.schema_line import with_schema_line
 from gearrattle.report.numbers import Arrays, write_csv, write_netcdf
 from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.provenance import now
@@ -26,10 +27,13 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
-NUMBER_ENDINGS = (".nc", ".csv")
-"""Endings of files with the numbers of a result."""
-FIGURE_ENDINGS = (".svg", ".pdf", ".eps", ".png", ".tiff")
+RESULT_ENDINGS = (".nc", ".csv", ".pdf", ".pptx", ".xlsx")
+"""Endings of files that every result is saved as: its numbers, and documents."""
+PRINT_ENDINGS = (".pdf", ".eps", ".png", ".tiff")
+FIGURE_ENDINGS = (".svg", *PRINT_ENDINGS)
 """Endings of files with the figure of a result that has exactly one."""
+ONE_FIGURE_ENDINGS = tuple(dict.fromkeys((*RESULT_ENDINGS, *FIGURE_ENDINGS)))
+"""Endings of files that a result with exactly one figure is saved as; .pdf is the figure."""
 
 
 class Presentation(Generic[R]):
@@ -50,7 +54,7 @@ class Presentation(Generic[R]):
     """
 
     kind: ClassVar[str]
-    endings: ClassVar[tuple[str, ...]] = NUMBER_ENDINGS
+    endings: ClassVar[tuple[str, ...]] = RESULT_ENDINGS
     is_interactive: ClassVar[bool] = False
     is_data: ClassVar[bool] = False
 
@@ -152,7 +156,7 @@ class Presentation(Generic[R]):
 class ModelPresentation(Presentation[R]):
     """Base of the presentations of results that hold a model, which ``.toml`` saves."""
 
-    endings = (*NUMBER_ENDINGS, ".toml")
+    endings = (*RESULT_ENDINGS, ".toml")
 
     @property
     def title(self) -> str:
@@ -174,6 +178,6 @@ class ModelPresentation(Presentation[R]):
     def write(self, path: Path) -> None:
         """Write a new file, of one of the ``endings``."""
         if path.suffix == ".toml":
-            path.write_text(self.model_text(), encoding="utf-8")
+            path.write_text(with_schema_line(self.model_text(), self.folder), encoding="utf-8")
         else:
             super().write(path)

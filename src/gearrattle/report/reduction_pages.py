@@ -14,7 +14,7 @@ from gearrattle.reductions.reduction import Reduction, ReductionError, Simulated
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.row_charts import Series, row_chart
-from gearrattle.report.presentation import NUMBER_ENDINGS, ModelPresentation, Presentation
+from gearrattle.report.presentation import RESULT_ENDINGS, ModelPresentation, Presentation
 from gearrattle.report.record_dataset import number_columns, record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -90,7 +90,7 @@ class CondensedPage(Presentation[Condensed]):
     """Presentation of a model in few coordinates: its matrices and their error."""
 
     kind = "condensation"
-    endings = (*NUMBER_ENDINGS, ".npz", ".mat")
+    endings = (*RESULT_ENDINGS, ".npz", ".mat")
 
     @property
     def title(self) -> str:

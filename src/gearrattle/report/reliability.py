@@ -10,7 +10,7 @@ import numpy as np
 
 from gearrattle.engine.system.perturbation_growth import GROWTH, ROUNDING, ROUNDING_95
 from gearrattle.pipeline import Findings
-from gearrattle.signals import find_impacts, steady
+from gearrattle.signals import by_parts, find_impacts, steady
 from gearrattle.wording import counted
 
 _METHODS = {
@@ -44,7 +44,7 @@ def trust(findings: Findings) -> list[str]:
     judged = f"{window.cycles} of {counted(trajectory.cycles, 'cycle')} {'is' if window.cycles == 1 else 'are'} judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
     # the start-up: impacts in both halves of this part
-    impacts = find_impacts(trajectory).within(window)
+    impacts = find_impacts(by_parts(trajectory)).within(window)
     event = findings.verdict.event
     is_steady = event is None and findings.model.excitation.sweep is None
     if event is not None and event.settled is None:

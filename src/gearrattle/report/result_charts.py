@@ -32,6 +32,8 @@ def charts_of(result: Any) -> list[Chart]:
     """
     if isinstance(result, str | os.PathLike):
         path = Path(result)
+        if not path.exists():
+            raise ModelError(Problem(str(path), "", "does not exist", _RULE))
         return _stored(path) if path.is_dir() or path.suffix.lower() == ".npz" else _of_file(path)
     return _drawn(presentation_of(result), "figures")
 
@@ -45,7 +47,7 @@ def _drawn(presentation: Presentation[Any], location: object) -> list[Chart]:
 
 def _of_file(path: Path) -> list[Chart]:
     """Return the charts of a saved file, which may be damaged in any way."""
-    presentation = _opened(path)
+    presentation = saved_presentation(path)
     try:
         return _drawn(presentation, path)
     except (ModelError, MemoryError):
@@ -68,15 +70,13 @@ def _stored(path: Path) -> list[Chart]:
     return read_charts(kept)
 
 
-def _opened(path: Path) -> Presentation[Any]:
-    """Return the presentation of a saved motion, or of saved labelled data."""
+def saved_presentation(path: Path) -> Presentation[Any]:
+    """Return the presentation of a saved motion, or of saved labelled data; ModelError for any other file."""
     import xarray as xr
 
     from gearrattle.measured.readers import format_of
 
     # refuse what is no file of results
-    if not path.exists():
-        raise ModelError(Problem(str(path), "", "does not exist"))
     if path.suffix.lower() != ".nc":
         raise ModelError(Problem(str(path), path.suffix or "no ending", _RULE))
     # a saved motion

@@ -10,7 +10,9 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.json_types import json_text
-from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.documents import document_of
+from gearrattle.report.plots.typeset.style import check_matplotlib
+from gearrattle.report.presentation import FIGURE_ENDINGS, PRINT_ENDINGS, RESULT_ENDINGS, Presentation
 from gearrattle.report.provenance import versions
 from gearrattle.result import KIND
 from gearrattle.wording import listed
@@ -21,8 +23,8 @@ SUMMARY = "summary.json"
 NUMBERS = "results.nc"
 FIGURES = "figures"
 """Names of the files and the folder in the folder of a result."""
-_OTHERS = (".html", ".json", ".jpg", ".txt", ".xlsx", ".h5", ".hdf5", ".npz", ".mat", ".toml", ".zarr", ".wav")
-_FILE_ENDINGS = (*NUMBER_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)
+_OTHERS = (".html", ".json", ".jpg", ".txt", ".h5", ".hdf5", ".npz", ".mat", ".toml", ".zarr", ".wav")
+_FILE_ENDINGS = (*RESULT_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)
 """Endings of files; a path with such an ending is not taken as a folder."""
 _OLD_PAGES = ("compare.html", "modes.html", "reproduction.html", "study.html")
 
@@ -35,8 +37,9 @@ def save(result: object, path: str | os.PathLike[str]) -> Path:
     result
         returned object of a function of gearrattle: a result, Dataset, DataArray, DataFrame or Series.
     path
-        a file that ends in .nc (netCDF-4, all numbers), .csv (a table of them) or another ending of this kind of result
-        (.toml for a result with a model, .svg and .pdf for a single figure); or a folder, which gets report.html,
+        a file that ends in .nc (netCDF-4, all numbers), .csv (a table of them), .pdf (the page), .pptx (slides), .xlsx
+        (tables) or another ending of this kind of result (.toml for a result with a model, .svg and .pdf for a single
+        figure); or a folder, which gets report.html,
         summary.json, results.nc and figures/. The folder need not exist.
 
     Returns
@@ -73,7 +76,8 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
     """Refuse a path to which the result cannot be saved, before anything is computed.
 
     ``option`` is the name of the option with this path, for the message. ModelError for another ending, for a folder or
-    one of the inputs at the path of a file, and for a file at the path of a folder.
+    one of the inputs at the path of a file, and for a file at the path of a folder; NotInstalled for a document or a
+    figure for print without what draws it.
     """
     suffix = path.suffix.lower()
     if suffix in endings:
@@ -81,6 +85,11 @@ def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequen
             raise ModelError(Problem(option, f'"{path}"', "is a folder; a file is needed"))
         if path.parent.exists() and not path.parent.is_dir():
             raise ModelError(Problem(option, f'"{path}"', "lies below a file; a folder is needed"))
+        document = document_of(suffix, endings)
+        if document is not None:
+            document.check(option, f'"{path}"')
+        elif suffix in PRINT_ENDINGS:
+            check_matplotlib(option, f'"{path}"')
     elif suffix in _FILE_ENDINGS and not path.is_dir():
         rule = f"must be a folder, or a file that ends in {listed(endings, 'or')}"
         raise ModelError(Problem(option, f'"{path}"', rule))
@@ -97,7 +106,11 @@ def put_into(presentation: Presentation[Any], path: Path, staging: Staging) -> P
     """Write a result into an open ``destination``, and return the final path of the file or page."""
     if path.suffix.lower() in presentation.endings:
         presentation.folder = path.parent
-        presentation.write(staging.path / path.name)
+        document = document_of(path.suffix.lower(), presentation.endings)
+        if document is None:
+            presentation.write(staging.path / path.name)
+        else:
+            document.write(presentation, staging.path / path.name)
         return path
     fill(presentation, staging.path)
     return path / PAGE

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from markupsafe import Markup
+
 from gearrattle.wording import counted
 
 
@@ -33,6 +35,11 @@ class Tile:
     label: str
     value: str
     detail: str
+
+
+def cell_text(cell: str) -> str:
+    """Return a cell as plain text: of HTML, such as a small drawing, the words alone."""
+    return cell.striptags() if isinstance(cell, Markup) else str(cell)
 
 
 def shortened(table: Table, most: int = 12) -> Table:

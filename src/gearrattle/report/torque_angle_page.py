@@ -12,7 +12,7 @@ from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE
-from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.presentation import ONE_FIGURE_ENDINGS, Presentation
 from gearrattle.report.tables import Table
 
 
@@ -20,7 +20,7 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
     """A slow cycle of a coupling's torque over its deflection."""
 
     kind = "torque over angle"
-    endings = (*NUMBER_ENDINGS, *FIGURE_ENDINGS)
+    endings = ONE_FIGURE_ENDINGS
 
     @property
     def title(self) -> str:

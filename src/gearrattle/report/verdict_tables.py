@@ -17,7 +17,7 @@ from gearrattle.quantities.verdict_parts import Part
 from gearrattle.report.event_tables import event_parts, event_tiles
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table, Tile
-from gearrattle.signals import RANKS, centre, region_shares, steady
+from gearrattle.signals import RANKS, centre, parts_of, region_shares, steady
 
 _MOST_COLUMNS = 9
 _SLIGHT = 1e-3  # of a value: smaller errors of sampling are not shown
@@ -94,7 +94,7 @@ def _changes(part: Part) -> str:
 def side_shares(findings: Findings, part: Part) -> dict[str, float]:
     """Return the shares of time on the coast side, in the centre and on the drive side; nothing without corners."""
     trajectory = findings.motion.trajectory
-    layout = trajectory.layout
+    layout = parts_of(trajectory.layout)
     if part.name not in layout.clearance_names:
         return {}
     k = layout.clearance_names.index(part.name)

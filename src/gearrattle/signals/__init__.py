@@ -44,6 +44,7 @@ from gearrattle.signals.regions import (
     region_at,
     share_in_contact,
 )
+from gearrattle.signals.rings import by_parts, judged_arrays, own_elements, parts_of, rings
 from gearrattle.signals.subharmonics import Line, strongest, sub_harmonics, super_harmonics
 from gearrattle.signals.welch import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
@@ -70,6 +71,7 @@ __all__ = [
     "are_touches",
     "band_rms",
     "by_chance",
+    "by_parts",
     "centre",
     "centre_words",
     "clearance_arrays",
@@ -87,12 +89,15 @@ __all__ = [
     "in_contact",
     "is_gap",
     "is_same_mesh",
+    "judged_arrays",
     "last_cycles",
     "limits_words",
     "loose_gears",
     "measure_impacts",
     "number_distances",
     "order_sums",
+    "own_elements",
+    "parts_of",
     "peak_to_peak",
     "pieces_of",
     "psd",
@@ -104,6 +109,7 @@ __all__ = [
     "region_at",
     "region_shares",
     "resolved",
+    "rings",
     "rms",
     "share_in_contact",
     "speed_ratios",

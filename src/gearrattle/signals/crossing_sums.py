@@ -14,25 +14,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.engine.kernels import tallies
-from gearrattle.engine.kernels.variant_arrays import Crossings, Tallies, room_for
+from gearrattle.engine.kernels.variant_arrays import Judged, Tallies, room_for
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.driveline_constants import reduced_inertias
 from gearrattle.signals.regions import Regime, broken_chain, clearance_arrays, regime_of, share_in_contact
+from gearrattle.signals.rings import crossings_of, judged_arrays, parts_of
 from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 Sums = Mapping[str, Array]
 """Of one motion, or of many along leading axes: the arrays of ``kernels.variant_arrays.Tallies`` by name, and ``mass``
-(K,), m_eff of every clearance."""
+(K,), m_eff of every part. The parts are the clearances of ``rings.parts_of``."""
 
 
-def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | None) -> Sums:
+def add_crossings(
+    before: Sums | None, trajectory: Trajectory, window: Window | None, judged: Judged | None = None
+) -> Sums:
     """Return the sums over all chunks so far.
 
     Parameters
     ----------
     window
         the part of it that counts; None for nothing of it: only the flanks of its last contacts are kept.
+    judged
+        which clearances belong together; None takes the parts of the verdict.
 
     Raises
     ------
@@ -42,35 +47,25 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
 
     # the sums of the chunks before
     layout = trajectory.layout
-    log = trajectory.events
-    judged = clearance_arrays(layout)
+    judged = judged_arrays(layout) if judged is None else judged
     out = room_for(1, judged)
     if before is not None:
         for name, array in zip(Tallies._fields, out, strict=True):
             array[0] = before[name]
-    # crossings with regions counted from the lowest one
-    first = judged.label.take(log.clearance, mode="clip") if judged.label.size else log.clearance
-    crossings = Crossings(
-        np.array(log.time, dtype=np.float64),
-        np.array(log.clearance, dtype=np.int64),
-        np.array(log.from_region - first, dtype=np.int64),
-        np.array(log.to_region - first, dtype=np.int64),
-        np.array(log.velocity, dtype=np.float64),
-        np.array(log.force_integral, dtype=np.float64),
-    )
     # the part of the chunk that counts
     nothing = np.nextafter(trajectory.end, np.inf)
     span = np.array([nothing, nothing] if window is None else [window.start, window.end])
     # regions at the start
-    initial = np.array(trajectory.initial_region - judged.label, dtype=np.int64)
-    if np.any((initial < 0) | (initial >= np.diff(judged.pieces))):
+    initial = np.array(trajectory.initial_region - layout.region_of_first_piece, dtype=np.int64)
+    if np.any((initial < 0) | (initial >= judged.size)):
         raise GearRattleError(f"the motion begins in regions {trajectory.initial_region.tolist()}, which do not exist")
     # add the crossings; their chain must not break
     final = np.array(trajectory.final_force_integral, dtype=np.float64)
-    broken = tallies.add_crossings(judged, crossings, span, initial, final, before is None, 0, out)
+    broken = tallies.add_crossings(judged, crossings_of(trajectory), span, initial, final, before is None, 0, out)
     if broken >= 0:
         raise broken_chain(trajectory, int(broken))
-    mass = reduced_inertias(layout, layout.clearance.tolist()) if before is None else before["mass"]
+    elements = parts_of(layout).clearance.tolist()
+    mass = reduced_inertias(layout, elements) if before is None else before["mass"]
     return {name: array[0] for name, array in zip(Tallies._fields, out, strict=True)} | {"mass": mass}
 
 
@@ -160,11 +155,17 @@ def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array
     GearRattleError
         if the log has a gap.
     """
-    return add_crossings(None, trajectory, window)["dwell"][pieces_of(trajectory.layout, clearance)]
+    sums = add_crossings(None, trajectory, window, clearance_arrays(trajectory.layout))
+    return sums["dwell"][pieces_of(trajectory.layout, clearance)]
 
 
 def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
-    """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
+    """Return the share of the window's time that a part spends in each of its regions, from the event times.
+
+    Parameters
+    ----------
+    clearance
+        index into the clearances of ``rings.parts_of``.
 
     Returns
     -------
@@ -176,22 +177,22 @@ def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dic
     GearRattleError
         if the log has a gap.
     """
-    return _shares(add_crossings(None, trajectory, window), trajectory.layout, clearance, window.duration)
+    return _shares(add_crossings(None, trajectory, window), parts_of(trajectory.layout), clearance, window.duration)
 
 
 def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> float:
-    """Return the share of the window's time that a clearance spends in contact (0 to 1), from the event times.
+    """Return the share of the window's time that a part spends in contact (0 to 1), from the event times.
 
     Raises
     ------
     GearRattleError
         if the log has a gap.
     """
-    return float(share_in_contact(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
+    return float(share_in_contact(parts_of(trajectory.layout), clearance, region_shares(trajectory, clearance, window)))
 
 
 def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
-    """Return the regime of a clearance in the window, from the sides on which it crosses corners.
+    """Return the regime of a part in the window, from the sides on which it crosses corners.
 
     Of a gap only the corners of its centre count: where it separates.
 

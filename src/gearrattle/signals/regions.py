@@ -21,7 +21,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.variant_arrays import Judged
+from gearrattle.engine.kernels.variant_arrays import Judged, without_rings
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
@@ -51,7 +51,9 @@ def centre_words(layout: Layout, clearance: int) -> str:
 
 
 def clearance_arrays(layout: Layout) -> Judged:
-    """Return as arrays for compiled code the pieces of every clearance, and which of them are its centre."""
+    """Return as arrays for compiled code the pieces of every clearance, and which of them are its centre; every
+    clearance is a part of its own (``rings.judged_arrays`` takes the faces of a ring together).
+    """
     sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
     inner = [
         int(first + piece in centre(layout, k))
@@ -63,7 +65,7 @@ def clearance_arrays(layout: Layout) -> Judged:
     free = np.concatenate([np.zeros(0), *layout.stiffness_of_piece]) == 0.0
     free_centre = free & (np.array(inner) > 0)
     gap = [int(np.any(part)) for part in np.split(free_centre, pieces[1:-1])][: len(sizes)]
-    return Judged(pieces, first, np.array(inner, dtype=np.int64), np.array(gap, dtype=np.int64))
+    return without_rings(pieces, first, np.array(inner, dtype=np.int64), np.array(gap, dtype=np.int64))
 
 
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:

@@ -149,6 +149,7 @@ class Store:
         Cancelled
             the store has been closed.
         """
+        # the folder holds what it held, and no other stream writes into it
         self.check_there()
         self.folder.mkdir(parents=True, exist_ok=True)
         if self._lock is not None and not self._lock.held:
@@ -159,8 +160,10 @@ class Store:
             if (state := read_state(self.folder)) is not None:
                 rule = f"holds {counted(state.done, 'cycle')} of a run by now, written by another program"
                 raise ModelError(Problem(str(self.folder), "", rule, "choose another folder"))
+        # the chunk
         chunks = 1 if self.state is None else self.state.chunks + 1
         run.save(self.folder / _CHUNK.format(chunks))
+        # the state after it, unless the store was closed meanwhile
         arrays: dict[str, Any] = {"owner": np.array(self._owner), "counts": np.array([chunks, done])}
         arrays |= {f"march/{name}": array for name, array in march.items()}
         arrays |= {f"gathered/{name}": array for name, array in sums.items()}

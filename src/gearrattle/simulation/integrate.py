@@ -160,6 +160,7 @@ def named(motion: Motion, layout: Layout, grid: Grid, cost: Cost) -> Trajectory:
             velocity=motion.velocity[:, turning:],
             acceleration=motion.acceleration[:, turning:],
             bearing_force=motion.force @ layout.bearing_rows.T,
+            casing_force=motion.force @ layout.casing_rows.T,
         )
     # trajectory under the names of the driveline
     return Trajectory(

@@ -25,6 +25,7 @@ from gearrattle.quantities.evaluation import add, verdict_of
 from gearrattle.quantities.quantity import Sums
 from gearrattle.quantities.verdict import Verdict
 from gearrattle.results import Run
+from gearrattle.signals import parts_of
 from gearrattle.simulation.chunk_store import Store
 from gearrattle.simulation.integrate import finish
 from gearrattle.simulation.limits import check_memory
@@ -186,7 +187,7 @@ class Stream:
         state = None if store is None else store.state
         if state is not None:
             self.done = state.done
-            self._sums = Sums.unpacked(state.sums, plan.layout, plan.algorithm)
+            self._sums = Sums.unpacked(state.sums, parts_of(plan.layout), plan.algorithm)
             if self.done < self.cycles:
                 march.restore(state.march, self._next)
 

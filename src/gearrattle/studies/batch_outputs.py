@@ -24,7 +24,7 @@ from gearrattle.quantities.evaluation import rows_of
 from gearrattle.quantities.metric_sources import inputs_of_crossings
 from gearrattle.quantities.quantity_table import CRITERIA, METRICS, QUANTITIES
 from gearrattle.results import Run
-from gearrattle.signals import reduced_inertias
+from gearrattle.signals import parts_of, reduced_inertias
 from gearrattle.signals.last_levels import LAST_CYCLES
 from gearrattle.simulation.integrate import Grid, cost_of, named
 from gearrattle.studies.output import SOUND, Output
@@ -76,12 +76,12 @@ class Followed:
         driveline = assemble(model)
         layout = driveline.layout
         values = dict[str, NDArray[Any]]()
-        mass = reduced_inertias(layout, layout.clearance.tolist())
+        mass = reduced_inertias(layout, parts_of(layout).clearance.tolist())
         crossings = {**picked(batch.out, variant)._asdict(), "mass": mass}
         if self._of_log:
             inputs = inputs_of_crossings(crossings, layout, self._span(layout))
             wanted = {output.quantity for output in self._of_log}
-            values |= values_in(rows_of(inputs, _OF_LOG, wanted), self._of_log, layout)
+            values |= values_in(rows_of(inputs, _OF_LOG, wanted), self._of_log, parts_of(layout))
         if self._sampled:
             motion = batch.motion(flow_of(driveline.system))
             if motion is None:

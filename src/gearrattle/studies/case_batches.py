@@ -24,7 +24,7 @@ from gearrattle.engine.solvers.variants import Pattern, follow_variants, has_loo
 from gearrattle.errors import Cancelled, GearRattleError
 from gearrattle.model import Initial, Model
 from gearrattle.quantities.quantity_table import CROSSING_CRITERIA
-from gearrattle.signals import clearance_arrays, gap_names, reduced_inertias
+from gearrattle.signals import gap_names, judged_arrays, parts_of, reduced_inertias
 from gearrattle.studies.batch_outputs import Followed, is_followed
 from gearrattle.studies.output import WORST, Output
 from gearrattle.studies.outputs import Outputs
@@ -148,7 +148,7 @@ class _Alike:
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
         start = _STARTS[settings.initial] if isinstance(settings.initial, str) else AS_GIVEN
-        pattern = Pattern(system, start, settings.cycles, clearance_arrays(layout))
+        pattern = Pattern(system, start, settings.cycles, judged_arrays(layout))
         columns, is_number = _floats(varied, count)
         numbers, good = coefficients(model, columns, count)
         good &= is_number
@@ -238,9 +238,10 @@ def _keep(
     inertia = np.repeat(alike.layout.inertia[None], judged.sum(), axis=0)
     free = free_of(alike.model)
     inertia[:, free] = alike.numbers.inertia[judged, : free.size]
-    mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), inertia)
+    layout = parts_of(alike.layout)
+    mass = reduced_inertias(layout, layout.clearance.tolist(), inertia)
     sums = {**tally._asdict(), "mass": mass}
-    gaps = gap_names(alike.layout)
+    gaps = gap_names(layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
     # values of outputs, criterion by criterion
     for output in filter(is_of_crossings, outputs.chosen):
@@ -252,7 +253,7 @@ def _keep(
         # quantities over crossings, computed once a criterion
         if output.criterion not in by_criterion:
             criterion = CROSSING_CRITERIA[output.criterion]
-            by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
+            by_criterion[criterion.name] = criterion.values(sums, layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
         # worst gap
         if output.name in WORST:

@@ -83,8 +83,7 @@ def _saltelli(d: int, count: int, seed: int, *, pairs: bool) -> Array:
         from SALib.sample.sobol import sample
     except ImportError:
         rule = "needs SALib, which is not installed"
-        problem = Problem("method", PAIRS if pairs else SALTELLI, rule, "pip install 'gearrattle[studies]'")
-        raise NotInstalled(problem) from None
+        raise NotInstalled.of("studies", "method", PAIRS if pairs else SALTELLI, rule) from None
     cube = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
     return np.asarray(sample(cube, count, calc_second_order=pairs, seed=np.random.default_rng(seed)))
 

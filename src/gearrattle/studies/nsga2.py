@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import NotInstalled, Problem
+from gearrattle.errors import NotInstalled
 
 Array = NDArray[np.float64]
 _NEVER = 10**9
@@ -71,7 +71,7 @@ def _pymoo() -> tuple[Any, Any]:
         from pymoo.core.problem import Problem as Searched
     except ImportError:
         rule = "an optimisation needs pymoo, which is not installed"
-        raise NotInstalled(Problem("optimize", "", rule, "pip install 'gearrattle[optimization]'")) from None
+        raise NotInstalled.of("optimization", "optimize", "", rule) from None
     return NSGA2, Searched
 
 

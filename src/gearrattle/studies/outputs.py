@@ -28,7 +28,7 @@ from gearrattle.quantities.metrics import event_metric_of, inputs_of
 from gearrattle.quantities.quantity import WITHOUT_DIMENSION, Row
 from gearrattle.quantities.quantity_table import CRITERIA, METRICS
 from gearrattle.results import Run
-from gearrattle.signals import gap_names
+from gearrattle.signals import gap_names, parts_of
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.event_outputs import NAMES, known_event_outputs, values_of_event
 from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, SOUND, VERDICT, WORDS, WORST, Output
@@ -130,7 +130,7 @@ def values_of(
     figures |= {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
     if of_event:
         figures |= values_of_event(of_event, run)
-    return figures | values_in(rows, plain, run.trajectory.layout)
+    return figures | values_in(rows, plain, parts_of(run.trajectory.layout))
 
 
 def values_in(rows: Sequence[Row], outputs: Sequence[Output], layout: Layout) -> dict[str, NDArray[Any]]:
@@ -185,7 +185,9 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}
     # parts that can separate
-    gaps = tuple(name for name in names["part"] if any(name in gap_names(run.trajectory.layout) for run in runs))
+    gaps = tuple(
+        name for name in names["part"] if any(name in gap_names(parts_of(run.trajectory.layout)) for run in runs)
+    )
     # subjects, units and words of every output
     for name, entries in by_name.items():
         first = next(iter(entries.values()))
@@ -209,7 +211,7 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
 
 def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
     """Names of parts, forces of bearings among them, and of inertias in all of some runs, each once."""
-    layouts = [run.trajectory.layout for run in runs]
+    layouts = [parts_of(run.trajectory.layout) for run in runs]
     parts = [*(n for layout in layouts for n in layout.element_names), *(n for at in layouts for n in at.bearing_names)]
     return {
         "part": list(dict.fromkeys(parts)),
@@ -249,7 +251,10 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [
-        entry for run in runs for criterion in CRITERIA for entry in criterion.occasional(run.trajectory.layout)
+        entry
+        for run in runs
+        for criterion in CRITERIA
+        for entry in criterion.occasional(parts_of(run.trajectory.layout))
     ]
     known |= _outputs_in(said, occasional, runs)
     if not isinstance(names, Available) and any(name not in known for name in names):
@@ -365,7 +370,7 @@ def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) 
 
     Any run of the driveline gives the order of names in the lists.
     """
-    layout = run.trajectory.layout
+    layout = parts_of(run.trajectory.layout)
     outputs = []
     names = {"part": (*layout.element_names, *layout.bearing_names), "inertia": layout.inertia_names}
     for output in chosen:

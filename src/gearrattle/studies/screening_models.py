@@ -21,7 +21,7 @@ import numpy as np
 
 from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
 from gearrattle.engine.system.auxiliary import STICK
-from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.equilibrium import PositionAtRest
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array
 
@@ -37,7 +37,7 @@ class Linear(NamedTuple):
     damping: Array
 
 
-def at_rest(system: PiecewiseSystem, rest: Equilibrium) -> Linear:
+def at_rest(system: PiecewiseSystem, rest: PositionAtRest) -> Linear:
     """Return the model in the stages at rest, with friction released."""
     return _in_pieces(system, rest.pieces, sticks=False)
 
@@ -47,7 +47,7 @@ def reach_of(system: PiecewiseSystem, linear: Linear) -> Reach:
     return steady_extremes(system, steady_deflections(system, linear.stiffness, linear.damping))
 
 
-def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> tuple[Array, Array]:
+def lift_range(system: PiecewiseSystem, rest: PositionAtRest, meshes: Sequence[int]) -> tuple[Array, Array]:
     """Return (gears,) the least and the largest lift ratio over all linear models."""
     models = list(_models(system, rest, meshes))
     ratios = np.array([lift_ratios(system, rest, reach_of(system, linear), meshes) for linear in models])
@@ -68,7 +68,7 @@ def lift_range(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]
     return low, high
 
 
-def lift_ratios(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, meshes: Sequence[int]) -> Array:
+def lift_ratios(system: PiecewiseSystem, rest: PositionAtRest, reach: Reach, meshes: Sequence[int]) -> Array:
     """Return how far meshes swing towards their gaps, over their static depth of contact.
 
     Infinite if a mesh rests inside its gap.
@@ -76,7 +76,7 @@ def lift_ratios(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, meshes
     return np.array([_lift(system, rest, reach, mesh) for mesh in meshes])
 
 
-def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, mesh: int) -> float:
+def _lift(system: PiecewiseSystem, rest: PositionAtRest, reach: Reach, mesh: int) -> float:
     """The lift ratio of one mesh."""
     law = system.laws[mesh]
     piece = rest.pieces[mesh]
@@ -90,12 +90,12 @@ def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: Reach, mesh: int) -
     return float(reach[1][mesh] / (law.corners[piece] - at))
 
 
-def is_inside(system: PiecewiseSystem, rest: Equilibrium, reach: Reach) -> bool:
+def is_inside(system: PiecewiseSystem, rest: PositionAtRest, reach: Reach) -> bool:
     """Whether every element stays in the piece it rests in."""
     return all(_reached(system, rest, [reach], k) == [piece] for k, piece in enumerate(rest.pieces))
 
 
-def _reached(system: PiecewiseSystem, rest: Equilibrium, reaches: Sequence[Reach], element: int) -> list[int]:
+def _reached(system: PiecewiseSystem, rest: PositionAtRest, reaches: Sequence[Reach], element: int) -> list[int]:
     """Return the pieces that an element visits in this swing; a piece that it only touches counts."""
     law = system.laws[element]
     at = float(rest.deflection[element])
@@ -106,7 +106,7 @@ def _reached(system: PiecewiseSystem, rest: Equilibrium, reaches: Sequence[Reach
     return [*range(first, last + 1)]
 
 
-def _models(system: PiecewiseSystem, rest: Equilibrium, meshes: Sequence[int]) -> Iterator[Linear]:
+def _models(system: PiecewiseSystem, rest: PositionAtRest, meshes: Sequence[int]) -> Iterator[Linear]:
     """Yield all linear models: first in the stages at rest, then with elements in the other stages that they reach."""
     first = list(_frictions(system, rest.pieces))
     reaches = [reach_of(system, linear) for linear in first]

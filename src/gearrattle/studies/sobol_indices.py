@@ -107,7 +107,7 @@ def _by_salib(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
         from SALib.analyze.sobol import analyze
     except ImportError:
         rule = "Sobol' indices need SALib, which is not installed"
-        raise NotInstalled(Problem("data", "", rule, "pip install 'gearrattle[studies]'")) from None
+        raise NotInstalled.of("studies", "data", "", rule) from None
     cube = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
     drawn = np.random.default_rng(0)  # a generator: SALib takes a seed of 0 for none
     estimates = analyze(cube, y, pairs, num_resamples=RESAMPLES, conf_level=level, seed=drawn)

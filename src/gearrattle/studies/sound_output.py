@@ -45,7 +45,7 @@ def audible_meshes(layout: Layout) -> list[int]:
     return [
         k
         for k, element in enumerate(layout.clearance.tolist())
-        if layout.is_mesh[element] and np.isfinite(reduced_inertia(layout, element))
+        if layout.is_mesh[element] and not layout.is_bearing[element] and np.isfinite(reduced_inertia(layout, element))
     ]
 
 

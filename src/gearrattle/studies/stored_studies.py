@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, check_installed
 from gearrattle.files import Refused, reachable, within_limit
 from gearrattle.formats import check_format
 from gearrattle.result import KIND
@@ -41,6 +41,11 @@ OF = "cases and model"
 RESULTS = "results.zarr"
 DONE_FOLDER = "done"
 _REMEDY = "resume the study, or give another folder"
+
+
+def check_zarr(subject: str = "study") -> None:
+    """Refuse a study where Zarr, which keeps its results, is not installed (NotInstalled)."""
+    check_installed("zarr", "studies", subject, "", "results of studies need Zarr, which is not installed")
 
 
 def markers_in(storage: Storage) -> set[int]:
@@ -118,6 +123,8 @@ def open_study(folder: Address) -> xr.Dataset:
     ------
     ModelError
         there is no study, or it cannot be read, or is larger than what may be read.
+    NotInstalled
+        Zarr, of the extra ``studies``, is not installed.
 
     Examples
     --------
@@ -131,6 +138,7 @@ def open_study(folder: Address) -> xr.Dataset:
         sweep(storage.local)  # an optimisation may have been killed while it replaced its results
     if not storage.exists(f"{RESULTS}/zarr.json"):
         raise ModelError(Problem(storage.address, "", "holds no study", "give the folder that a study was written to"))
+    check_zarr(storage.address)
     try:
         check_regular_files(storage)
         return loaded_from(storage, limited=True)

@@ -13,6 +13,7 @@ from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
 from gearrattle.studies.storage import Address, Storage, storage_of
 from gearrattle.studies.storage_claim import check_storage
+from gearrattle.studies.stored_studies import check_zarr
 from gearrattle.studies.study_cost import Cost
 from gearrattle.wording import counted
 from gearrattle.writing import temporary_folder
@@ -104,8 +105,9 @@ def _storage_for(output: Address | None, scheduler: Any, workers: int | None, *,
     """Give the storage location that was asked for, or a temporary one.
 
     Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``storage_of`` and
-    ``check_storage``.
+    ``check_storage``, NotInstalled without Zarr.
     """
+    check_zarr()
     check_scheduler(scheduler, workers)
     if output is not None:
         storage = storage_of(output)

@@ -50,7 +50,8 @@ class Link:
     @property
     def along_line(self) -> bool:
         """Whether it is drawn as gears in mesh."""
-        return self.element.along_line if self.element else issubclass(COMPONENTS[self.table], Mesh)
+        turns = bool(self.element and self.element.arms)  # a bearing turns nothing
+        return turns and self.element.along_line if self.element else issubclass(COMPONENTS[self.table], Mesh)
 
     @property
     def has_gap(self) -> bool:
@@ -223,7 +224,7 @@ def _drawn(number: int, link: Link, placement: Placement, tables: Mapping[str, A
         "ends": [_end(number, body, seat, placement) for body in link.ends],
     }
     if link.element is not None:
-        drawn |= {"law": law_of(link.element), "along_line": link.along_line}
+        drawn |= {"law": law_of(link.element), "along_line": link.element.along_line}
     return drawn
 
 

@@ -66,7 +66,7 @@ def serve(
         from gearrattle.workbench.connections import Connection
     except ImportError:
         rule = "needs starlette, uvicorn and websockets"
-        raise NotInstalled(Problem("serve", "", rule, "pip install 'gearrattle[workbench]'")) from None
+        raise NotInstalled.of("workbench", "serve", "", rule) from None
     if not folder.is_dir():
         raise ModelError(Problem("FOLDER", f'"{folder}"', "must be a folder", "make it first"))
     _check_limits(workers, memory)

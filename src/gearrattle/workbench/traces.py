@@ -24,7 +24,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_hdf5
 from gearrattle.recording import Recording
 from gearrattle.report.plots.thinning import thin
-from gearrattle.signals import find_impacts
+from gearrattle.signals import by_parts, find_impacts
 from gearrattle.trajectory import Array, IntArray
 
 if TYPE_CHECKING:
@@ -304,8 +304,9 @@ class Hits:
     @classmethod
     def of_run(cls, run: Run) -> Hits:
         """Return the impacts of a run."""
-        impacts = find_impacts(run.trajectory)
-        layout = run.trajectory.layout
+        trajectory = by_parts(run.trajectory)
+        impacts = find_impacts(trajectory)
+        layout = trajectory.layout
         units = ["m/s" if layout.is_mesh[element] else "rad/s" for element in layout.clearance]
         if run.model.units != "SI":
             units = ["1"] * len(units)

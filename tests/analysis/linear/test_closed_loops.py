@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import diag, lu_solve, matrix, mp, mpf
 
-from gearrattle.engine.system.equilibrium import Equilibrium, Runaway, equilibrium
+from gearrattle.engine.system.equilibrium import PositionAtRest, Runaway, equilibrium
 from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from tests.engine.system.drivelines import clearance, inputs, linear
@@ -75,7 +75,7 @@ class Solved:
     condition: float
 
 
-def solved(system: PiecewiseSystem, rest: Equilibrium) -> Solved:
+def solved(system: PiecewiseSystem, rest: PositionAtRest) -> Solved:
     with mp.workdps(50):
         rows, held = matrix(system.rows.tolist()), system.size - 1
         slopes = [mpf(float(law.stiffness[p])) for law, p in zip(system.laws, rest.pieces, strict=True)]

@@ -210,11 +210,11 @@ def test_without_the_extra_the_error_says_what_to_install(name, monkeypatch, cap
     sundials._libraries.cache_clear()
     monkeypatch.setitem(sys.modules, "sksundae", None)
     monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
-    with pytest.raises(ModelError, match=r"simulation.algorithm: .*pip install 'gearrattle\[sundials\]'"):
+    with pytest.raises(ModelError, match=r'simulation.algorithm: .*pip install "gearrattle\[sundials\]"'):
         SOLVERS[name](rattling())
     arguments = ["simulate", "examples/paper/case1.toml", "--cycles", "1", "--discard", "0", "--algorithm", name]
     assert main(arguments) == 2
-    assert "pip install 'gearrattle[sundials]'" in capsys.readouterr().err
+    assert 'pip install "gearrattle[sundials]"' in capsys.readouterr().err
     monkeypatch.undo()
     sundials._libraries.cache_clear()
     sundials.available(name)

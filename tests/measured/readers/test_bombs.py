@@ -6,6 +6,7 @@ import struct
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -92,6 +93,57 @@ def mdf(path: Path) -> None:
         file.save(path, overwrite=True, compression=2)
 
 
+def tdms_that_claims(path: Path) -> None:
+    """A channel of 1e9 samples of a byte each, which would take eight."""
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment([nptdms.ChannelObject("rig", "n", np.zeros(4, "i1"), {"wf_increment": 1e-3})])
+    content = path.read_bytes()
+    one = content.replace((4).to_bytes(8, "little"), (10**9).to_bytes(8, "little"))
+    zeros = 10**9 - 4
+    length = len(one) + zeros - 28  # bytes of a segment behind its lead-in
+    hollow(path, (one[:12] + length.to_bytes(8, "little") + one[20:], zeros))
+
+
+def workbook(path: Path, sheet: bytes) -> None:
+    """Write a workbook whose sheet is this text."""
+    openpyxl = pytest.importorskip("openpyxl")
+    openpyxl.Workbook().save(path)
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    parts["xl/worksheets/sheet1.xml"] = sheet
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+SPACE = b'<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+
+
+def workbook_of_a_long_sheet(path: Path) -> None:
+    workbook(path, SPACE + b"<row><c><v>1</v></c></row>" * 40_000_000)
+
+
+def workbook_of_wide_rows(path: Path) -> None:
+    """The last cell of every row alone, of which there are 20 000."""
+    rows = "".join(f'<row r="{k}"><c r="XFD{k}"><v>1</v></c></row>' for k in range(1, 20_000))
+    workbook(path, SPACE + rows.encode() + b"</sheetData></worksheet>")
+
+
+def lvm_of_long_rows(path: Path) -> None:
+    head = b"LabVIEW Measurement\n***End_of_Header***\nSamples\t1\n***End_of_Header***\nX_Value"
+    path.write_bytes(head + b"\tn" * 5000 + b"\n" + b"1\n" * 10_000)
+
+
+def netcdf3_that_claims(path: Path) -> None:
+    with netcdf_file(path, "w", version=2) as file:
+        file.createDimension("time", 5)
+        for name in ("time", "n"):
+            file.createVariable(name, "b", ("time",))[:] = np.arange(5)
+    content = path.read_bytes().replace(b"time" + (5).to_bytes(4, "big"), b"time" + (10**9).to_bytes(4, "big"))
+    hollow(path, (content, 2_500_000_000))
+
+
 BOMBS: dict[str, Callable[[Path], None]] = {
     "zlib.mat": two_packed_vectors,
     "structures.mat": packed_structures,
@@ -100,6 +152,11 @@ BOMBS: dict[str, Callable[[Path], None]] = {
     "foreign.nc": hdf5_bytes,
     "run.nc": run,
     "dz.mf4": mdf,
+    "claims.tdms": tdms_that_claims,
+    "long.xlsx": workbook_of_a_long_sheet,
+    "wide.xlsx": workbook_of_wide_rows,
+    "rows.lvm": lvm_of_long_rows,
+    "claims.nc3": netcdf3_that_claims,
     "long.wav": wav_of_4_gb,
     "open.wav": wav_without_a_length,
     "text.uff": uff_text_that_claims,
@@ -156,13 +213,21 @@ def test_times_of_very_different_steps_are_refused_before_a_grid_of_the_shortest
         gr.read(tmp_path / "m.toml")
 
 
-def test_netcdf_3_is_called_by_its_name(tmp_path: Path) -> None:
+def test_netcdf_5_is_called_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    path.write_bytes(b"CDF\x05" + bytes(100))
+    with pytest.raises(ModelError, match="netCDF of version 5 is not read; netCDF 3 and netCDF-4 are"):
+        gr.read(path)
+
+
+def test_netcdf_3_is_no_damaged_result(tmp_path: Path) -> None:
     path = tmp_path / "x.nc"
     with netcdf_file(path, "w") as file:
         file.createDimension("time", 5)
         file.createVariable("time", "d", ("time",))[:] = np.arange(5.0)
-    with pytest.raises(ModelError, match="found a netCDF 3 file; netCDF 3 is not read; netCDF-4, which is HDF5, is"):
-        gr.read(path)
+    for reads in (gr.open_run, gr.figures):
+        with pytest.raises(ModelError, match="is netCDF 3; results are saved as netCDF-4"):
+            reads(path)
 
 
 def test_a_wav_of_many_tracks_is_read_within_seconds(tmp_path: Path) -> None:

@@ -155,9 +155,53 @@ def test_uff_headers(tmp_path: Path) -> None:
     assert "must be of IEEE 754" in _refused(path)
 
 
-def test_an_unfinished_mdf(tmp_path: Path) -> None:
+def _unfinished(path: Path, work: int) -> None:
+    """Write a recording as a stopped recorder leaves it: no count of samples, no length of the data, flags of work."""
+    gr.write(rig(), path)
+    content = bytearray(path.read_bytes())
+    content[:8] = b"UnFinMF "
+    content[60:62] = work.to_bytes(2, "little")
+    count = content.index(b"##CG") + 24 + 6 * 8 + 8
+    content[count : count + 8] = bytes(8)
+    length = content.index(b"##DT") + 8
+    content[length : length + 8] = (24).to_bytes(8, "little")
+    path.write_bytes(content)
+
+
+def test_an_unfinished_mdf_is_finished_in_a_copy(tmp_path: Path) -> None:
+    path = tmp_path / "x.mf4"
+    _unfinished(path, 0x01 | 0x04)
+    before = path.read_bytes()
+    recording = gr.read(path)
+    assert "its samples were counted anew, in a copy" in recording.notes[0]
+    for one, other in zip(recording.channels, rig().channels, strict=True):
+        np.testing.assert_array_equal(one.values, other.values)
+    assert path.read_bytes() == before
+
+
+def test_an_unfinished_mdf_that_the_library_cannot_finish(tmp_path: Path) -> None:
+    """Without blocks, with other work, or with a list of data blocks that goes on, on which the library never ends."""
     path = tmp_path / "x.mf4"
     path.write_bytes(b"UnFinMF 4.10    " + bytes(200))
+    assert "its writer was interrupted" in _refused(path)
+    _unfinished(path, 0x01 | 0x40)
+    assert "its writer was interrupted" in _refused(path)
+    _unfinished(path, 0x01 | 0x04)
+    content = bytearray(path.read_bytes())
+    group = content.index(b"##DG")
+    first = len(content)
+    second = first + 40
+    content[group + 40 : group + 48] = first.to_bytes(8, "little")
+    content += (
+        b"##DL"
+        + bytes(4)
+        + (40).to_bytes(8, "little")
+        + (2).to_bytes(8, "little")
+        + second.to_bytes(8, "little")
+        + bytes(8)
+    )
+    content += b"##DL" + bytes(4) + (40).to_bytes(8, "little") + (2).to_bytes(8, "little") + bytes(16)
+    path.write_bytes(content)
     assert "its writer was interrupted" in _refused(path)
 
 
@@ -192,10 +236,11 @@ def test_a_refusal_of_an_mdf_takes_no_longer_in_a_large_process(
     assert complaints == []
 
 
-def test_mdf_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "asammdf", None)
-    path = tmp_path / "x.mf4"
-    path.write_bytes(b"MDF     4.10    " + bytes(200))
+@pytest.mark.parametrize(("name", "library"), [("mdf4", "asammdf"), ("tdms", "nptdms"), ("xlsx", "openpyxl")])
+def test_a_format_without_its_library(name: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / f"x{SUFFIXES[name]}"
+    gr.write(rig(), path)
+    monkeypatch.setitem(__import__("sys").modules, library, None)
     with pytest.raises(NotInstalled, match=r"gearrattle\[measured\]"):
         gr.read(path)
 

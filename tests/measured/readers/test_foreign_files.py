@@ -76,6 +76,145 @@ def test_mat_7_3_and_hdf5_by_group_scale_and_name(tmp_path: Path) -> None:
         gr.read(path)
 
 
+def test_a_table_of_named_columns_in_hdf5(tmp_path: Path) -> None:
+    """As PyTables and recorders write it; units one by one, columns of texts left out, whole numbers kept exact."""
+    path = tmp_path / "x.h5"
+    table = np.zeros(T.size, dtype=[("t", "f8"), ("n", "f4"), ("count", "i8"), ("word", "S4")])
+    table["t"] = 1e3 * T
+    table["n"] = X
+    table["count"] = np.arange(T.size) + 2**40
+    with h5py.File(path, "w") as file:
+        file.create_dataset("log/rig", data=table, chunks=(64,), compression="gzip").attrs["units"] = [
+            "ms",
+            "rpm",
+            "",
+            "",
+        ]
+    by_name = {column.name: column for column in read_raw(path).columns}
+    assert set(by_name) == {"log/rig/n", "log/rig/count"}
+    assert by_name["log/rig/n"].unit == "rpm"
+    np.testing.assert_array_equal(by_name["log/rig/n"].values, X.astype("f4"))
+    np.testing.assert_array_equal(by_name["log/rig/count"].values, table["count"])
+    np.testing.assert_allclose(by_name["log/rig/n"].time, T, rtol=1e-15)
+
+
+def test_the_rate_of_an_hdf5_file(tmp_path: Path) -> None:
+    """That of the signal, of its group or of the file, the nearest one; times that are stored come first."""
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["fs"] = 1000
+        file["slow/n"] = X[::4]
+        file["slow"].attrs["sampling_rate"] = 250.0
+        file["slow/fast"] = X
+        file["slow/fast"].attrs["Fs"] = np.array([2000.0])
+        file["n"] = X[:100]
+        file["timed/n"] = X[:50]
+        file["timed/t"] = 3.0 * T[:50]
+    raw = read_raw(path)
+    by_name = {column.name: column for column in raw.columns}
+    for name, times in (("slow/n", T[::4]), ("slow/fast", 0.5 * T), ("n", T[:100]), ("timed/n", 3.0 * T[:50])):
+        np.testing.assert_allclose(by_name[name].time, times, rtol=1e-15)
+    assert raw.notes == ("times by the sampling rate of the file: n, slow/fast, slow/n",)
+    with h5py.File(path, "a") as file:
+        file["slow"].attrs["sampling_rate"] = "fast"
+    with pytest.raises(ModelError, match=r"/slow: sampling_rate: .*one positive number, in Hz"):
+        gr.read(path)
+
+
+def test_tdms_of_groups_with_equal_names(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "x.tdms"
+    waveform = {"wf_increment": 1e-3, "unit_string": "rpm"}
+    rows = [("one", "n", X, waveform), ("two", "n", Y, waveform), ("two", "word", ["a", "b"], {})]
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment([nptdms.ChannelObject(*row) for row in rows])
+        writer.write_segment([nptdms.ChannelObject(*row) for row in rows[:1]])
+    raw = read_raw(path)
+    by_name = {column.name: column for column in raw.columns}
+    assert set(by_name) == {"one/n", "two/n"}
+    assert raw.notes == ("left out, because they are no signals: word",)
+    np.testing.assert_array_equal(by_name["one/n"].values, np.concatenate([X, X]))
+    np.testing.assert_allclose(by_name["one/n"].time, np.arange(800) * 1e-3, rtol=1e-15)
+    mapping = {"file": str(path), "channel": [channel("n", source="two/n")]}
+    np.testing.assert_allclose(gr.read(mapping)["n"].values, Y * np.pi / 30.0, rtol=1e-15)
+
+
+def test_a_workbook_of_several_sheets(tmp_path: Path) -> None:
+    """A cover without a table is left out; columns are named by sheet; messages name sheet and row."""
+    openpyxl = pytest.importorskip("openpyxl")
+    path = tmp_path / "x.xlsx"
+    book = openpyxl.Workbook()
+    book.active.title = "cover"
+    book.active["B2"] = 'rig "3", 2026'
+    for title, values in (("rig", X), ("road", Y)):
+        sheet = book.create_sheet(title)
+        sheet.append(["t [s]", "n [rpm]"])
+        for row in zip(T.tolist(), values.tolist(), strict=True):
+            sheet.append(row)
+    book.save(path)
+    raw = read_raw(path)
+    assert {column.name for column in raw.columns} == {"rig/n", "road/n"}
+    assert raw.notes == ("sheets without a table of numbers, left out: cover",)
+    mapping = {"file": str(path), "channel": [channel("n", source="road/n")]}
+    np.testing.assert_allclose(gr.read(mapping)["n"].values, Y * np.pi / 30.0, rtol=1e-14)
+    book["road"]["B7"] = "broken"
+    del book["rig"]
+    book.save(path)
+    with pytest.raises(ModelError, match=r'x\.xlsx: road:7: n: found "broken"'):
+        gr.read(path)
+
+
+def test_a_workbook_whose_formulas_have_no_values(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [["t [s]", "n [rpm]"], ["=1*1", "=2*2"], ["=2*1", "=3*2"]]:
+        book.active.append(row)
+    book.save(tmp_path / "x.xlsx")
+    with pytest.raises(ModelError, match="values of formulas are stored where Excel has saved"):
+        gr.read(tmp_path / "x.xlsx")
+
+
+@pytest.mark.parametrize(
+    ("columns", "heading"), [("Multi", "X_Value\tn\tX_Value\tT\tComment"), ("One", "X_Value\tn\tT\tComment")]
+)
+@pytest.mark.parametrize("separator", ["\t", ","])
+def test_lvm_with_stored_times_in_segments(columns: str, heading: str, separator: str, tmp_path: Path) -> None:
+    """Two segments that begin at X = 0, a second apart by their clock times, around a special block."""
+    path = tmp_path / "x.lvm"
+    end = "***End_of_Header***"
+    name = {"\t": "Tab", ",": "Comma"}[separator]
+    text = [f"LabVIEW Measurement\nSeparator\t{name}\nDecimal_Separator\t.\nX_Columns\t{columns}\n{end}\n"]
+    multi = columns == "Multi"
+    for clock, shift in (("12:00:00.5", 0.0), ("12:00:01.5", 10.0)):
+        units = "Y_Unit_Label\trpm\t\tNm" if multi else "Y_Unit_Label\trpm\tNm"
+        stamps = f"Date\t2026/03/01\t2026/03/01\nTime\t{clock}\t{clock}"
+        samples = "Samples\t3\t\t2" if multi else "Samples\t3\t2"
+        text.append(f"\nChannels\t2\n{samples}\n{stamps}\n{units}\n{end}\n{heading}\n")
+        for k in range(3):
+            first = f"{0.25 * k}\t{shift + k}"
+            second = f"{shift - k}" if k < 2 else ""
+            text.append(f"{first}\t{0.5 * k if k < 2 else ''}\t{second}\thello\n" if multi else f"{first}\t{second}\n")
+        text.append("***Start_Special***\nNoise\t3\n***End_Special***\n")
+    path.write_text("".join(text).replace("\t", separator))
+    raw = read_raw(path)
+    by_name = {column.name: column for column in raw.columns}
+    np.testing.assert_allclose(by_name["n"].time, [0.0, 0.25, 0.5, 1.0, 1.25, 1.5])
+    np.testing.assert_array_equal(by_name["n"].values, [0.0, 1.0, 2.0, 10.0, 11.0, 12.0])
+    step = 0.5 if multi else 0.25
+    np.testing.assert_allclose(by_name["T"].time, [0.0, step, 1.0, 1.0 + step])
+    np.testing.assert_array_equal(by_name["T"].values, [0.0, -1.0, 10.0, 9.0])
+    assert (by_name["n"].unit, by_name["T"].unit) == ("rpm", "Nm")
+    assert raw.notes == ("times of 2 segments count from 2026/03/01 12:00:00.5, by their dates and clock times",)
+
+
+def test_lvm_with_a_word_in_place_of_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "x.lvm"
+    head = "LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\nChannels\t1\nSamples\t2\n***End_of_Header***\n"
+    path.write_text(f"{head}X_Value\tn\n0.0\t1\n0.1\tbroken\n")
+    with pytest.raises(ModelError, match=r'x\.lvm:9: n: found "broken"; must be a number'):
+        gr.read(path)
+
+
 def test_two_groups_of_equal_length_keep_their_own_times(tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as file:

@@ -5,6 +5,7 @@ A cell of the table is one case: a file, and what must come of it. The answers i
 
 from __future__ import annotations
 
+import datetime
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,9 +14,10 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from scipy.io import savemat, wavfile
+from scipy.io import netcdf_file, savemat, wavfile
 
 import gearrattle as gr
+from gearrattle.errors import ModelError
 from gearrattle.measured.readers import ANSWERS, READERS, Column, read_raw
 from gearrattle.measured.readers.reader_answers import Answers
 from tests.architecture.places import DOCS
@@ -100,6 +102,158 @@ def mat_counts(path: Path) -> tuple[Column, Any, Any]:
 def mat_scaled(path: Path) -> tuple[Column, Any, Any]:
     savemat(path, {"t": T, "n": X.astype("i2")})
     return named(path, "n"), T, X
+
+
+def netcdf3(path: Path, values: Any, unit: str = "s", clock: str = "time", **about: Any) -> Column:
+    """Write n over a dimension with the variable of its times, and another vector that ascends; read n."""
+    with netcdf_file(path, "w") as file:
+        file.createDimension(clock, T.size)
+        for name, numbers, attributes in (
+            ("n", np.asarray(values), about),
+            (clock, T, {"units": unit}),
+            ("s", 3 * T, {"units": "s"}),
+        ):
+            variable = file.createVariable(name, numbers.dtype.newbyteorder(">"), (clock,))
+            variable[:] = numbers
+            for key, value in attributes.items():
+                setattr(variable, key, value)
+    return named(path, "n")
+
+
+@case("netcdf3", "axis")
+def netcdf3_axis(path: Path) -> tuple[Column, Any, Any]:
+    return netcdf3(path, X), T, X
+
+
+@case("netcdf3", "unit")
+def netcdf3_unit(path: Path) -> tuple[Column, Any, Any]:
+    return netcdf3(path, X, unit="milliseconds since 2026-03-01"), 1e-3 * T, X
+
+
+@case("netcdf3", "counts")
+def netcdf3_counts(path: Path) -> tuple[Column, Any, Any]:
+    return netcdf3(path, np.where(np.isnan(GAP), 9.969209968386869e36, GAP)), T, GAP
+
+
+@case("netcdf3", "scaled")
+def netcdf3_scaled(path: Path) -> tuple[Column, Any, Any]:
+    return netcdf3(path, X.astype("i2"), scale_factor=0.5, add_offset=2.0), T, 0.5 * X + 2.0
+
+
+def tdms(path: Path, values: Any, times: Any = None, **about: Any) -> Column:
+    """Write n with its properties, and with a channel of times where there is one; read n."""
+    nptdms = pytest.importorskip("nptdms")
+    objects = [nptdms.ChannelObject("rig", "n", np.asarray(values), about)]
+    if times is not None:
+        objects.append(nptdms.ChannelObject("rig", "t", times, {"unit_string": "ms"}))
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment(objects)
+    return named(path, "n")
+
+
+@case("tdms", "axis")
+def tdms_axis(path: Path) -> tuple[Column, Any, Any]:
+    return tdms(path, X, 1e6 * T, wf_increment=0.01, wf_start_offset=0.25), 0.25 + T, X
+
+
+@case("tdms", "unit")
+def tdms_unit(path: Path) -> tuple[Column, Any, Any]:
+    return tdms(path, X, T), 1e-3 * T, X
+
+
+@case("tdms", "counts")
+def tdms_counts(path: Path) -> tuple[Column, Any, Any]:
+    return tdms(path, GAP, wf_increment=0.01), T, GAP
+
+
+@case("tdms", "scaled")
+def tdms_scaled(path: Path) -> tuple[Column, Any, Any]:
+    linear = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 0.5,
+        "NI_Scale[0]_Linear_Y_Intercept": -3.0,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+    return tdms(path, X.astype("i2"), wf_increment=0.01, **linear), T, 0.5 * X - 3.0
+
+
+def xlsx(path: Path, rows: list[list[Any]]) -> Column:
+    """Write a sheet, and read n."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    book.save(path)
+    return named(path, "n")
+
+
+@case("xlsx", "axis")
+def xlsx_axis(path: Path) -> tuple[Column, Any, Any]:
+    stamps = [datetime.datetime(2026, 3, 1, 8, 15, 0, 10_000 * k) for k in range(5)]
+    rows = [list(pair) for pair in zip(stamps, X.tolist(), strict=True)]
+    return xlsx(path, [["rig 3"], [], ["clock", "n"], *rows]), T, X
+
+
+@case("xlsx", "unit")
+def xlsx_unit(path: Path) -> tuple[Column, Any, Any]:
+    rows = [list(pair) for pair in zip(T.tolist(), X.tolist(), strict=True)]
+    return xlsx(path, [["clock", "n"], ["ms", "rpm"], *rows]), 1e-3 * T, X
+
+
+@case("xlsx", "counts")
+def xlsx_counts(path: Path) -> tuple[Column, Any, Any]:
+    rows = [list(pair) for pair in zip(T.tolist(), [3, 1, "#N/A", 1, 5], strict=True)]
+    return xlsx(path, [["t [s]", "n [rpm]"], *rows]), T, GAP
+
+
+@case("xlsx", "scaled")
+def xlsx_scaled(path: Path) -> tuple[Column, Any, Any]:
+    rows = [list(pair) for pair in zip(T.tolist(), X.tolist(), strict=True)]
+    return xlsx(path, [["t [s]", "n [krpm]"], *rows]), T, X
+
+
+def lvm(
+    path: Path, rows: list[str], columns: str = "One", *, x: str = "Time", samples: int = 5, interval: str = ""
+) -> Column:
+    """Write a segment of one channel with decimal commas, and read n."""
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t,", f"X_Columns\t{columns}"]
+    about = ["Channels\t1\t", f"Samples\t{samples}\t", "Y_Unit_Label\trpm\t", f"X_Dimension\t{x}\t"]
+    about += ["X0\t0,25\t", f"Delta_X\t{interval}\t"] if interval else []
+    end = "***End_of_Header***\t"
+    path.write_text("\n".join([*head, end, "\t", *about, end, "X_Value\tn\tComment", *rows, ""]))
+    return named(path, "n")
+
+
+def lvm_rows(times: Any, values: Any) -> list[str]:
+    """Return rows of times and values, empty where there is none."""
+    entries = [
+        ["" if np.isnan(number) else repr(float(number)).replace(".", ",") for number in row] for row in (times, values)
+    ]
+    return ["\t".join(pair) + "\t" for pair in zip(*entries, strict=True)]
+
+
+@case("lvm", "axis")
+def lvm_axis(path: Path) -> tuple[Column, Any, Any]:
+    return lvm(path, lvm_rows(np.full(5, np.nan), X), "No", interval="0,01"), 0.25 + T, X
+
+
+@case("lvm", "unit")
+def lvm_unit(path: Path) -> tuple[Column, Any, Any]:
+    lvm(path, lvm_rows(T, X))
+    with pytest.raises(ModelError, match="is sampled over Frequency, not over time"):
+        lvm(path.with_name("y.lvm"), lvm_rows(T, X), x="Frequency")
+    return named(path, "n"), T, X
+
+
+@case("lvm", "counts")
+def lvm_counts(path: Path) -> tuple[Column, Any, Any]:
+    return lvm(path, lvm_rows(T, GAP), samples=4), T[:4], GAP[:4]
+
+
+@case("lvm", "scaled")
+def lvm_scaled(path: Path) -> tuple[Column, Any, Any]:
+    return lvm(path, lvm_rows(T, 1e3 * X)), T, 1e3 * X
 
 
 def mdf(path: Path, values: Any, unit: str = "s", **about: Any) -> Column:

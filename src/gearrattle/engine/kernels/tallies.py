@@ -2,6 +2,10 @@
 
 A run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``variants_march``) use this code.
 ``tests/signals/numpy_sums.py`` computes the same sums in NumPy for comparison.
+
+A bearing with clearance is a *ring* of faces, and one part. It is in contact while any face is, and its crossings are
+those at which contact begins or ends: from face to face a body rolls. Both sides are crossed if contact begins or ends
+at two faces more than 90 deg apart.
 """
 
 from __future__ import annotations
@@ -46,17 +50,98 @@ def _in_order(log, events, period, time):
 
 @strict
 def _broken(judged, crossings, pieces):
-    """The first crossing that does not lead from its clearance's present piece to a neighbouring one; -1: none."""
+    """The first crossing that does not lead from its clearance's present piece to a neighbouring one; -1: none.
+
+    pieces: (C,) of all clearances at the start; overwritten.
+    """
     for i in range(crossings.time.size):
         k = crossings.clearance[i]
         origin = crossings.from_piece[i]
         to = crossings.to_piece[i]
         if not 0 <= k < pieces.size:
             return i
-        if origin != pieces[k] or abs(to - origin) != 1 or not 0 <= to < judged.pieces[k + 1] - judged.pieces[k]:
+        if origin != pieces[k] or abs(to - origin) != 1 or not 0 <= to < judged.size[k]:
             return i
         pieces[k] = to
     return -1
+
+
+@strict
+def merge_rings(judged, crossings, initial, merged, pieces, at):
+    """Write the crossings of all parts, and their pieces at the start.
+
+    initial: (C,) pieces of the clearances at the start.
+    merged: ``variant_arrays.Crossings`` with as much room as ``crossings``; the force integral of a ring is NaN.
+    pieces: (K,) pieces of the parts at the start.
+    at: (E,) the face at which contact of a ring begins or ends, among those of all rings; -1 for other crossings.
+    Returns the number of crossings of parts.
+    """
+    # faces in contact at the start, and where the faces of every ring begin
+    closed = np.zeros(pieces.size, np.int64)
+    before = np.zeros(pieces.size + 1, np.int64)
+    for p in range(pieces.size):
+        before[p + 1] = before[p] + judged.faces[p]
+    for k in range(initial.size):
+        p = judged.part[k]
+        if judged.faces[p] == 0:
+            pieces[p] = initial[k]
+        else:
+            closed[p] += 1 if initial[k] != judged.middle[k] else 0
+            pieces[p] = 1 if closed[p] > 0 else 0
+    count = 0
+    for i in range(crossings.time.size):
+        k = crossings.clearance[i]
+        p = judged.part[k]
+        merged.time[count] = crossings.time[i]
+        merged.clearance[count] = p
+        # a clearance as it is
+        if judged.faces[p] == 0:
+            merged.from_piece[count] = crossings.from_piece[i]
+            merged.to_piece[count] = crossings.to_piece[i]
+            merged.velocity[count] = crossings.velocity[i]
+            merged.force_integral[count] = crossings.force_integral[i]
+            at[count] = -1
+            count += 1
+            continue
+        # a face that opens or closes: of the ring, if it is the only one
+        begins = crossings.from_piece[i] == judged.middle[k]
+        ends = crossings.to_piece[i] == judged.middle[k]
+        others = closed[p] - 1 if ends else closed[p]
+        closed[p] = others + 1 if begins else (others if ends else closed[p])
+        if others > 0 or not (begins or ends):
+            continue
+        outside = crossings.to_piece[i] if begins else crossings.from_piece[i]
+        opposite = judged.faces[p] // 2 if outside < judged.middle[k] else 0
+        merged.from_piece[count] = 0 if begins else 1
+        merged.to_piece[count] = 1 if begins else 0
+        merged.velocity[count] = abs(crossings.velocity[i]) if begins else -abs(crossings.velocity[i])
+        merged.force_integral[count] = np.nan
+        at[count] = before[p] + judged.face[k] + opposite
+        count += 1
+    return count
+
+
+@strict_entry
+def ring_crossings(judged, crossings, initial, merged, pieces, at):
+    """Write the crossings of all parts, see ``merge_rings``."""
+    return merge_rings(judged, crossings, initial, merged, pieces, at)
+
+
+@strict
+def _face(judged, crossings, at, window, v, out):
+    """Mark the faces at which contact of a ring begins or ends, and both sides if they lie over 90 deg apart."""
+    for i in range(crossings.time.size):
+        if at[i] >= 0 and window[0] <= crossings.time[i] <= window[1]:
+            out.touched[v, at[i]] = 1.0
+    begin = 0
+    for p in range(judged.faces.size):
+        faces = judged.faces[p]
+        for i in range(faces):
+            for j in range(i):
+                apart = min(i - j, faces - i + j)
+                if 4 * apart > faces and out.touched[v, begin + i] > 0.0 and out.touched[v, begin + j] > 0.0:
+                    out.sides[v, p, 1] = 1.0
+        begin += faces
 
 
 @strict
@@ -90,6 +175,8 @@ def _clear(judged, pieces, v, out):
             out.dwell[v, p] = 0.0
             below += 1 if judged.inner[p] and p < begin + piece else 0
         out.flank[v, k] = 0.0 if judged.inner[begin + piece] else (1.0 if below else -1.0)
+    for face in range(out.touched.shape[1]):
+        out.touched[v, face] = 0.0
     # contacts that are open at a corner
     for corner in range(out.open.shape[1]):
         out.open[v, corner] = 0.0
@@ -216,10 +303,10 @@ def _strike(judged, crossings, window, v, out):
 def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     """Add the next chunk of a motion.
 
-    crossings: ``variant_arrays.Crossings`` of the chunk.
+    crossings: ``variant_arrays.Crossings`` of the chunk, by clearances.
     window: begin and end of the part of the chunk that is evaluated [s], both included.
-    initial: (K,) pieces at the start of the chunk.
-    final: (K,) force integrals at the end of the chunk.
+    initial: (C,) pieces at the start of the chunk.
+    final: (C,) force integrals at the end of the chunk.
     fresh: whether the chunk is the first one: sums start at zero.
     v: index of the motion.
     out: ``variant_arrays.Tallies``; its numbers of function calls are not changed.
@@ -229,13 +316,37 @@ def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
     broken = _broken(judged, crossings, initial.copy())
     if broken >= 0:
         return broken
+    # crossings of the parts
+    events = crossings.time.size
+    room = Crossings(
+        np.empty(events),
+        np.empty(events, np.int64),
+        np.empty(events, np.int64),
+        np.empty(events, np.int64),
+        np.empty(events),
+        np.empty(events),
+    )
+    pieces = np.zeros(judged.faces.size, np.int64)
+    at = np.empty(events, np.int64)
+    count = merge_rings(judged, crossings, initial, room, pieces, at)
+    merged = Crossings(
+        room.time[:count],
+        room.clearance[:count],
+        room.from_piece[:count],
+        room.to_piece[:count],
+        room.velocity[:count],
+        room.force_integral[:count],
+    )
+    # their sums
     if fresh:
-        _clear(judged, initial, v, out)
-    _stay(judged, crossings, window, initial.copy(), v, out)
-    _strike(judged, crossings, window, v, out)
+        _clear(judged, pieces, v, out)
+    _stay(judged, merged, window, pieces.copy(), v, out)
+    _face(judged, merged, at, window, v, out)
+    _strike(judged, merged, window, v, out)
     for k in range(initial.size):
-        out.final[v, k] = final[k]
-    for i in range(crossings.time.size):
+        p = judged.part[k]
+        out.final[v, p] = final[k] if judged.faces[p] == 0 else np.nan
+    for i in range(events):
         out.crossings[v, 0] += 1.0 if crossings.time[i] >= window[0] else 0.0
     return -1
 
@@ -247,8 +358,8 @@ def tally(judged, log, events, window, initial, final, scales, v, out):
     log: ``march_arrays.Log``; simultaneous crossings are put into element order.
     events: number of crossings.
     window: begin and end of the steady part, both included, and period [s].
-    initial: (K,) pieces at t = 0.
-    final: (K,) force integrals at the end.
+    initial: (C,) pieces at t = 0.
+    final: (C,) force integrals at the end.
     v: index of the variant.
     out: ``variant_arrays.Tallies``; its numbers of function calls are not changed.
     """

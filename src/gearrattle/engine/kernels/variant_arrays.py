@@ -67,12 +67,26 @@ class Statics(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """Structure of the clearances for the sums over crossings; arrays hold one clearance's pieces after the other's."""
+    """Structure of the parts for the sums over crossings; arrays hold one part's pieces after the other's.
 
-    pieces: IntVector  # (K + 1,) where the pieces of clearance k begin; its corners begin at pieces[k] - k
-    label: IntVector  # (K,) label of the lowest piece of every clearance
+    A part is a clearance, or a *ring*: C clearances of opposite faces around a body, with pieces 0 (no contact) and 1.
+    """
+
+    pieces: IntVector  # (K + 1,) where the pieces of part k begin; its corners begin at pieces[k] - k
+    label: IntVector  # (K,) label of the lowest piece of every part
     inner: IntVector  # (pieces,) 1: the piece is the central one, else 0
     gap: IntVector  # (K,) 1: the central piece has no stiffness, else 0
+    faces: IntVector  # (K,) number of faces of a ring; 0 for a clearance
+    part: IntVector  # (C,) the part of every clearance
+    face: IntVector  # (C,) number of its face on the drive side, in a ring
+    middle: IntVector  # (C,) its central piece, in a ring
+    size: IntVector  # (C,) number of its pieces
+
+
+def without_rings(pieces: IntVector, label: IntVector, inner: IntVector, gap: IntVector) -> Judged:
+    """Return the structure of clearances that are all parts of their own."""
+    none = np.zeros(label.size, np.int64)
+    return Judged(pieces, label, inner, gap, none, np.arange(label.size), none, none, np.diff(pieces))
 
 
 class Crossings(NamedTuple):
@@ -90,6 +104,7 @@ class Tallies(NamedTuple):
     """Sums over the crossings of V motions, each array with a leading axis (V, ...)."""
 
     sides: Array3  # (K, 2) 1 if corners of the drive side, of the coast side are crossed
+    touched: Matrix  # (faces,) 1 if contact of a ring begins or ends at this face
     dwell: Matrix  # (pieces,) time in every piece [s]
     count: Matrix  # type: ignore[assignment]  # (K,) impacts; hides tuple.count
     drive: Matrix  # (K,) impacts on the drive side
@@ -121,6 +136,7 @@ def room_for(count: int, judged: Judged) -> Tallies:
     clearances = judged.label.size
     pieces = int(judged.pieces[-1])
     shapes = {"sides": (clearances, 2), "dwell": (pieces,), "crossings": (1,), "calls": (1,)}
+    shapes["touched"] = (int(judged.faces.sum()),)
     shapes |= dict.fromkeys(("open", "begun", "met", "since"), (pieces - clearances,))
     return Tallies._make(np.zeros((count, *shapes.get(name, (clearances,)))) for name in Tallies._fields)
 

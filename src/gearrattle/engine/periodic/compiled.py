@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import march_arrays, variants_march
 from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.turning_point_depths import COLUMNS, MOST_TURNS
-from gearrattle.engine.kernels.variant_arrays import Coefficients, Judged
+from gearrattle.engine.kernels.variant_arrays import Coefficients, without_rings
 from gearrattle.engine.kernels.variants_march import AS_GIVEN
 from gearrattle.engine.kernels.whole_periods import ALONG_CHANGE, ALONG_ROW, NEIGHBOURS, NO_TURNS, Map, differentiate
 from gearrattle.engine.periodic.compiled_course import reaches, room_for_touch, turns_of
@@ -36,7 +36,7 @@ class PeriodBatch(Batch):
         variants = len(numbers.inertia)
         pieces = [system.laws[k].pieces for k in system.clearances]
         counts = np.zeros((2, len(pieces)), np.int64)
-        judged = Judged(np.cumsum([0, *pieces]), counts[0], np.zeros(sum(pieces), np.int64), counts[1])
+        judged = without_rings(np.cumsum([0, *pieces]), counts[0], np.zeros(sum(pieces), np.int64), counts[1])
         start = np.zeros((2, variants, system.size))
         window = np.zeros((variants, 3))
         pattern = Pattern(system, AS_GIVEN, cycles, judged)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.solvers.problem_for_c import Block
-from gearrattle.errors import NotInstalled, Problem
+from gearrattle.errors import NotInstalled
 
 ADAMS = 1
 BDF = 2
@@ -31,7 +31,7 @@ _PARTS = ("core", "nvecserial", "sunmatrixdense", "sunlinsoldense", "cvode")
 def missing(algorithm: str, name: str) -> NotInstalled:
     """The error of a start without the library."""
     rule = f"{algorithm} needs SUNDIALS CVODE, an optional extra"
-    return NotInstalled(Problem("simulation.algorithm", name, rule, "pip install 'gearrattle[sundials]'"))
+    return NotInstalled.of("sundials", "simulation.algorithm", name, rule)
 
 
 @cache

@@ -55,6 +55,7 @@ class Scales:
             "radius": self.radius,
             "length": self.length,
             "line_speed": self.length * self.frequency,
+            "line_acceleration": self.length * self.frequency**2,
             "inertia": self.inertia,
             "mass": self.inertia / self.radius**2,
             "torque": stiffness * self.angle,

@@ -47,7 +47,7 @@ class Runaway(Exception):
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class PositionAtRest:
     """The position at rest."""
 
     angle: Array  # (n,) [rad]; the last inertia of every free train at zero
@@ -58,7 +58,7 @@ class Equilibrium:
 
 
 @kept
-def equilibrium(system: PiecewiseSystem) -> Equilibrium:
+def equilibrium(system: PiecewiseSystem) -> PositionAtRest:
     """Return the static equilibrium; Runaway if an element whose last slope is zero cannot carry its load."""
     # coordinates of the elements with stiffness
     elastic = elastic_elements(system)
@@ -87,7 +87,7 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))
-    return Equilibrium(angle, deflection, pieces, acceleration, tuple(elastic[i] for i in loose))
+    return PositionAtRest(angle, deflection, pieces, acceleration, tuple(elastic[i] for i in loose))
 
 
 def elastic_elements(system: PiecewiseSystem) -> list[int]:

@@ -25,7 +25,7 @@ from gearrattle.derived_values import kept
 from gearrattle.engine.kernels._jit import compact
 from gearrattle.engine.kernels.rigid_response import mark_accelerated, respond_rigidly
 from gearrattle.engine.system.coordinates import relative_coordinates
-from gearrattle.engine.system.equilibrium import Equilibrium, elastic_elements, statics_of
+from gearrattle.engine.system.equilibrium import PositionAtRest, elastic_elements, statics_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.plain_arrays import coefficients_of, frame_of
 
@@ -43,7 +43,7 @@ def is_accelerated(system: PiecewiseSystem) -> NDArray[np.bool_]:
     return np.asarray((motion[:, marked] != 0.0).any(axis=1))
 
 
-def rigid_response(system: PiecewiseSystem, rest: Equilibrium) -> tuple[Array, Array]:
+def rigid_response(system: PiecewiseSystem, rest: PositionAtRest) -> tuple[Array, Array]:
     """Return (n,) angles and (n,) velocities at t = 0; zero where a train accelerates under the means."""
     elastic = elastic_elements(system)
     sought = statics_of(elastic, relative_coordinates(system, elastic))

@@ -13,6 +13,8 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.fitting.motion_fit import fit_motion
 from gearrattle.measured.fitting.recording_table import RecordingTable, RecordingTables
 from gearrattle.measured.identification.data_file import Data
+from gearrattle.measured.identification.drag_data import has_drags
+from gearrattle.measured.identification.drags_fit import fit_drags
 from gearrattle.measured.identification.estimates import Progress, Settings
 from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.modes_fit import fit_modes
@@ -41,7 +43,7 @@ def fit(
     profile: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Find the parameters of a model that fit measured data best: modes and responses, or a recorded motion.
+    """Find the parameters of a model that fit measured data best: modes and responses, drags, or a recorded motion.
 
     One function for all: what is asked, and the answer, do not depend on what was measured.
 
@@ -51,6 +53,7 @@ def fit(
         the rough start; what is not free keeps its value.
     data
         path of a data file (TOML), or its tables: ``{"mode": [{"number": 2, "frequency": "55 Hz"}]}`` or
+        ``{"drag": [{"of": "gear5", "file": "gear5.csv"}]}``, drag torques over speed and temperature, or
         ``{"recording": {"file": "rig.csv", "start": "2 s"}}``; or a recorded motion as ``validate`` takes it: a
         Recording, a measured file, a mapping for one. With a model whose speed changes it is a run-up, compared
         order by order over speed; a list of Recordings is one run-up and its repeats.
@@ -114,6 +117,7 @@ def fit(
     """
     check_model(model)
     check_arguments(profile=(FLAG, profile), progress=(CALLBACK, progress))
+    states = {"contact_ratio": contact_ratio, "region": region}
     recorded = recording_of(data)
     settings = Settings(
         bounds=bounds or {},
@@ -126,17 +130,21 @@ def fit(
     )
     if recorded is None:
         assert isinstance(data, str | os.PathLike | Mapping)
-        return fit_modes(model, data, free, settings, contact_ratio=contact_ratio, region=region)
-    states = {"contact_ratio": contact_ratio, "region": region}
-    problems = [
-        Problem(name, "", "is a state of modes and responses; a recorded motion passes through its own", "leave it out")
-        for name, state in states.items()
-        if state
-    ]
-    if problems:
-        raise ModelError(problems)
+        if not has_drags(data):
+            return fit_modes(model, data, free, settings, contact_ratio=contact_ratio, region=region)
+        _refuse(states, "a drag torque has none")
+        return fit_drags(model, data, free, settings)
+    _refuse(states, "a recorded motion passes through its own")
     recordings, table = recorded
     return fit_motion(model, recordings, table, free, settings)
+
+
+def _refuse(states: Mapping[str, Any], reason: str) -> None:
+    """Refuse states of modes and responses for other data."""
+    rule = f"is a state of modes and responses; {reason}"
+    problems = [Problem(name, "", rule, "leave it out") for name, state in states.items() if state]
+    if problems:
+        raise ModelError(problems)
 
 
 Recorded = tuple[Sequence[Recording], RecordingTable]

@@ -42,7 +42,7 @@ Data = str | os.PathLike[str] | Mapping[str, Any]
 
 def read_data(data: Data, model: Model, default: State) -> Measurements:
     """Read data and check them against a model; a ModelError has every problem and its place in the file."""
-    tables, positions, folder = _tables(data)
+    tables, positions, folder = tables_of(data)
     dimensionless = model.units == "dimensionless"
     try:
         read = DataTables.model_validate(tables, context={"dimensionless": dimensionless})
@@ -60,7 +60,8 @@ def read_data(data: Data, model: Model, default: State) -> Measurements:
     return Measurements(modes, responses, tuple(assumed))
 
 
-def _tables(data: Data) -> tuple[Mapping[str, Any], Positions, Path]:
+def tables_of(data: Data) -> tuple[Mapping[str, Any], Positions, Path]:
+    """Return the tables of a data file, with their positions and the folder of the file."""
     if isinstance(data, Mapping):
         return data, Positions(), Path()
     name = os.fspath(data)

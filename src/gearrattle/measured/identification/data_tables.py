@@ -1,4 +1,4 @@
-"""The tables of a data file, each key with its rule: ``[[mode]]`` and ``[[response]]``.
+"""The tables of a data file, each key with its rule: ``[[mode]]``, ``[[response]]`` and ``[[drag]]``.
 
 A frequency must name its unit: a plain number could be Hz or rad/s. In a dimensionless model it is plain, Omega itself.
 """
@@ -177,6 +177,42 @@ class ResponseTable(StateTable):
             yield Breach(("omega",), ..., "must be real numbers greater than zero")
 
 
+class DragTable(Table):
+    """Measured drag torques of one body: a CSV file, or arrays from Python."""
+
+    of: Annotated[str, Label()]
+    """Inertia whose drag was measured."""
+    parts: tuple[Annotated[int, Count(0)], ...] | None = None
+    """Which of its drag parts were measured, counted from 0; absent: all."""
+    file: Annotated[str, Text()] | None = None
+    """CSV file, relative to the data file."""
+    speed: Annotated[Any, _Samples()] = None
+    """(N,) speeds against what the parts act on [rad/s]."""
+    temperature: Annotated[Any, _Samples()] = None
+    """(N,) temperatures of the oil [degC]; absent: that of the model."""
+    torque: Annotated[Any, _Samples()] = None
+    """(N,) drag torques [N m]."""
+    error: Annotated[Any, _Samples()] = None
+    """(N,) standard errors [N m]; a CSV file has a column for it."""
+    relative_error: Annotated[float, Plain("positive")] | None = None
+    """Standard error as a part of each torque."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: neither file nor arrays, or both; arrays of different lengths or signs."""
+        needed = [key for key in ("speed", "torque") if table.get(key) is not None]
+        if (table.get("file") is None) == (not needed) or len(needed) == 1:
+            yield Breach((), ..., "a drag needs either file, or speed and torque", 'such as file = "gear5.csv"')
+        elif needed:
+            for key in ("temperature", "torque", "error"):
+                if table.get(key) is not None and np.size(table[key]) != np.size(table["speed"]):
+                    yield Breach((key,), ..., f"must have as many entries as speed, {np.size(table['speed'])}")
+        for key in ("speed", "torque", "error"):
+            values = table.get(key)
+            if values is not None and (np.iscomplexobj(values) or not np.all(_numbers(values) > 0)):
+                yield Breach((key,), ..., "must be real numbers greater than zero")
+
+
 class DataTables(Table):
     """A data file."""
 
@@ -186,12 +222,16 @@ class DataTables(Table):
     """Measured modes."""
     responses: Annotated[tuple[ResponseTable, ...], Field(alias="response")] = ()
     """Measured frequency responses."""
+    drags: Annotated[tuple[DragTable, ...], Field(alias="drag")] = ()
+    """Measured drag torques; they stand alone."""
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield a breach if there are no data."""
-        if not table.get("mode") and not table.get("response"):
-            yield Breach((), ..., "data need at least one [[mode]] or [[response]], or a [recording]")
+        """Yield a breach if there are no data, or drags together with what knows nothing of them."""
+        if table.get("drag") and (table.get("mode") or table.get("response")):
+            yield Breach(("drag",), ..., "no mode and no response knows a mean torque", "fit drags by themselves")
+        if not table.get("mode") and not table.get("response") and not table.get("drag"):
+            yield Breach((), ..., "data need at least one [[mode]], [[response]] or [[drag]], or a [recording]")
 
 
 def _not_both(table: Mapping[str, Any], one: str, other: str) -> Iterator[Breach]:

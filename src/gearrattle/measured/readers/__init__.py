@@ -15,8 +15,8 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened
-from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run_reader, uff, wav
-from gearrattle.measured.readers.reader import HEAD, Column, Raw, Reader, Request, refuse_doubles
+from gearrattle.measured.readers import csv, hdf5, lvm, mat, mdf4, netcdf3, run_reader, tdms, uff, wav, xlsx
+from gearrattle.measured.readers.reader import HEAD, Column, Raw, Reader, Request, Writer, refuse_doubles
 from gearrattle.measured.readers.reader_answers import ANSWERS
 from gearrattle.model.model_file import unreadable
 from gearrattle.model.table import did_you_mean, listed
@@ -24,10 +24,13 @@ from gearrattle.recording import Recording
 from gearrattle.wording import counted
 from gearrattle.writing import whole
 
-READERS: dict[str, Reader] = {
-    reader.NAME: reader for reader in (cast(Reader, module) for module in (run_reader, hdf5, mat, mdf4, wav, uff, csv))
-}
+_MODULES = (run_reader, hdf5, netcdf3, mat, mdf4, tdms, xlsx, wav, uff, lvm, csv)
+READERS: dict[str, Reader] = {reader.NAME: reader for reader in (cast(Reader, module) for module in _MODULES)}
 """Every format by its name, in the order in which a file is offered to them."""
+WRITERS: dict[str, Writer] = {
+    name: cast(Writer, reader) for name, reader in READERS.items() if hasattr(reader, "write")
+}
+"""The formats that recordings are written in."""
 
 EVERYTHING = Request()
 
@@ -55,9 +58,9 @@ def format_of(path: str | os.PathLike[str]) -> str:
         if reader.knows(file_path, head):
             return reader.NAME
     # no reader: name the likely cause
-    if head[:3] == b"CDF":
-        rule = "netCDF 3 is not read; netCDF-4, which is HDF5, is"
-        raise ModelError(Problem(name, "a netCDF 3 file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
+    if head[:4] == b"CDF\x05":
+        rule = "netCDF of version 5 is not read; netCDF 3 and netCDF-4 are"
+        raise ModelError(Problem(name, "a netCDF file", rule, "nccopy -k nc4 old.nc new.nc converts it"))
     ending = next((r.NAME for r in READERS.values() if file_path.suffix.lower() in r.SUFFIXES), "")
     rule = f"its content is none of {listed(READERS)}"
     remedy = (
@@ -124,7 +127,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     path
         the file; one that exists is replaced.
     format
-        csv, mat, hdf5, mdf4, uff or wav; empty: by the file's ending.
+        csv, mat, hdf5, netcdf3, mdf4, tdms, uff, wav or xlsx; empty: by the file's ending.
 
     Raises
     ------
@@ -143,17 +146,17 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     """
     # formats that can be written, and their suffixes
     target = Path(path)
-    able = {name: reader for name, reader in READERS.items() if name != run_reader.NAME}
-    endings = {suffix: reader for reader in reversed(able.values()) for suffix in reader.SUFFIXES}
-    endings |= {reader.SUFFIXES[0]: reader for reader in able.values()}
+    endings = {suffix: writer for writer in reversed(WRITERS.values()) for suffix in writer.SUFFIXES}
+    endings |= {writer.SUFFIXES[0]: writer for writer in WRITERS.values()}
     endings.pop(".nc")
-    if format and format not in able:
-        raise ModelError(Problem("format", format, f"must be one of {listed(able)}", did_you_mean(format, able)))
+    if format and format not in WRITERS:
+        rule = f"must be one of {listed(WRITERS)}"
+        raise ModelError(Problem("format", format, rule, did_you_mean(format, WRITERS)))
     if not format and target.suffix.lower() not in endings:
-        rule = f"the ending tells the format: {listed(reader.SUFFIXES[0] for reader in able.values())}"
+        rule = f"the ending tells the format: {listed(writer.SUFFIXES[0] for writer in WRITERS.values())}"
         raise ModelError(Problem(str(path), target.suffix or "no ending", rule, "or give format"))
     # write beside the target, then replace it
-    reader = able[format] if format else endings[target.suffix.lower()]
+    writer = WRITERS[format] if format else endings[target.suffix.lower()]
     if not recording.channels or recording.time.size < 2:
         rule = "a recording to be written needs a channel, and two samples"
         raise ModelError(
@@ -165,7 +168,7 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
         )
     try:
         with whole(target) as path_while_written:
-            reader.write(recording, path_while_written)
+            writer.write(recording, path_while_written)
     except ModelError as error:
         raise type(error)([Problem(str(path), p.value, p.rule, p.remedy) for p in error.problems]) from None
 

@@ -81,21 +81,38 @@ def _of_a_run(name: str) -> tuple[str, str]:
 
 def write(recording: Recording, path: Path) -> None:
     """Write ``time [s]`` and one column per channel."""
+    comments, heads = head_of(recording, path)
+    with open(path, "w", encoding="utf-8", newline="\n") as stream:
+        stream.writelines(f"{comment}\n" for comment in comments)
+        stream.write(", ".join(heads) + "\n")
+        for row in rows_of(recording):
+            stream.write(",".join(map(repr, row)) + "\n")
+
+
+def head_of(recording: Recording, path: Path) -> tuple[list[str], list[str]]:
+    """Return the lines of comments that say what the columns are, and the heads of the columns, times first.
+
+    ModelError for a name that no column can have.
+    """
     names = [channel.name for channel in recording.channels]
     wrong = next((name for name in names if _FORBIDDEN & set(name) or name != name.strip() or name == "time"), None)
     if wrong is not None:
         rule = "the name of a column holds no commas, semicolons, tabs, brackets, quotes or #, and is not time"
         raise unfit(path, wrong, rule, "rename the channel")
-    with open(path, "w", encoding="utf-8", newline="\n") as stream:
-        stream.write(f"# {' '.join(recording.source.split())}\n")
-        for channel in recording.channels:
-            if channel.quantity:
-                of = f" of {channel.subject}" if channel.subject else ""
-                stream.write(f"# {channel.name} = {channel.quantity}{of}\n")
-        stream.write(", ".join(["time [s]", *(f"{defused(c.name)} [{c.unit}]" for c in recording.channels)]) + "\n")
-        table = np.column_stack([recording.time, *(channel.values for channel in recording.channels)])
-        for row in table.tolist():
-            stream.write(",".join(map(repr, row)) + "\n")
+    comments = [f"# {' '.join(recording.source.split())}"]
+    for channel in recording.channels:
+        if channel.quantity:
+            of = f" of {channel.subject}" if channel.subject else ""
+            comments.append(f"# {channel.name} = {channel.quantity}{of}")
+    heads = ["time [s]", *(f"{defused(channel.name)} [{channel.unit}]" for channel in recording.channels)]
+    return comments, heads
+
+
+def rows_of(recording: Recording) -> list[list[float]]:
+    """Return the rows of numbers: a time and the values of all channels."""
+    table = np.column_stack([recording.time, *(channel.values for channel in recording.channels)])
+    rows: list[list[float]] = table.tolist()
+    return rows
 
 
 def _stated_columns(path: Path, encoding: str) -> dict[str, tuple[str, str]]:

@@ -1,14 +1,15 @@
 """HDF5, and formats built on it: MAT files of version 7.3, netCDF-4.
 
-Every vector of real numbers is a signal, named by its path; a table is one signal per column. Units, quantities and
-subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); ``packing`` reads those of packed numbers
-and of gaps. Times are a vector of a name or unit of time beside the signal, or the only dimension scale of its length
-that is of times. Format: The HDF Group, HDF5 File Format Specification 3.0.
+Every vector of real numbers is a signal, named by its path; a table is one signal per column, also one of named columns
+(a compound type, as pandas and PyTables write). Units, quantities and subjects are attributes (``units`` or ``unit``,
+``quantity``, ``subject``); ``packing`` reads those of packed numbers and of gaps. Times are a vector of a name or unit
+of time beside the signal, or the only dimension scale of its length that is of times; where no vector of times is as
+long, an attribute such as ``fs`` of the signal or of a group that holds it tells the rate. Format: The HDF Group, HDF5
+File Format Specification 3.0.
 """
 
 from __future__ import annotations
 
-import itertools
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +41,8 @@ _PLACES = (0, 512, 1024, 2048)
 _NO_SIGNALS = ("char", "cell", "logical")
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 _OF_TIME = re.compile(r"(?i)time|zeit|^t$")
+_RATES = ("fs", "Fs", "sampling_rate", "sample_rate", "sampling_frequency")
+"""Attributes that tell the samples per second [Hz]."""
 _PLAIN = (0, 1)  # classes of types of HDF5: whole numbers, floating point
 _EXACT = 2**53  # the largest integer up to which a double holds every integer
 
@@ -58,9 +61,11 @@ def read(path: Path, request: Request) -> Raw:
     # find the signals, and ask for the memory of those wanted
     with opened_hdf5(path, in_parts=True) as file:
         _check_origin(_text(file.attrs.get("format", "")), path)
-        signals = [signal for signal in itertools.starmap(_Signal, datasets(file)) if signal.names]
+        signals = [signal for name, item in datasets(file) for signal in _signals_of(name, item) if signal.names]
         wanted = [signal for signal in signals if signal.is_wanted(request)]
+        rates = {name: rate for signal in wanted if (rate := _rate(signal, file, path)) for name in signal.names}
         lengths = [max(signal.item.shape) for signal in wanted for _ in signal.names]
+        lengths += {max(signal.item.shape) for signal in wanted if not rates.keys().isdisjoint(signal.names)}
         ask_for(lengths, request, max((signal.extra for signal in wanted), default=0))
         # read the wanted signals and unpack their numbers
         read_ones = {id(signal) for signal in wanted}
@@ -84,17 +89,46 @@ def read(path: Path, request: Request) -> Raw:
     # notes on scaled numbers and origins of times
     notes = [f"scaled by scale_factor and add_offset of the file: {', '.join(scaled)}"] if scaled else []
     notes += [f"times count from {origin} {unit}" for unit, origin in origins.items()]
-    return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME, tuple(notes))
+    columns, by_rate = _with_rates(_with_axes(columns, scales), scales, rates)
+    notes += [f"times by the sampling rate of the file: {', '.join(by_rate)}"] if by_rate else []
+    return Raw(with_times(columns, path, request), str(path), NAME, tuple(notes))
+
+
+def _signals_of(name: str, item: Any) -> list[_Signal]:
+    """Return a dataset as what may hold signals: every named column on its own, or all of it."""
+    fields = item.dtype.names
+    return [_Signal(name, item)] if fields is None else [_Signal(f"{name}/{field}", item, field) for field in fields]
 
 
 class _Signal:
-    """A dataset that may hold signals, before it is read."""
+    """A dataset, or a named column of one, that may hold signals, before it is read."""
 
-    def __init__(self, name: str, item: Any) -> None:
+    def __init__(self, name: str, item: Any, field: str = "") -> None:
         self.name = name
         self.item = item
-        self.names = column_names(name, item.shape) if _is_numeric(name, item) else []
-        self.unit = _text(item.attrs.get("units", item.attrs.get("unit", ""))).strip()
+        self.field = field
+        self.dtype = item.dtype[field] if field else item.dtype
+        self.names = column_names(name, item.shape) if self._is_numeric else []
+        unit = item.attrs.get("units", item.attrs.get("unit", ""))
+        if field and np.shape(unit) == (len(item.dtype.names),):
+            unit = unit[item.dtype.names.index(field)]
+        self.unit = _text(unit).strip()
+
+    @property
+    def _is_numeric(self) -> bool:
+        """Whether it holds real numbers that neither MATLAB nor netCDF marks as no signal."""
+        return (
+            "/#" not in f"/{self.name}"  # MATLAB's references
+            and bool(self.item.shape)
+            and self.dtype.kind in "fiu"
+            and _text(self.item.attrs.get("MATLAB_class", "")) not in _NO_SIGNALS
+            and not _text(self.item.attrs.get("NAME", "")).startswith(_NO_VARIABLE)
+        )
+
+    @property
+    def view(self) -> Any:
+        """What reads its numbers: the dataset, or the view of a named column."""
+        return self.item.fields(self.field) if self.field else self.item
 
     def said(self, key: str) -> str:
         """Return an attribute as text; empty where there is none."""
@@ -114,7 +148,7 @@ class _Signal:
     def counts_in_whole_numbers(self) -> bool:
         """Whether it holds times since a date as whole numbers of 64 bits, which a double may not hold."""
         plain = not any(key in self.item.attrs for key in ("scale_factor", "add_offset"))
-        return plain and " since " in self.unit and self.item.dtype.kind in "iu" and self.item.dtype.itemsize == 8
+        return plain and " since " in self.unit and self.dtype.kind in "iu" and self.dtype.itemsize == 8
 
     def is_wanted(self, request: Request) -> bool:
         """Return whether it is read: a column of it is asked for, or it may hold times."""
@@ -161,22 +195,11 @@ def write(recording: Recording, path: Path) -> None:
                 dataset.attrs[key] = np.bytes_(value.encode()) if value else ""
 
 
-def _is_numeric(name: str, item: Any) -> bool:
-    """Return whether a dataset holds real numbers that neither MATLAB nor netCDF marks as no signal."""
-    return (
-        "/#" not in f"/{name}"  # MATLAB's references
-        and bool(item.shape)
-        and item.dtype.kind in "fiu"
-        and _text(item.attrs.get("MATLAB_class", "")) not in _NO_SIGNALS
-        and not _text(item.attrs.get("NAME", "")).startswith(_NO_VARIABLE)
-    )
-
-
 def _packing(signal: _Signal, path: Path) -> Packing:
     """Return the packing of a dataset by its attributes."""
-    fill = signal.item.fillvalue
+    fill = 0.0 if signal.field else signal.item.fillvalue
     known = {key: signal.item.attrs[key] for key in ATTRIBUTES if key in signal.item.attrs}
-    return packing_of(known, signal.item.dtype, float(fill or 0.0), f"{path}: {signal.name}")
+    return packing_of(known, signal.dtype, float(fill or 0.0), f"{path}: {signal.name}")
 
 
 def _table(signal: _Signal, origins: dict[str, int]) -> Array:
@@ -185,8 +208,10 @@ def _table(signal: _Signal, origins: dict[str, int]) -> Array:
     samples = max(item.shape)
     table = np.empty((item.size // samples, samples))
     if signal.counts_in_whole_numbers:
-        return _since(item, table, signal.unit, origins)
-    if item.id.get_type().get_class() not in _PLAIN:  # enumerations, which the library does not turn into numbers
+        return _since(signal, table, origins)
+    if signal.field:
+        table[...] = _lying(signal.view[...])
+    elif item.id.get_type().get_class() not in _PLAIN:  # enumerations, which the library does not turn into numbers
         table[...] = _lying(np.asarray(item[...]))
     elif min(item.shape) == 1 or item.ndim == 1 or item.shape[0] < samples:
         item.read_direct(table.reshape(item.shape))
@@ -203,15 +228,18 @@ def _lying(array: NDArray[np.generic]) -> NDArray[np.generic]:
     return table.T if table.shape[0] >= table.shape[1] else table
 
 
-def _since(item: Any, table: Array, unit: str, origins: dict[str, int]) -> Array:
+def _since(signal: _Signal, table: Array, origins: dict[str, int]) -> Array:
     """Read whole numbers of 64 bits that count from a date: from the first one if a double cannot hold them.
 
     Axes of one unit count from the same number.
     """
-    whole = table.view(item.dtype.newbyteorder("="))
-    item.read_direct(whole.reshape(item.shape))
+    whole = table.view(signal.dtype.newbyteorder("="))
+    if signal.field:
+        whole.reshape(signal.item.shape)[...] = signal.view[...]
+    else:
+        signal.item.read_direct(whole.reshape(signal.item.shape))
     largest = max(abs(int(whole.max())), abs(int(whole.min())))
-    origin = origins.setdefault(unit, int(whole.flat[0])) if largest > _EXACT else 0
+    origin = origins.setdefault(signal.unit, int(whole.flat[0])) if largest > _EXACT else 0
     for begin in range(0, whole.size, PIECE):
         part = slice(begin, begin + PIECE)
         table.reshape(-1)[part] = whole.reshape(-1)[part] - np.array(origin, whole.dtype)
@@ -233,6 +261,34 @@ def _with_axes(columns: list[Column], scales: list[str]) -> list[Column]:
         names = [] if column.name in are_scales else fitting.get(column.values.size, [])
         assigned.append(replace(column, axis=names[0]) if len(names) == 1 and column.values.size else column)
     return assigned
+
+
+def _rate(signal: _Signal, file: Any, path: Path) -> float | None:
+    """Return the samples per second [Hz] that a signal or the nearest group about it states; None where none does."""
+    groups = signal.item.name.split("/")[1:-1]
+    holders = [signal.item, *(file["/".join(groups[:depth]) or "/"] for depth in range(len(groups), -1, -1))]
+    for holder in holders:
+        key = next((key for key in _RATES if key in holder.attrs), "")
+        if not key:
+            continue
+        numbers = np.asarray(holder.attrs[key]).reshape(-1)
+        rate = float(numbers[0]) if numbers.size == 1 and numbers.dtype.kind in "fiu" else 0.0
+        if not 0.0 < rate < np.inf:
+            rule = "a sampling rate must be one positive number, in Hz"
+            value = _text(holder.attrs[key])[:60]
+            raise ModelError(Problem(f"{path}: {holder.name}: {key}", value, rule, "correct it in the file"))
+        return rate
+    return None
+
+
+def _with_rates(columns: list[Column], scales: list[str], rates: dict[str, float]) -> tuple[list[Column], list[str]]:
+    """Give times to columns that have a rate, and no vector of times of their length; return their names as well."""
+    lengths = {column.values.size for column in columns if column.name in scales or is_time(column.name, column.unit)}
+    by_rate = {c.name for c in columns if c.name in rates and c.values.size and c.values.size not in lengths}
+    keys = {column.name: (column.values.size, rates[column.name]) for column in columns if column.name in by_rate}
+    times = {(samples, rate): np.arange(samples) / rate for samples, rate in keys.values()}
+    timed = [replace(c, time=times[keys[c.name]]) if c.name in by_rate else c for c in columns]
+    return timed, [column.name for column in columns if column.name in by_rate]
 
 
 def _check_origin(name: str, path: Path) -> None:

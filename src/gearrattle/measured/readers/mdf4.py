@@ -2,8 +2,10 @@
 
 Every channel has its own times, those of its group; a name that occurs in several groups gets their number behind it.
 The times are the group's master channel that is one of time, in its unit; the library takes any master for a time in s,
-and numbers the samples where there is none. Raw values become physical ones as the file says, those marked invalid
-gaps; channels of texts are left out. Formats: ASAM MDF 3.3 (CNBLOCK) and 4.1 (cn_type, cn_sync_type, cn_flags).
+and numbers the samples where there is none. A file whose recorder was stopped is finished by the library, in a copy:
+counts of samples and lengths of data follow from what there is. Raw values become physical ones as the file says, those
+marked invalid gaps; channels of texts are left out. Formats: ASAM MDF 3.3 (CNBLOCK) and 4.1 (cn_type, cn_sync_type,
+cn_flags).
 """
 
 from __future__ import annotations
@@ -16,13 +18,14 @@ import sys
 from collections import Counter
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused, opened, within_limit
-from gearrattle.measured.readers.mdf_lists import check_lists
+from gearrattle.measured.readers.mdf_lists import check_lists, has_long_list_of_data
 from gearrattle.measured.readers.reader import Column, Raw, Request, ask_for, seconds
 from gearrattle.model.table import shown
 from gearrattle.model.units import UnitError
@@ -31,6 +34,8 @@ from gearrattle.recording import Array, Recording
 NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
+_UNFINISHED = b"UnFinMF "
+_FINISHED_BY_LIBRARY = 0x01 | 0x04 | 0x10  # flags: counts of samples, length of the last data block, last data list
 _IDENTIFICATION = 64  # bytes of the block
 _LEFT_TO_DO = 60  # offset of the flags of unfinished work
 _MOST_BLOCKS = 1_000_000
@@ -51,24 +56,35 @@ _COPIES = 6  # copies of one record that the library makes where the record is l
 
 def knows(_path: Path, head: bytes) -> bool:
     """Return whether a file has the identification block, finished or not."""
-    return head[:8] in (b"MDF     ", b"UnFinMF ")
+    return head[:8] in (b"MDF     ", _UNFINISHED)
 
 
-def _is_unfinished(head: bytes) -> bool:
-    """Return whether the library would finish a file in a copy: by its name, or by flags of open work."""
-    return head[:8] == b"UnFinMF " or (head[8:16] >= b"4.10" and any(head[_LEFT_TO_DO:]))
+def _unfinished_work(stream: BinaryIO, path: Path) -> tuple[str, ...]:
+    """Return a note on a file that was not finished; a ModelError refuses one that the library does not finish safely.
+
+    It does so from version 4.10 on, where samples must be counted or the last data block has no length; it never ends
+    on a list of data blocks that goes on in a second one (asammdf 8.8).
+    """
+    head = stream.read(_IDENTIFICATION)
+    work = int.from_bytes(head[_LEFT_TO_DO : _LEFT_TO_DO + 2], "little") if head[8:16] >= b"4.10" else 0
+    if not work and head[:8] != _UNFINISHED:
+        return ()
+    if not work or work & ~_FINISHED_BY_LIBRARY or any(head[_LEFT_TO_DO + 2 :]) or has_long_list_of_data(stream):
+        rule = "the file was not finished: its writer was interrupted"
+        raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
+    return ("the file was not finished, its writer was interrupted: its samples were counted anew, in a copy",)
 
 
 def read(path: Path, request: Request) -> Raw:
     """Return its channels of numbers."""
-    # refuse files that are damaged or not finished
+    # refuse files that are damaged, or that the library does not finish
     mdf = _library(path)
     with opened(path) as stream:
-        if _is_unfinished(stream.read(_IDENTIFICATION)):
-            rule = "the file was not finished: its writer was interrupted"
-            raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
         check_lists(stream)
-    with redirect_stdout(io.StringIO()), _opened(mdf, path) as file:  # the library prints what it cannot decode
+        stream.seek(0)
+        unfinished = _unfinished_work(stream, path)
+    # the library prints what it cannot decode, and leaves a copy where it fails
+    with TemporaryDirectory() as folder, redirect_stdout(io.StringIO()), _opened(mdf, path, folder) as file:
         _check_long_records(file)
         _check_records(file)
         # channels other than the masters, in the order of the file; names made distinct
@@ -85,7 +101,8 @@ def read(path: Path, request: Request) -> Raw:
     if not columns:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
     # notes on channels and groups left out
-    notes = [f"left out, because they are no signals: {', '.join(skipped)}"] if skipped else []
+    notes = [*unfinished]
+    notes += [f"left out, because they are no signals: {', '.join(skipped)}"] if skipped else []
     for error in without_times:
         problem = error.problems[0]
         notes.append(f"{problem.place.removeprefix(f'{path}: ')} left out: {problem.rule}; {problem.remedy}")
@@ -277,17 +294,18 @@ def write(recording: Recording, path: Path) -> None:
     saved.replace(path)  # the library gives a file its own ending
 
 
-def _opened(mdf: Any, path: Path) -> Any:
-    """Open a file; where that fails, asammdf's half-made object is cleared away before it complains on stderr.
+def _opened(mdf: Any, path: Path, folder: str) -> Any:
+    """Open a file, or a finished copy of it in a folder.
 
-    Until then nothing is collected: the object is in the youngest generation, which alone is looked through.
+    Where that fails, asammdf's half-made object is cleared away before it complains on stderr. Until then nothing is
+    collected: the object is in the youngest generation, which alone is looked through.
     """
     hook = sys.unraisablehook
     is_collecting = gc.isenabled()
     gc.disable()
     try:
         try:
-            return mdf(path)
+            return mdf(path, temporary_folder=folder)
         except Exception as error:
             words = " ".join(str(error).split()) or type(error).__name__
             error.__traceback__ = None
@@ -315,6 +333,6 @@ def _library(path: Path) -> Any:
         from asammdf import MDF
     except ImportError:
         rule = "ASAM MDF needs asammdf, which is not installed"
-        raise NotInstalled(Problem(str(path), "", rule, "pip install 'gearrattle[measured]'")) from None
+        raise NotInstalled.of("measured", str(path), "", rule) from None
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     return MDF

@@ -16,6 +16,8 @@ _VERSION = 28  # offset of the version, two bytes
 # offsets in version 4: address of the next block, and of a channel's parts
 _NEXT = 24
 _PARTS = 32
+_DATA = 40  # offset in a data group
+_FIRST_GROUP = 88  # offset in the file
 
 
 class _Format(NamedTuple):
@@ -79,6 +81,19 @@ def check_lists(stream: BinaryIO) -> None:
         waiting += [(_number(stream, address + at, layout.width), below) for at, below in layout.links[kind].items()]
 
 
+def has_long_list_of_data(stream: BinaryIO) -> bool:
+    """Return whether a list of data blocks of version 4 goes on in a second block; groups end (``check_lists``)."""
+    group = _number(stream, _FIRST_GROUP, _VERSION_4.width)
+    while group:
+        data = _number(stream, group + _DATA, _VERSION_4.width)
+        if _mark(stream, data) == b"##HL":
+            data = _number(stream, data + _NEXT, _VERSION_4.width)
+        if _mark(stream, data) == b"##DL" and _number(stream, data + _NEXT, _VERSION_4.width):
+            return True
+        group = _number(stream, group + _NEXT, _VERSION_4.width)
+    return False
+
+
 def _check_parts(stream: BinaryIO, address: int, ended: set[int]) -> None:
     """Follow the parts of a channel, each of which names the next; ``ended`` holds those that are known to end."""
     met: set[int] = set()
@@ -101,3 +116,9 @@ def _number(stream: BinaryIO, offset: int, width: int) -> int:
     except (OSError, OverflowError, ValueError):
         return 0
     return int.from_bytes(stream.read(width), "little")
+
+
+def _mark(stream: BinaryIO, address: int) -> bytes:
+    """The four letters that tell the kind of a block; fewer beyond the end of the file."""
+    _number(stream, address, 0)
+    return stream.read(4) if address else b""

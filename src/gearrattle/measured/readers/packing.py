@@ -23,7 +23,7 @@ ATTRIBUTES = (
     *("valid_range", "valid_min", "valid_max", "_Unsigned"),
 )
 """Attributes that say how stored numbers become values."""
-_FILLS = {
+FILLS = {
     "i1": -127.0,
     "u1": 255.0,
     "i2": -32767.0,
@@ -73,7 +73,7 @@ def packing_of(attributes: Mapping[str, Any], kind: np.dtype[Any], fill: float, 
 
     # stored numbers that are gaps
     missing = [x for name in ("_FillValue", "missing_value") for x in stored(name)]
-    if "_FillValue" not in attributes and fill == _FILLS.get(f"{kind.kind}{kind.itemsize}"):
+    if "_FillValue" not in attributes and fill == FILLS.get(f"{kind.kind}{kind.itemsize}"):
         missing.append(fill + (wraps if fill < 0.0 else 0.0))
     # the valid range, of stored numbers or of values
     both = stored("valid_range")

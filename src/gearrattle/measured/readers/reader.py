@@ -107,6 +107,10 @@ class Reader(Protocol):
         """Return the columns of a file; raise ``ModelError`` or whatever its library raises."""
         ...
 
+
+class Writer(Reader, Protocol):
+    """A format that recordings are written in as well."""
+
     def write(self, recording: Recording, path: Path, /) -> None:
         """Write a recording; raise ``ModelError`` where the format cannot hold it."""
         ...

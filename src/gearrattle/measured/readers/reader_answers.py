@@ -28,6 +28,12 @@ ANSWERS: dict[str, Answers] = {
         "`valid_min`, `valid_max`: gaps",
         "`scale_factor` times the stored number, plus `add_offset`; `_Unsigned` is obeyed",
     ),
+    "netcdf3": Answers(
+        "the variable called as the dimension, else as HDF5",
+        "attribute `units`, also `seconds since ...`; else s",
+        "as HDF5; netCDF's own fill values for numbers of two bytes and more",
+        "as HDF5",
+    ),
     "mat": Answers(
         "a variable called `time` or `t` that is as long; `X.Data` beside `Y(k).Data`; `Tstart` and `Tinterval`",
         "`Unit` beside `Data`; else s",
@@ -41,6 +47,18 @@ ANSWERS: dict[str, Answers] = {
         "all but those marked invalid, one by one or all of a channel: gaps",
         "by the conversion rule of the channel",
     ),
+    "tdms": Answers(
+        "`wf_increment` and `wf_start_offset` of the channel, else a channel called `time` or `t`, or in s, ms or us",
+        "s; of a channel of times `unit_string`, else s",
+        "all; NaN is a gap",
+        "by the scaling rule of the channel",
+    ),
+    "xlsx": Answers(
+        "as CSV; cells with dates and clock times count as time stamps",
+        "as CSV",
+        "all; an empty cell and an error such as `#N/A` are gaps; of a formula the value that Excel stored",
+        "not scaled",
+    ),
     "wav": Answers(
         "the number of the sample",
         "the rate of the header",
@@ -53,6 +71,13 @@ ANSWERS: dict[str, Answers] = {
         "of record 8",
         "as many as the header counts",
         "not scaled; the unit of a ratio is numerator over denominator",
+    ),
+    "lvm": Answers(
+        "the X column before the channel, else `X0` and `Delta_X`; segments that begin at the same X are parted by "
+        "their dates and clock times",
+        "s; another `X_Dimension` than time is refused",
+        "the first `Samples` rows of a segment; an empty entry is a gap",
+        "not scaled",
     ),
     "csv": Answers(
         "the column called `time` or `t`, or in s, ms or us, or of time stamps",

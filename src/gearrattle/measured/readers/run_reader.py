@@ -13,8 +13,7 @@ import numpy as np
 
 from gearrattle.files import opened_hdf5
 from gearrattle.formats import check_format
-from gearrattle.measured.readers.reader import HDF5_SIGNATURE, Column, Raw, Request, unfit
-from gearrattle.recording import Recording
+from gearrattle.measured.readers.reader import HDF5_SIGNATURE, Column, Raw, Request
 
 NAME = "run"
 SUFFIXES = (".nc",)
@@ -62,8 +61,3 @@ def read(path: Path, request: Request) -> Raw:
         title = str(file.attrs.get("title", ""))
     note = f"simulated: {title}" if title else "simulated"
     return Raw(tuple(columns), str(path), NAME, (note,))
-
-
-def write(_recording: Recording, path: Path) -> None:
-    """Raise an error: a recording is no run."""
-    raise unfit(path, path.suffix, "a recording cannot be written as a run", "such as .h5")

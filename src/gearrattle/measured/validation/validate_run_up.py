@@ -222,11 +222,13 @@ def longest_stretch(speed: Array, source: str) -> tuple[Any, str]:
 
     A ModelError refuses one of too few blocks, or of less than half of the speeds.
     """
-    steps = np.diff(speed)
-    turning = np.where(np.abs(steps) > _STILL * float(speed.max()), np.sign(steps), 0.0)
-    ends = np.concatenate([[0], np.flatnonzero(np.diff(turning)) + 1, [turning.size]]).astype(int)
-    moving = [(b - a, a) for a, b in pairwise(ends.tolist()) if b > a and turning[a] != 0.0]
-    count, first = max(moving, key=lambda stretch: stretch[0], default=(0, 0))
+    # from block to block the speed rises (1), falls (-1) or stays (0)
+    changes = np.diff(speed)
+    sense = np.where(np.abs(changes) > _STILL * float(speed.max()), np.sign(changes), 0.0)
+    # stretches of one sense, as number of changes and first block; the longest that does not stay
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(sense)) + 1, [sense.size]]).astype(int)
+    stretches = [(end - begin, begin) for begin, end in pairwise(ends.tolist()) if end > begin and sense[begin] != 0.0]
+    count, first = max(stretches, key=lambda stretch: stretch[0], default=(0, 0))
     rows = np.arange(first, first + count + 1)
     span = f"{speed.min():.6g} to {speed.max():.6g} rad/s, {counted(speed.size, 'block')}"
     if rows.size < _FEWEST or np.ptp(speed[rows]) < 0.5 * np.ptp(speed):
@@ -242,7 +244,7 @@ def longest_stretch(speed: Array, source: str) -> tuple[Any, str]:
         if left
         else ""
     )
-    return (rows if turning[first] > 0.0 else rows[::-1]), note
+    return (rows if sense[first] > 0.0 else rows[::-1]), note
 
 
 def _grid(speeds: Sequence[Array], name: str) -> Array:

@@ -1,5 +1,7 @@
 """A bearing that holds a body of some mass sideways; with a radial clearance C, faces around the body stand for a ring.
 
+u is the displacement of the body, of a bearing around another body relative to that: u = u_a - u_b.
+
 Without clearance its elements are ``NAME-x`` and ``NAME-y``, ``delta = u_x`` and ``delta = u_y``; with one direction
 alone it is a single element, ``delta = n . u``. With clearance the ring is a polygon of N faces, an element for each of
 the N/2 pairs that face each other, ``NAME-0``, ``NAME-1``, ...:
@@ -47,7 +49,7 @@ _MOST = 128
 
 
 class Bearing(Component):
-    """A bearing of one body, to ground."""
+    """A bearing of one body, in the housing or around another body, such as the needles of a gear around its shaft."""
 
     noun: ClassVar[str] = "bearing"
     plural: ClassVar[str] = "bearings"
@@ -66,6 +68,8 @@ class Bearing(Component):
     }
     on: Name
     """Name of the inertia that it holds, which has a mass."""
+    around: Name = GROUND
+    """Name of the inertia around which it holds that one, such as its shaft, which has a mass; default: the housing."""
     stiffness: Annotated[float, Quantity(units.LINEAR_STIFFNESS, "positive")]
     """Radial stiffness k [N/m]; with clearance, of contact."""
     damping: LinearDamping = 0.0
@@ -121,14 +125,18 @@ class Bearing(Component):
                 path=f"bearing.{self.name}",
                 along_line=True,
                 arms=(),
-                between=(self.on, GROUND),
+                between=(self.on, self.around),
                 radii=(0.0, 0.0),
                 drive=pieces,
                 coast=pieces,
-                pushes=(Push(self.on, x, y),),
+                pushes=(Push(self.on, x, y), *self._back(x, y)),
             )
             for name, x, y in self._normals
         )
+
+    def _back(self, x: float, y: float) -> tuple[Push, ...]:
+        """How an element sees the displacement of the body around which it lies; the housing has none."""
+        return () if self.around == GROUND else (Push(self.around, -x, -y),)
 
     def notes(self) -> tuple[str, ...]:
         """Return how far a polygon is from a ring; what one direction leaves out."""
@@ -146,8 +154,9 @@ class Bearing(Component):
         )
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
-        """Return itself: its body stays a body of its own."""
-        return "bearing", {**self.to_plain(at_speed=True), "on": to[self.on][0]}
+        """Return itself: its bodies stay bodies of their own."""
+        table = self.to_plain(at_speed=True)
+        return "bearing", {**table, **{key: to[table[key]][0] for key in ("on", "around") if key in table}}
 
     @property
     def keeps_bodies(self) -> bool:
@@ -168,9 +177,11 @@ class Bearing(Component):
 
     @classmethod
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
-        """Yield the body that it holds; ground needs no bearing."""
+        """Yield the body that it holds, as ground needs no bearing, and that around which it does."""
         if "on" in table:
             yield Body(("on",), table["on"], "a bearing holds an inertia; ground stays where it is", "name an inertia")
+        if "around" in table:
+            yield Body(("around",), table["around"])
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import cos, sin
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 from gearrattle.model import units
@@ -25,6 +26,11 @@ LinearStiffness = Annotated[float, Quantity(units.LINEAR_STIFFNESS, "non-negativ
 LinearDamping = Annotated[float, Quantity(units.LINEAR_DAMPING, "non-negative")]
 Radius = Annotated[float, Quantity(units.LENGTH, "positive")]
 Gap = Annotated[float, Quantity(units.LENGTH, "non-negative")]
+
+
+DRIVE = "-drive"
+COAST = "-coast"
+"""After the name of a mesh, of its flanks that are elements of their own."""
 
 
 class Piece(NamedTuple):
@@ -49,6 +55,16 @@ class Piece(NamedTuple):
     until: float | None
     hysteresis: float = 0.0
     stick_stiffness: float = 0.0
+
+
+def line_of_action(pressure_angle: float, centre_line: float, way: float) -> tuple[float, float]:
+    """Return n_d of the drive flank (way 1), or -n_c of the coast flank (-1): the direction of its pull on the first
+    gear, (sin a, cos a) or (-sin a, cos a) turned by the angle of the line of centres.
+    """
+    along = way * sin(pressure_angle)
+    across = cos(pressure_angle)
+    turn = centre_line
+    return along * cos(turn) - across * sin(turn), along * sin(turn) + across * cos(turn)
 
 
 class Push(NamedTuple):

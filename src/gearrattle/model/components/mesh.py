@@ -13,12 +13,14 @@ teeth never part, and the mesh is one spring along n_d.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import cos, pi, sin
+from math import pi
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model import units
 from gearrattle.model.components.alternation import Alternation
 from gearrattle.model.components.component import (
+    COAST,
+    DRIVE,
     Body,
     Component,
     Element,
@@ -31,15 +33,13 @@ from gearrattle.model.components.component import (
     Push,
     Radius,
     arms_of,
+    line_of_action,
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.table import Breach, Location
 from gearrattle.model.table_symbol import Symbol
 from gearrattle.model.value_kinds import Between, Quantity, two, value_of
-
-_DRIVE = "-drive"
-_COAST = "-coast"
 
 
 class Mesh(Component):
@@ -118,7 +118,7 @@ class Mesh(Component):
         if not self._parts_flanks:
             return stages, stages
         free = [(0.0, 0.0, None)]
-        return (free, stages) if element.name.endswith(_COAST) else (stages, free)
+        return (free, stages) if element.name.endswith(COAST) else (stages, free)
 
     @property
     def coast_pieces(self) -> tuple[Piece, ...]:
@@ -135,8 +135,8 @@ class Mesh(Component):
         if not self._parts_flanks:
             return (self._element(self.name, self.drive_pieces, self.coast_pieces, 1.0),)
         free = (Piece(0.0, 0.0, None),)
-        drive = self._element(self.name + _DRIVE, self.drive_pieces, free, 1.0)
-        return drive, self._element(self.name + _COAST, free, self.coast_pieces, -1.0)
+        drive = self._element(self.name + DRIVE, self.drive_pieces, free, 1.0)
+        return drive, self._element(self.name + COAST, free, self.coast_pieces, -1.0)
 
     def _element(self, name: str, drive: tuple[Piece, ...], coast: tuple[Piece, ...], way: float) -> Element:
         """The element of the drive flank (way 1) or of the coast flank (-1); of both at once without backlash."""
@@ -160,11 +160,7 @@ class Mesh(Component):
         """The line of action of a flank, n_d or -n_c, for either gear; none for gears with fixed centres."""
         if self.pressure_angle is None:
             return ()
-        turn = self.centre_line or 0.0
-        along = way * sin(self.pressure_angle)
-        across = cos(self.pressure_angle)
-        x = along * cos(turn) - across * sin(turn)
-        y = along * sin(turn) + across * cos(turn)
+        x, y = line_of_action(self.pressure_angle, self.centre_line or 0.0, way)
         a, b = self.between
         return Push(a, x, y), Push(b, -x, -y)
 
@@ -174,8 +170,8 @@ class Mesh(Component):
         yield from super().element_names(table)
         is_closed = value_of(cls, table, "backlash", False) == 0.0
         if isinstance(name := table.get("name"), str) and table.get("pressure_angle") is not None and not is_closed:
-            yield ("name",), name + _DRIVE
-            yield ("name",), name + _COAST
+            yield ("name",), name + DRIVE
+            yield ("name",), name + COAST
 
     def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
         """Return a mesh between the bodies kept, its radii multiplied by the ratios."""

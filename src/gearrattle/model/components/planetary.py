@@ -7,15 +7,24 @@ All angles are absolute and have the same positive sense; the axes of the planet
 
 (A. Kahraman, J. Sound Vib. 173 (1994) 125, the torsional model). Without errors both are zero if all bodies turn with
 the carrier. The elements are called NAME-sun-PLANET and NAME-ring-PLANET.
+
+Where the carrier is the ground, the sun may have a mass: it floats between the planets, or has bearings. The mesh with
+the planet at the angle p is that of ``mesh`` with the line of centres at p, and with backlash either flank is an
+element, NAME-sun-PLANET-drive and -coast. Where the carrier turns, lines of action turn with it: in a frame that turns
+too they stand still, but the sun feels forces of Coriolis, which no element has.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import pi
 from typing import Annotated, Any, ClassVar, Literal
 
 from gearrattle.model import units
 from gearrattle.model.components.component import (
+    COAST,
+    DRIVE,
     Body,
     Component,
     Element,
@@ -23,7 +32,9 @@ from gearrattle.model.components.component import (
     LinearDamping,
     LinearStiffness,
     Piece,
+    Push,
     Radius,
+    line_of_action,
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.excitation import Harmonic
@@ -145,13 +156,37 @@ class Planetary(Component):
     """"clipped": the forces of contact neither pull nor pass twice the spring's; needs both gaps."""
     planet_mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
     """Mass of a planet [kg], if the carrier's J does not contain the planets' masses."""
+    pressure_angle: Annotated[float, Quantity(units.ANGLE, "non-negative")] | None = None
+    """Working transverse pressure angle of the meshes with the sun [rad], below 90 deg; where the sun has a mass."""
+    planet_positions: tuple[Annotated[float, Quantity(units.ANGLE)], ...] = ()
+    """Angles of the lines from the sun to the planets [rad], one a planet; empty: evenly around, the first along x."""
     centre_distance: Annotated[float, Quantity(units.LENGTH, "positive")] | None = None
     """Distance r of the planets' axes from that of the carrier [m]; with ``planet_mass`` it adds N m r^2 to the
     carrier's J."""
 
     def elements(self) -> tuple[Element, ...]:
         """Return the meshes, planet by planet: with the sun, then with the ring."""
-        return tuple(self._mesh(side, index) for index in range(len(self.planets)) for side in SIDES)
+        meshes = [self._mesh(side, index) for index in range(len(self.planets)) for side in SIDES]
+        if self.pressure_angle is None:
+            return tuple(meshes)
+        return tuple(
+            flank
+            for k, mesh in enumerate(meshes)
+            for flank in (self._flanks(mesh, k // len(SIDES)) if mesh.between[0] == self.sun else (mesh,))
+        )
+
+    def _flanks(self, mesh: Element, index: int) -> tuple[Element, ...]:
+        """The mesh of a planet with a sun that moves sideways, with backlash by its flanks."""
+        assert self.pressure_angle is not None
+        even = 2.0 * pi * index / len(self.planets)
+        position = self.planet_positions[index] if self.planet_positions else even
+        pulls = {way: line_of_action(self.pressure_angle, position, way) for way in (1.0, -1.0)}
+        drive = replace(mesh, pushes=(Push(self.sun, *pulls[1.0]),))
+        if self.backlash.sun == 0.0:
+            return (drive,)
+        free = (Piece(0.0, 0.0, None),)
+        coast = replace(mesh, name=mesh.name + COAST, drive=free, pushes=(Push(self.sun, *pulls[-1.0]),))
+        return replace(drive, name=mesh.name + DRIVE, coast=free), coast
 
     def _mesh(self, side: Side, index: int) -> Element:
         """One mesh of one planet."""
@@ -224,6 +259,9 @@ class Planetary(Component):
             for planet in dict.fromkeys(p for p in planets if isinstance(p, str)):
                 for side in SIDES:
                     yield ("name",), f"{name}-{side}-{planet}"
+                if table.get("pressure_angle") is not None:
+                    yield ("name",), f"{name}-sun-{planet}{DRIVE}"
+                    yield ("name",), f"{name}-sun-{planet}{COAST}"
 
     @classmethod
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
@@ -248,6 +286,13 @@ class Planetary(Component):
             if isinstance(written, (list, tuple)) and count is not None and len(written) not in (0, count):
                 rule = f"must have one phase for each of the {count} planets, in their order, or none"
                 yield Breach(("mesh_phase", side), written, rule)
+        positions = table.get("planet_positions")
+        if isinstance(positions, (list, tuple)) and count is not None and len(positions) not in (0, count):
+            rule = f"must have one angle for each of the {count} planets, in their order, or none"
+            yield Breach(("planet_positions",), positions, rule)
+        angle = value_of(cls, table, "pressure_angle", dimensionless)
+        if angle is not None and angle >= 0.5 * pi:
+            yield Breach(("pressure_angle",), table["pressure_angle"], "must be below 90 deg", 'such as "20 deg"')
         for key, other in (("planet_mass", "centre_distance"), ("centre_distance", "planet_mass")):
             if table.get(key) is not None and table.get(other) is None:
                 rule = f"{key} needs {other}: both together give N m r^2"

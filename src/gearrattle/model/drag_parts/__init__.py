@@ -16,11 +16,13 @@ from gearrattle.model.drag_parts.measured_drag import MeasuredDrag
 from gearrattle.model.drag_parts.rolling_bearing import RollingBearing
 from gearrattle.model.drag_parts.shaft_seal import ShaftSeal
 from gearrattle.model.drag_parts.sheared_films import ClutchPack, SynchroniserCone
+from gearrattle.model.drag_parts.skf_bearing import SkfBearing
 from gearrattle.model.table import breach, did_you_mean
 
 DRAG_PARTS: dict[str, type[DragPart]] = {
     "needle-bearing": RollingBearing,
     "rolling-bearing": RollingBearing,
+    "skf-bearing": SkfBearing,
     "churning": Churning,
     "synchroniser": SynchroniserCone,
     "clutch-pack": ClutchPack,
@@ -48,7 +50,8 @@ class _ByKind:
 
 
 AnyDragPart = Annotated[
-    RollingBearing | Churning | SynchroniserCone | ClutchPack | ShaftSeal | MeasuredDrag | ConstantDrag, _ByKind()
+    RollingBearing | SkfBearing | Churning | SynchroniserCone | ClutchPack | ShaftSeal | MeasuredDrag | ConstantDrag,
+    _ByKind(),
 ]
 DragParts = tuple[AnyDragPart, ...]
 """Parts of any kind."""

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from gearrattle.signals import parts_of
+
 if TYPE_CHECKING:
     from gearrattle.model import Model
     from gearrattle.quantities.verdict import Verdict
@@ -42,11 +44,19 @@ def chosen_clearances(findings: Judged) -> tuple[list[int], str]:
     return sorted(worst[:MOST]), _left_out("clearances", len(worst), "the worst of the verdict")
 
 
+def ring_words(findings: Judged, what: str) -> str:
+    """Return a sentence on what is shown of a bearing with clearance all around; empty without one."""
+    layout = findings.motion.trajectory.layout
+    shown = [int(layout.clearance[k]) for k in chosen_clearances(findings)[0] if layout.corners[k].size == 1]
+    return f" Of a bearing with clearance all around: {what}." if any(layout.is_bearing[shown]) else ""
+
+
 def chosen_bodies(findings: Judged) -> tuple[list[int], str]:
     """Return the bodies that are shown, in file order, and a sentence on the others (empty without others)."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
-    elements = [layout.element_names.index(part.name) for part in findings.verdict.parts if part.rattles]
+    names = parts_of(layout).element_names
+    elements = [names.index(part.name) for part in findings.verdict.parts if part.rattles]
     ends = [body for element in elements for body in layout.between[element].tolist() if body >= 0]
     loudest = np.argsort(-np.std(trajectory.acceleration, axis=0), kind="stable").tolist()
     order = list(dict.fromkeys([layout.reference, *ends, *loudest]))

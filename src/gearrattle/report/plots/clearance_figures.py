@@ -12,7 +12,7 @@ from gearrattle.assembly.input_histories import torque_histories
 from gearrattle.assembly.means import own_mean
 from gearrattle.assembly.records import Recorded
 from gearrattle.report.plots.chart import Band, Chart, Line, Panel, Rule
-from gearrattle.report.plots.chosen_parts import Judged, chosen_clearances
+from gearrattle.report.plots.chosen_parts import Judged, chosen_clearances, ring_words
 from gearrattle.report.plots.corner_marks import SIDES, reach, shading, units
 from gearrattle.report.plots.motion_window import Scale, TimeAxis, coarse, detail, scale
 from gearrattle.report.plots.palette import COAST, DRIVE, INK, MUTED
@@ -26,7 +26,8 @@ def deflections(findings: Judged) -> Chart:
     window = detail(findings)
     caption = (
         "Deflection of every element with a corner, in detail. Shaded: in contact, beyond the dotted corners. "
-        f"Dots: impacts, at the exact time of the crossing.{chosen_clearances(findings)[1]}"
+        f"Dots: impacts, at the exact time of the crossing.{ring_words(findings, 'the size of the displacement')}"
+        f"{chosen_clearances(findings)[1]}"
     )
     panels = _deflection_panels(findings, window)
     return Chart(
@@ -77,7 +78,7 @@ def forces(findings: Judged) -> Chart:
         panels.append(Panel(name, in_unit.unit, axis.title, lines=(line,), rules=(zero,), x_range=span))
     caption = (
         "Force in every element with a corner, elastic and damping: torque in couplings, force along the line of "
-        f"action in meshes; positive on the drive side.{left_out}"
+        f"action in meshes; positive on the drive side.{ring_words(findings, 'the size of the force')}{left_out}"
     )
     return Chart("force", "Clearances", caption, tuple(panels), panel_height=128, group="clearances", tab="Force")
 

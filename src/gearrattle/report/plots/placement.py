@@ -98,7 +98,9 @@ def _grow(layout: Connections, start: int, placement: Placement) -> None:
         placement.shafts.setdefault(body, placement.bodies[body][0])
         for meshes in (True, False):
             for element, pair in enumerate(layout.between.tolist()):
-                if body not in pair or bool(layout.is_mesh[element]) != meshes or (meshes and pair[1] < 0):
+                if body not in pair or bool(layout.is_mesh[element]) != meshes:
+                    continue
+                if meshes and not np.any(layout.rows[element]):  # a bearing
                     continue
                 other = pair[1] if pair[0] == body else pair[0]
                 if _join(body, element, other, placement, meshes=meshes) and other >= 0:

@@ -7,6 +7,7 @@ and name it in the table.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.chart import Chart
@@ -17,8 +18,11 @@ from gearrattle.report.plots.metric_figures import rattle_metrics
 from gearrattle.report.plots.phase_plane import phase_plane
 from gearrattle.report.plots.region_figures import regions
 from gearrattle.report.plots.run_up_figures import run_up_orders, run_up_spectra
+from gearrattle.report.plots.sideways_figures import bearing_forces, displacements, orbits
 from gearrattle.report.plots.spectrum_figures import spectra
 from gearrattle.report.plots.torque_angle_figure import torque_angles
+from gearrattle.results import Run
+from gearrattle.signals import by_parts
 
 FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     deflections,
@@ -28,6 +32,9 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     accelerations,
     speeds,
     angles,
+    orbits,
+    displacements,
+    bearing_forces,
     impacts,
     phase_plane,
     torque_angles,
@@ -37,6 +44,8 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     run_up_orders,
 )
 """Every figure of the report, in reading order."""
+_OF_PARTS = (deflections, overview, forces, regions, impacts)
+"""Figures of clearances, which show the faces of a bearing as one."""
 _OF_AVERAGES = (spectra, rattle_metrics)
 """Figures of averages over cycles, which say nothing of an event."""
 
@@ -44,5 +53,7 @@ _OF_AVERAGES = (spectra, rattle_metrics)
 def charts(findings: Findings) -> list[Chart]:
     """Return every figure that has something to show."""
     left_out = () if findings.verdict.event is None else _OF_AVERAGES
-    made = (figure(findings) for figure in FIGURES if figure not in left_out)
+    motion = Run(by_parts(findings.motion.trajectory), findings.model)
+    merged = findings if motion.trajectory is findings.motion.trajectory else replace(findings, motion=motion)
+    made = (figure(merged if figure in _OF_PARTS else findings) for figure in FIGURES if figure not in left_out)
     return [chart for chart in made if chart is not None and chart.panels]

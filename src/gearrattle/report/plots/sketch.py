@@ -7,6 +7,7 @@ and word of its severity. So no meaning depends on colour alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,8 @@ from gearrattle.quantities.verdict_parts import worst_first
 from gearrattle.report.plots import driveline
 from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.plots.palette import MUTED, STATES
-from gearrattle.signals import is_same_mesh
+from gearrattle.report.plots.symbols import LINE_HEIGHT
+from gearrattle.signals import is_same_mesh, parts_of
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -29,10 +31,11 @@ _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, 
 def sketch(findings: Findings) -> str:
     """Draw the driveline: one ``<svg>`` with its size in its viewBox, a title and a description for screen readers."""
     layout = findings.motion.trajectory.layout
-    scene = driveline.scene(layout, _FRAME)
-    width, height = scene.size
     parts = {part.name: part for part in findings.verdict.parts}
     cycles = None if findings.verdict.event is None else findings.verdict.window.cycles
+    bearings = [_bearings(findings, body, cycles) for body in range(len(layout.inertia_names))]
+    scene = _with_room(driveline.scene(layout, _FRAME), bearings)
+    width, height = scene.size
     drawn = []
     for element in range(len(layout.element_names)):
         flanks = [k for k in range(len(layout.element_names)) if is_same_mesh(layout, k, element)]
@@ -44,12 +47,29 @@ def sketch(findings: Findings) -> str:
         label = [line for name in names for line in _label(name, parts.get(name), cycles)]
         drawn.append(driveline.element(scene, element, colour, label))
     drawn += driveline.frames(scene)
-    drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
+    drawn += [
+        driveline.body(scene, body, [*_words(findings, body), *bearings[body]]) for body in scene.placement.bodies
+    ]
     words = escape(f"{findings.model.name}: {findings.verdict.sentence}")
     return (
         f'<svg class="sketch" viewBox="0 0 {width} {height}" style="max-width:{width}px" role="img" '
         f'aria-label="Driveline sketch"><title>Driveline sketch</title><desc>{words}</desc>{"".join(drawn)}</svg>'
     )
+
+
+def _with_room(scene: driveline.Scene, bearings: list[list[str]]) -> driveline.Scene:
+    """Leave room for the lines on bearings: above the uppermost bodies, below the lowest ones, and between the rows."""
+    rows = {body: row for body, (_, row) in scene.placement.bodies.items()}
+    ends = (min(rows.values()), max(rows.values()))
+    above, below = (max(len(bearings[body]) for body, row in rows.items() if row == end) for end in ends)
+    between = max((len(bearings[body]) for body, row in rows.items() if row not in ends), default=0)
+    frame = replace(
+        scene.frame,
+        top=scene.frame.top + LINE_HEIGHT * above,
+        bottom=scene.frame.bottom + LINE_HEIGHT * below,
+        pitch_y=scene.frame.pitch_y + LINE_HEIGHT * between,
+    )
+    return replace(scene, frame=frame)
 
 
 def _words(findings: Findings, body: int) -> list[str]:
@@ -59,6 +79,15 @@ def _words(findings: Findings, body: int) -> list[str]:
     inertia = inertia_words(float(layout.inertia[body]), is_si=findings.model.units == "SI")
     lines = [f'<tspan class="name">{escape(name)}</tspan>', f"J = {inertia}"]
     return lines + [f'<tspan class="load">{words}</tspan>' for words in _loads(findings, name)]
+
+
+def _bearings(findings: Findings, body: int, cycles: int | None) -> list[str]:
+    """Name the bearings with a clearance that hold one body, and say how they do."""
+    layout = parts_of(findings.motion.trajectory.layout)
+    parts = {part.name: part for part in findings.verdict.parts}
+    held = [k for k in layout.clearance.tolist() if layout.is_bearing[k] and layout.between[k, 0] == body]
+    names = [layout.element_names[k] for k in held]
+    return [line for name in names for line in _label(name, parts.get(name), cycles)]
 
 
 def _unit(findings: Findings, unit: str) -> str:

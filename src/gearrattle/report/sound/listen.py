@@ -32,6 +32,7 @@ from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
+from gearrattle.signals.rings import by_parts, parts_of
 from gearrattle.signals.windows import steady
 
 Array = NDArray[np.float64]
@@ -201,7 +202,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
         raise ModelError(
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
-    known = assemble(model).layout.clearance_names
+    known = parts_of(assemble(model).layout).clearance_names
     meshes = {element.name for element in model.elements if element.along_line and element.arms}
     chosen = [name for name in known if name in meshes] if elements is None else list(elements)
     for clearance in chosen:
@@ -217,7 +218,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
 
 def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
     """Sound pressure of a run's impacts."""
-    motion = run.trajectory
+    motion = by_parts(run.trajectory)
     chosen = audible(name, run.model, elements)
     seconds = steady(motion).duration
     if seconds > LONGEST:

@@ -146,5 +146,5 @@ def _mosqito() -> Any:
         import mosqito
     except ImportError:
         rule = "loudness, sharpness and roughness need MoSQITo, an optional extra"
-        raise NotInstalled(Problem("quality", "", rule, "pip install 'gearrattle[sound]'")) from None
+        raise NotInstalled.of("sound", "quality", "", rule) from None
     return mosqito

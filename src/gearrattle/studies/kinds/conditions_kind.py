@@ -46,7 +46,7 @@ class Values(Reader):
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema."""
-        return {"anyOf": [{"type": "array"}, {"type": "object"}]}
+        return {"anyOf": [{"type": "array"}, {"type": "object", "additionalProperties": True}]}
 
 
 class Modes(Reader):

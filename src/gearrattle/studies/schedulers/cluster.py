@@ -50,7 +50,7 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     except ImportError:
         rule = "needs dask.distributed, which is not installed"
         named = wanted.address if isinstance(wanted.address, str) else type(wanted.address).__name__
-        raise NotInstalled(Problem("scheduler", named, rule, "pip install 'gearrattle[studies]'")) from None
+        raise NotInstalled.of("studies", "scheduler", named, rule) from None
     if wanted.workers is not None:
         rule = "a cluster has its own number of workers"
         raise ModelError(Problem("workers", str(wanted.workers), rule, "leave it out, or scale the cluster"))

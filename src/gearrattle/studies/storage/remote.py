@@ -143,7 +143,7 @@ def remote(address: str) -> Remote:
         from fsspec import get_filesystem_class
     except ImportError:
         rule = "an address needs fsspec, which is not installed"
-        raise NotInstalled(Problem("output", address, rule, "pip install 'gearrattle[studies]'")) from None
+        raise NotInstalled.of("studies", "output", address, rule) from None
     try:
         get_filesystem_class(protocol)
     except ImportError as error:

@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute, Route
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.examples import example_files
 from gearrattle.model.model_file import load, text_of
+from gearrattle.model.schema_line import without_schema_line
 from gearrattle.workbench.job_inputs import model_of
 from gearrattle.workbench.routes.json_answers import JsonAnswer, answering, problems
 from gearrattle.workbench.workspace_folder import Folder, NotThereError
@@ -73,7 +74,7 @@ def _example(request: Request) -> dict[str, str]:
         model_of(text, _folder(request))
     except ModelError:
         text = text_of(load(path))
-    return {"text": text}
+    return {"text": without_schema_line(text)}
 
 
 ROUTES: list[BaseRoute] = [

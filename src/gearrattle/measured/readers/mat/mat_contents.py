@@ -157,19 +157,21 @@ def contents_of(variables: Iterable[Variable], source: str) -> Contents:
 
 def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers: dict[str, float]) -> dict[str, Signal]:
     """Give the columns of every variable their names, units and axes."""
+    # what the file says of them: entries of ``write``, and the text Name beside Data, which counts if it is unique
     rows = _rows(texts.get(DESCRIPTION, ""))
-    labels = {path: _text_of(texts, path, _NAMES) for path in shapes}
-    taken = Counter([*shapes, *labels.values()])
-    axes = _time_axes(shapes, labels)
+    names_beside = {path: _text_of(texts, path, _NAMES) for path in shapes}
+    taken = Counter([*shapes, *names_beside.values()])
+    axes = _time_axes(shapes, names_beside)
+    # columns of every variable
     signals = {}
     for path, shape in shapes.items():
         is_axis = _is_axis(path)
-        label = labels[path] if taken[labels[path]] == 1 and not is_axis else ""
+        name_beside = names_beside[path] if taken[names_beside[path]] == 1 and not is_axis else ""
         columns = []
         for full in column_names(path, shape):
             row = rows.get(full, {})
             unit, quantity, subject = (str(row.get(key, "")) for key in ("unit", "quantity", "subject"))
-            name = str(row.get("name", full.replace(path, label, 1) if label else full))
+            name = str(row.get("name", full.replace(path, name_beside, 1) if name_beside else full))
             axis = "" if is_axis else _axis(path, max(shape), axes, numbers)
             unit = unit or _text_of(texts, path, _UNITS)
             columns.append(Column(name, unit, np.empty(0), None, quantity, subject, axis))
@@ -178,13 +180,13 @@ def _signals(shapes: dict[str, tuple[int, ...]], texts: dict[str, str], numbers:
 
 
 def _time_axes(
-    shapes: dict[str, tuple[int, ...]], labels: dict[str, str]
+    shapes: dict[str, tuple[int, ...]], names_beside: dict[str, str]
 ) -> dict[tuple[str, int], list[tuple[str, float]]]:
     """Return every ``X.Data`` that may hold times, and its number, by parent path and length."""
     axes: dict[tuple[str, int], list[tuple[str, float]]] = {}
     for path, shape in shapes.items():
         axis = _SERIES.fullmatch(path)
-        if axis is not None and axis[2] in "Xx" and _OF_TIME.search(labels[path]):
+        if axis is not None and axis[2] in "Xx" and _OF_TIME.search(names_beside[path]):
             axes.setdefault((axis[1], max(shape)), []).append((path, float(axis[3] or 1)))
     return axes
 

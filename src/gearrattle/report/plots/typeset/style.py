@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, check_installed
 from gearrattle.model.units import LENGTH, UnitError, convert
 from gearrattle.report.plots.palette import FAINT, INK, MUTED, PAPER
 
@@ -56,7 +56,11 @@ class Style:
     rc: str | os.PathLike[str] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse every width, font, size or style that is not valid, all at once (ModelError)."""
+        """Refuse every width, font, size or style that is not valid, all at once (ModelError).
+
+        NotInstalled where matplotlib is not there: every figure for print begins with its style.
+        """
+        check_matplotlib("figures")
         problems = [
             problem
             for problem in (
@@ -148,6 +152,12 @@ class Style:
             chosen.update(self.settings)
             chosen.update(_laid_over(self.rc))
             yield
+
+
+def check_matplotlib(subject: str, value: str = "") -> None:
+    """Refuse figures for print where matplotlib is not installed (NotInstalled)."""
+    rule = "figures for print need matplotlib, which is not installed"
+    check_installed("matplotlib", "figures", subject, value, rule)
 
 
 _OF_THE_SESSION = frozenset({"backend", "backend_fallback", "interactive", "toolbar", "timezone", "webagg.port"})
