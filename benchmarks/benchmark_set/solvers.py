@@ -160,7 +160,7 @@ def timed(work: Callable[[Task], None]) -> Callable[[str], Outcome]:
             with np.errstate(all="ignore"):
                 work(task)
         except TooLong:
-            raise
+            task.outcome.failed = "more than its processor time"
         except (GaveUp, ArithmeticError, ValueError, RuntimeError) as why:
             task.outcome.failed = " ".join(str(why).split())[:120] or type(why).__name__
         task.outcome.seconds = process_time() - began
