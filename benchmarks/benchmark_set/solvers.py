@@ -451,7 +451,7 @@ def ours(algorithm: str, tolerance: float | None) -> Callable[[str], Outcome]:
         began = process_time()
         try:
             done = gr.simulate(model, algorithm, audit=False, **settings)
-        except gr.ConvergenceError as why:
+        except gr.GearRattleError as why:
             return Outcome([0.0], [m.START], [], 0, 0, process_time() - began, " ".join(str(why).split())[:120])
         seconds = process_time() - began
         states = np.hstack([done.data.angle.values, done.data.velocity.values])[: m.TIMES.size]
