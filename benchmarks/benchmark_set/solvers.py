@@ -159,7 +159,7 @@ def timed(work: Callable[[Task], None]) -> Callable[[str], Outcome]:
         try:
             with np.errstate(all="ignore"):
                 work(task)
-        except TooLong:
+        except (TooLong, SystemError):  # the second where compiled code was interrupted
             task.outcome.failed = "more than its processor time"
         except (GaveUp, ArithmeticError, ValueError, RuntimeError) as why:
             task.outcome.failed = " ".join(str(why).split())[:120] or type(why).__name__
@@ -403,7 +403,7 @@ def ross(share: float) -> Callable[[str], Outcome]:
         outer = np.isfinite(m.CORNERS).sum(axis=1)
         fastest = max(np.abs(np.linalg.eigvals(m.jacobian(0.0, m.START, i))).max() for i in (outer, task.index))
         parts = int(np.ceil(m.TIMES[1] * fastest / share))
-        time = m.TIMES[1] / parts * np.arange(parts * (m.TIMES.size - 1) + 1)
+        time = m.TIMES[1] / parts * np.arange(parts * (m.TIMES.size - 1) + 2)
         mass = np.diag(m.INERTIA)
         places: Any = m.region
 
