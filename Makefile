@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints dependencies changelog wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench hosts peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints dependencies changelog wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -74,6 +74,9 @@ same: $(VENV)/.test         ## every difference between what commit BASE and thi
 
 bench: $(VENV)/.test        ## exact against the fastest plain RK2, same process
 	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only --benchmark-timer=time.process_time $(PYTEST_ARGS)
+
+hosts: $(VENV)/.test $(VENV)/.hosts  ## FMUs in a host, FMPy, which brings 182 MB
+	$(PY) -m pytest tests/exchange $(PYTEST_ARGS)
 
 peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
 	$(PY) -m benchmarks.peers
@@ -130,7 +133,7 @@ images: $(VENV)/.docs       ## redraw the pictures in docs/images
 	$(PY) docs/images/packages.py
 	$(PY) docs/images/workbench_pictures.py
 
-constraints: $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
+constraints: $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.hosts $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 
@@ -180,7 +183,7 @@ $(VENV)/pyharm: $(VENV)/.python
 	@echo "installing pyHarm in an environment of its own: it asks for older packages"
 	@$(PY) -m venv $@ && $@/bin/pip install -qq --disable-pip-version-check 'pyHarm-os>=1.2' || { rm -rf $@; exit 1; }
 
-$(VENV)/.test $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
+$(VENV)/.test $(VENV)/.test-long $(VENV)/.lint $(VENV)/.docs $(VENV)/.hosts $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
 	@echo "installing what 'make $*' needs"
 	@$(PIP) --editable '.[$*]'
 	@touch $@

@@ -32,11 +32,14 @@ CALLS: dict[str, Callable[..., Any]] = {
     ),
     "compare": lambda **settings: gr.compare(MODEL, **settings),
     "continuation": lambda **settings: gr.continuation(MODEL, "excitation.speed", (150.0, 151.0), **settings),
+    "export_fmu": lambda **settings: gr.export_fmu(MODEL, "x.fmu", **settings),
     "identification.fit": lambda **settings: gr.identification.fit(
         MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **settings
     ),
     "identification.fit_loop": lambda **settings: gr.identification.fit_loop(LOOP, **settings),
     "gas_torque": lambda **settings: gr.gas_torque(**{"cylinders": 4, **CYLINDER, **settings}),
+    "export_model": lambda **settings: gr.export_model(MODEL, "case1.c", **settings),
+    "import_model": lambda **settings: gr.import_model("case1.mo", **settings),
     "listen": lambda **settings: gr.listen(_run(), **settings),
     "optimize": lambda **settings: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **settings),
     "spectral.order_map": lambda **settings: gr.spectral.order_map(_run(), "velocity.hub", **settings),

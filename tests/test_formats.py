@@ -230,6 +230,8 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 
 WRITERS = {
+    "exchange/fmu.py": "fmu",
+    "exchange/state_space.py": "state space",
     "design/kept_motions.py": "a motion, read by the search that wrote it alone",
     "simulation/chunk_store.py": "stream",
     "report/reduction_pages.py": "matrices",
@@ -249,7 +251,7 @@ WRITERS = {
 
 def test_whoever_writes_a_file_in_a_format_of_ours_is_known() -> None:
     """A new writer gets a kind in ``FORMATS``, and its name here."""
-    of_arrays = r"\.to_netcdf\(|\.to_zarr\(|savez|savemat\(|File\(path, \"w\""
+    of_arrays = r"\.to_netcdf\(|\.to_zarr\(|savez|savemat\(|\.File\(path, \"w\""
     of_text = r"json\.dumps\(.*\n.*write_text|storage\.put\(ABOUT|json\.dumps\(\{name"
     texts = {path.relative_to(SOURCE).as_posix(): path.read_text(encoding="utf-8") for path in source_files()}
     assert {name for name, text in texts.items() if re.search(f"{of_arrays}|{of_text}", text)} == set(WRITERS)

@@ -13,7 +13,9 @@ from tests.architecture.public import FUNCTIONS
 FIRST = {name: next(iter(inspect.signature(call).parameters), "") for name, call in FUNCTIONS.items()}
 OF_MODELS = [name for name, first in FIRST.items() if first in ("model", "run_or_model") and "validate" not in name]
 OF_RUNS = [
-    name for name, first in FIRST.items() if first in ("run", "source") and name not in ("measured.look", "read")
+    name
+    for name, first in FIRST.items()
+    if first in ("run", "source") and name not in ("measured.look", "read", "import_model")
 ]
 
 

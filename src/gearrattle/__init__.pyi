@@ -22,6 +22,9 @@ from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError
 from .errors import ModelError as ModelError
+from .exchange.fmu import export_fmu as export_fmu
+from .exchange.model_exchange import export_model as export_model
+from .exchange.model_exchange import import_model as import_model
 from .measured.gas_torque import gas_torque as gas_torque
 from .measured.read import read as read
 from .measured.readers import write as write

@@ -37,7 +37,9 @@ FORMATS = {
     "result": Format(1, "run the command or the call that saved it again"),
     "summary": Format(1, "run the command or the call that saved it again"),
     "recording": Format(1, "write the recording again", oldest=0),
+    "fmu": Format(1, "export the FMU again"),
     "matrices": Format(1, "run gearrattle condense again", oldest=0),
+    "state space": Format(1, "run gearrattle export again"),
 }
 """Every kind of file that gearrattle writes in its own format."""
 

@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Signal = tuple[str, str]
 """Quantity and subject, e.g. ("velocity", "flywheel")."""
+CASING_FORCE = "casing_force"
+"""Quantity: the force of all bearings on the casing, along ``AXES``."""
+AXES = ("x", "y")
 _SAME_SPEED = 1e-9  # share of a speed: a speed outside a table by less is inside up to rounding
 
 
@@ -261,8 +264,14 @@ class Exact(Protocol):
         cycles from the start of the steady part; values then have an axis of windows.
         """
 
+    def values(self, trajectory: Trajectory, signals: Sequence[Signal], time: Array) -> Array | None:
+        """Return (N, q) signals at times (N,) [s] of the steady part; None as above."""
+
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) levels that the modulus of a signal exceeds for a share of the steady part; None as above."""
+
+    def reach(self, trajectory: Trajectory, plane: tuple[Signal, Signal], centre: tuple[float, float]) -> float | None:
+        """Return the largest distance from a centre of the vector that two signals are; None as above."""
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
         """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles; None as above."""

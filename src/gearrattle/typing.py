@@ -15,6 +15,7 @@ from gearrattle.analysis.stiffness import Stiffness
 from gearrattle.analysis.torque_angle import TorqueAngle
 from gearrattle.causes import Cause
 from gearrattle.errors import Problem
+from gearrattle.exchange.model_exchange import ExportedModel, ImportedModel
 from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.measured.identification.fit_result import Fit
 from gearrattle.measured.identification.loop_result import LoopFit
@@ -40,11 +41,13 @@ __all__ = [
     "Condensed",
     "Contents",
     "Equilibrium",
+    "ExportedModel",
     "Factor",
     "Figures",
     "Findings",
     "Fit",
     "GasTorque",
+    "ImportedModel",
     "LoopFit",
     "Modes",
     "MotionMap",

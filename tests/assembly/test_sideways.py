@@ -88,6 +88,57 @@ def test_spectra_take_bearings_and_the_casing(run: gr.Run) -> None:
         assert gr.spectra(run, channel).attrs["units"] == unit
 
 
+def test_orders_take_the_casing(run: gr.Run) -> None:
+    cuts = gr.spectral.order_cuts(gr.simulate(run.model, cycles=20, discard=4), "casing_force.x", [2.0], turns=2)
+    assert cuts.attrs["units"] == "N"
+    assert (cuts["amplitude"].values > 0.0).all()
+
+
+def test_the_force_on_the_casing_has_rms_and_peak_whatever_the_axes(run: gr.Run) -> None:
+    """Against many samples, and the same for a driveline turned by 40 degrees; between samples both are exact."""
+
+    def of(one: gr.Run) -> dict[str, float]:
+        table = gr.metrics(one, names=["force_statistics"])
+        casing = table[table["subject"] == "casing"]
+        assert (casing["error"] == 0.0).all()
+        return dict(zip(casing["quantity"], casing["value"], strict=True))
+
+    own = of(run)
+    fine = gr.simulate(run.model, samples_per_cycle=4096).trajectory
+    assert fine.sideways is not None
+    force = fine.sideways.casing_force[2 * 4096 : -1]
+    length = np.hypot(*(force - force.mean(axis=0)).T)
+    assert own["rms casing force"] == pytest.approx(np.sqrt(np.mean(length**2)), rel=1e-3)
+    assert own["peak casing force"] >= length.max() * (1.0 - 3e-4)
+    assert own["peak casing force"] == pytest.approx(length.max(), rel=0.01)
+    plain, turned = (of(gr.simulate(driven(turn), cycles=4, discard=2)) for turn in (0.0, np.radians(40.0)))
+    assert turned["rms casing force"] == pytest.approx(plain["rms casing force"], rel=1e-6)
+    assert turned["peak casing force"] == pytest.approx(plain["peak casing force"], rel=4e-4)
+
+
+def test_chunks_know_the_rms_on_the_casing_and_not_its_peak() -> None:
+    model = driven()
+    whole = gr.metrics(gr.simulate(model, cycles=8, discard=2), names=["force_statistics"])
+    parts = gr.metrics(gr.stream(model, cycles=8, discard=2, chunk=2), names=["force_statistics"])
+    (one, peak), (other, missing) = (table[table["subject"] == "casing"]["value"].tolist() for table in (whole, parts))
+    assert other == pytest.approx(one, rel=1e-6)
+    assert np.isfinite(peak)
+    assert np.isnan(missing)
+
+
+def test_a_target_is_a_force_on_the_casing_in_newtons() -> None:
+    """The threshold of the torque at which the rms passes its limit, by runs on both of its sides."""
+    model = driven(clearance=0.0).with_({"simulation.cycles": 20, "simulation.discard": 10})
+    path = "torque.0.harmonics.0.amplitude"
+    answer = gr.threshold(model, path, (2.0, 12.0), until="rms casing force < 20 N", count=3, width=0.1, workers=1)
+    assert answer.bracket is not None
+    sides = []
+    for value in answer.bracket:
+        table = gr.metrics(gr.simulate(model.with_({path: value})), names=["force_statistics"])
+        sides.append(float(table[table["quantity"] == "rms casing force"]["value"].iloc[0]))
+    assert sides[0] < 20.0 < sides[1]
+
+
 def test_an_impact_moves_the_mass_too() -> None:
     """1/m_e = R1^2/J1 + R2^2/J2 + 1/m1 + 1/m2; without masses the last two are missing."""
     held, fixed = (assemble(driven(masses=masses)).layout for masses in (True, False))

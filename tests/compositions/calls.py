@@ -100,6 +100,11 @@ class Kit:
         return folder
 
     @cached_property
+    def modelica(self) -> Path:
+        """The model as Modelica text."""
+        return gr.export_model(self.model, self.folder / "exported.mo", partial=True).path
+
+    @cached_property
     def study(self) -> Any:
         """A study of nine cases, kept in a folder."""
         return gr.study(self.model, self.axis(9), workers=1, output=self.folder / "study")
@@ -115,6 +120,10 @@ Call = Callable[[Kit], Any]
 CALLS: Mapping[str, Call] = {
     "loads": lambda kit: gr.loads(kit.model.to_toml()),
     "load": lambda kit: gr.load(kit.model_file),
+    "export_model: equations": lambda kit: gr.export_model(kit.model, kit.folder / "equations.py"),
+    "export_model: matrices": lambda kit: gr.export_model(kit.model, kit.folder / "matrices.npz"),
+    "export_model: Modelica": lambda kit: gr.export_model(kit.model, kit.folder / "model.mo"),
+    "import_model": lambda kit: gr.import_model(kit.modelica),
     "drag_points": lambda kit: gr.drag_points(kit.model),
     "equilibrium": lambda kit: gr.equilibrium(kit.model),
     "modes": lambda kit: gr.modes(kit.model),
@@ -131,6 +140,7 @@ CALLS: Mapping[str, Call] = {
     "advise": lambda kit: gr.advise(kit.model),
     "run": lambda kit: gr.run(kit.model),
     "save": lambda kit: gr.save(gr.modes(kit.model), kit.folder / "modes"),
+    "export_fmu": lambda kit: gr.export_fmu(kit.model, kit.folder / "x.fmu"),
     "share": lambda kit: gr.share(kit.run, kit.folder / "run.zip"),
     "simulate": lambda kit: kit.run,
     "simulate: rk4": lambda kit: gr.simulate(kit.model, "rk4", step=1e-4),

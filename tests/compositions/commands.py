@@ -34,6 +34,8 @@ def _study_line(kind: str, kit: Kit, out: Path) -> list[str]:
 
 COMMAND_LINES: Mapping[str, Words] = {
     "check": lambda kit, _: ["check", str(kit.model_file)],
+    "export": lambda kit, out: ["export", str(kit.model_file), "-o", str(out / "equations.c")],
+    "import": lambda kit, _: ["import", str(kit.modelica)],
     "modes": lambda kit, _: ["modes", str(kit.model_file)],
     "modes -o": lambda kit, out: ["modes", str(kit.model_file), "-o", str(out)],
     "scale": lambda kit, out: ["scale", str(kit.model_file), "-o", str(out / "scaled.toml")],
@@ -43,6 +45,7 @@ COMMAND_LINES: Mapping[str, Words] = {
     "fit": lambda kit, _: ["fit", str(kit.model_file), _data(kit), "--free", "inertia.engine.J", "--starts", "1"],
     "advise": lambda kit, _: ["advise", str(kit.model_file), *SHORT],
     "run": lambda kit, out: ["run", str(kit.model_file), "-o", str(out)],
+    "fmu": lambda kit, out: ["fmu", str(kit.model_file), "-o", str(out / "x.fmu")],
     "simulate": lambda kit, out: ["simulate", str(kit.model_file), "-o", str(out / "run.csv"), *SHORT],
     "stream": lambda kit, out: ["stream", str(kit.model_file), "-o", str(out / "stream"), "--chunk", "4"],
     "periodic": lambda kit, _: ["periodic", str(kit.model_file)],

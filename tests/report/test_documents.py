@@ -188,8 +188,8 @@ def test_a_folder_is_shared_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixtu
     (tmp_path / "secret").write_text("secret")
     (tmp_path / "modes" / "link").symlink_to(tmp_path / "secret")
     assert main(["share", str(tmp_path / "modes"), "-o", str(tmp_path / "m.zip"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told == {"output": str(tmp_path / "m.zip"), "bytes": (tmp_path / "m.zip").stat().st_size}
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == {"output": str(tmp_path / "m.zip"), "bytes": (tmp_path / "m.zip").stat().st_size}
     with zipfile.ZipFile(tmp_path / "m.zip") as archive:
         assert archive.read("m/report.html") == (tmp_path / "modes" / "report.html").read_bytes()
         assert "m/link" not in archive.namelist()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from base64 import b64decode
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +14,15 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError
-from gearrattle.studies.case_batches import can_follow
-from gearrattle.studies.conditions_study import RATING, calibration_points, prepare, rated
+from gearrattle.report.condition_sounds import sounds_in
+from gearrattle.signals.sound_loop import SAMPLES
+from gearrattle.studies.case_batches import batched, can_follow
+from gearrattle.studies.conditions_study import MOST_HEARD, RATING, calibration_points, prepare, rated
+from gearrattle.studies.study import prepare as prepare_grid
+from gearrattle.studies.study_cost import keeping
 from gearrattle.studies.study_file import read_study
 from tests.architecture.places import EXAMPLES
+from tests.laws.test_sideways import driven
 from tests.studies.drivelines import model as two_bodies
 
 OIL = {"path": "inertia.*_gear.drag_torque", "values": {"factor": [8.0, 1.0]}}
@@ -67,6 +75,7 @@ def test_every_condition_is_its_own_run(data: xr.Dataset) -> None:
         "inertia.*_gear.drag_torque": 2,
         "excitation.speed": 2,
         "part": data.sizes["part"],
+        "sound sample": SAMPLES,
     }
     severities = data["verdict severity"].attrs["flag_meanings"].split()
     parts = data["hardest part"].attrs["flag_meanings"].split()
@@ -98,6 +107,20 @@ def test_every_condition_is_its_own_run(data: xr.Dataset) -> None:
     assert {"quiet", "rattles"} <= seen
 
 
+def test_the_level_of_a_driveline_with_bearings_is_that_of_its_casing() -> None:
+    """In the loop over variants and by ``listen`` of single runs: the path rings from the discarded cycles in both."""
+    model = driven().with_({**SHORT, "simulation.cycles": 16, "simulation.discard": 10})
+    speeds = [98.0, 100.0, 102.0, 104.0]
+    prepared = prepare_grid(model, {"excitation.speed": speeds}, ["sound level"])
+    plan = replace(prepared.plan, chunk_size=len(speeds))
+    values, done = batched(plan, prepared.outputs, 0)
+    assert done.all()
+    for speed, level in zip(speeds, values["sound level"], strict=True):
+        run = gr.simulate(model.with_({"excitation.speed": speed}))
+        assert level == pytest.approx(gr.listen(run).levels["A"], abs=1e-6)
+        assert level != pytest.approx(gr.listen(run, source="impacts").levels["A"], abs=1.0)
+
+
 def test_the_margin_of_a_quiet_condition_is_above_one(data: xr.Dataset) -> None:
     quiet = data["verdict severity"].values == 0
     assert np.all(data["threshold margin"].values[quiet] > 1.0)
@@ -108,6 +131,22 @@ def test_conditions_go_through_the_batches_of_a_grid() -> None:
     prepared = prepare(idle(), OIL, SPEED, LOAD)
     assert can_follow(prepared.outputs, prepared.plan)
     assert prepared.scheduler == "threads"
+
+
+def test_an_estimate_knows_that_threads_wait_while_python_evaluates() -> None:
+    """Sixteen threads take at least the share of the time in which one of them alone goes on; processes do not."""
+    prepared = prepare(idle(), OIL, SPEED, LOAD)
+    assert 0.0 < prepared.serial <= 1.0
+    assert prepared.plan.chunk_size >= 4  # else no case is computed together with others
+    assumed = replace(prepared, seconds=0.1, serial=0.7, plan=replace(prepared.plan, chunk_size=1))
+    alone, many, processes = (
+        assumed.estimate(1).seconds,
+        assumed.estimate(16, "threads").seconds,
+        assumed.estimate(16, "local").seconds,
+    )
+    assert alone == pytest.approx(8 * 0.1, abs=0.5)
+    assert many - keeping(8) == pytest.approx(0.7 * 8 * 0.1)
+    assert processes - keeping(8) == pytest.approx(5.0 + 0.1)
 
 
 def test_ratings_lie_on_straight_lines_between_the_points_and_nowhere_else(data: xr.Dataset) -> None:
@@ -254,3 +293,71 @@ def test_a_driveline_without_a_gap_is_quiet() -> None:
     assert np.all(made["verdict severity"].values == 0)
     assert np.all(made["hardest impact"].values == 0.0)
     assert "hardest part" not in made
+
+
+def loops_in(data: xr.Dataset) -> np.ndarray[Any, Any]:
+    return data["sound loop"].values.reshape(data["outcome"].size, -1)
+
+
+def test_every_condition_that_is_heard_has_a_loop_of_its_level(data: xr.Dataset) -> None:
+    """The loop is the end of the sound: its level is that of the condition to some decibels, silence has none."""
+    levels = data["sound level"].values.ravel()
+    assert np.isfinite(levels).any()
+    assert np.isnan(levels).any()
+    for level, loop in zip(levels, loops_in(data), strict=True):
+        heard = loop[np.isfinite(loop)]
+        assert bool(heard.size) == np.isfinite(level)
+        if heard.size:
+            assert 10.0 * np.log10(np.mean(heard**2) / 4e-10) == pytest.approx(level, abs=3.0)
+
+
+def test_the_page_plays_all_conditions_at_one_gain(data: xr.Dataset) -> None:
+    """Differences of levels are kept in the page; 120 conditions take less than 6 MB."""
+    sounds, full = sounds_in(data)
+    loops = loops_in(data)
+    peaks = []
+    for text, loop in zip(sounds, loops, strict=True):
+        played = np.frombuffer(b64decode(text), "<i2") / 32767.0
+        assert played.size == np.isfinite(loop).sum()
+        assert np.abs(played * full - loop[: played.size]).max(initial=0.0) <= 0.51 * full / 32767.0
+        peaks.append(np.abs(played).max(initial=0.0))
+    assert max(peaks) == pytest.approx(0.5, abs=1e-4)
+    assert 120 * 4 * np.ceil(2 * SAMPLES / 3) < 6e6
+    assert MOST_HEARD == 120
+
+
+def test_the_map_of_the_page_has_every_condition_with_its_row(data: xr.Dataset, tmp_path: Path) -> None:
+    page = gr.save(data, tmp_path / "page").read_text(encoding="utf-8")
+    said = json.loads(page.partition('id="conditions-data">')[2].partition("</script>")[0])
+    places = [k for panel in said["panels"] for line in panel["cells"] for k in line]
+    assert sorted(places) == list(range(8))
+    assert [len(said[name]) for name in ("rows", "cells", "colours", "rattles", "sounds")] == [8] * 5
+    first = said["panels"][0]["cells"][0][0]  # the highest value of the temperature stands on top
+    assert said["rows"][first][:3] == ["0.6", "8", "750"] or said["rows"][first][:3] == ["0.6", "1", "750"]
+    assert said["row_titles"] == [said["rows"][line[0]][1] for line in said["panels"][0]["cells"]]
+    assert page.count("<script") == 2
+    assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_sounds_can_be_left_out_and_are_of_many_conditions(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    without = gr.conditions(idle(), OIL, SPEED, sounds=False, workers=1)
+    assert "sound loop" not in without
+    assert "sound level" in without
+    page = gr.save(without, tmp_path / "page").read_text(encoding="utf-8")
+    assert '"sounds":[]' in page
+    assert "to hear it" not in page
+    monkeypatch.setattr("gearrattle.studies.conditions_study.MOST_HEARD", 3)
+    assert "sound loop" not in gr.conditions(idle(), OIL, SPEED, workers=1)
+    with pytest.raises(ModelError, match="sounds"):
+        gr.conditions(idle(), OIL, SPEED, sounds="no")  # type: ignore[arg-type]
+
+
+def test_a_table_of_conditions_has_no_sounds(data: xr.Dataset, tmp_path: Path) -> None:
+    table = gr.save(data, tmp_path / "conditions.csv").read_text(encoding="utf-8")
+    assert "sound level" in table
+    assert "sound loop" not in table
+
+
+def test_no_other_study_keeps_sounds() -> None:
+    with pytest.raises(ModelError, match="no such output"):
+        gr.study(idle(), {"excitation.speed": SPEED}, outputs=["sound loop"])

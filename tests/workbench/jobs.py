@@ -30,6 +30,7 @@ KINDS = {
     "reduce": "reduction",
     "compare": "comparison",
     "study": "study",
+    "conditions": "conditions",
     "bifurcation": "bifurcation",
     "basins": "basins, grid",
     "screen": "screening",

@@ -409,6 +409,7 @@ def test_an_option_is_of_a_kind_that_its_function_takes(task: str) -> None:
     [
         ("simulate", {"cycles": 20, "step": "1 us", "initial": {"angle": [0.0, 1]}, "tolerance": None, "audit": True}),
         ("study", {"axes": {"mesh.gear.backlash": ["0.1 mm", 2e-4]}, "outputs": ["hub: TR rms"], "most": 10}),
+        ("conditions", {"temperature": [20, 80], "speed": {"path": "excitation.speed", "values": ["750 rpm"]}}),
         ("continuation", {"path": "excitation.speed", "range": [100, "1500 rpm"], "isolated": True}),
         ("bifurcation", {"path": "excitation.speed", "values": {"low": 1, "high": 2, "points": 3}}),
         ("compare", {"algorithms": ["rk4", "exact"]}),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from tests.architecture.places import EXAMPLES
 from tests.browser import MARKS
 from tests.workbench.page import boxes_of, fill, name_it, opened_page, selected, text_of, waits
 from tests.workbench.server import Server, serving
@@ -128,6 +129,45 @@ def test_a_map_fills_while_it_is_computed_and_a_click_opens_its_case(tab: Any, s
     partial = server.client.get(f"/api/jobs/{job}/partial").json()
     assert partial["view"]["kind"] == "study"
     assert server.client.get("/api/jobs/none/partial").status_code == 404
+
+
+def test_idle_conditions_become_a_map_whose_cells_open(tab: Any, server: Server) -> None:
+    """Oil temperature and speed are offered, a third value is the load; the case of a cell has its three values."""
+    model = gr.load(EXAMPLES / "idle_rattle_oil.toml").with_({"simulation.cycles": 8, "simulation.discard": 4})
+    server.ended(server.job(task="modes", text=model.to_toml(), name="idle")["id"])
+    tab.goto(f"{server.address}/#/studies")
+    tab.get_by_label("Model of").select_option(label="idle")
+    tab.get_by_label("Kind of study").select_option("conditions")
+    temperature = tab.get_by_role("group", name="temperature: oil temperature")
+    speed = tab.get_by_role("group", name="speed: ")
+    for axis, ends in ((temperature, (0, 80)), (speed, (750, 850))):
+        for name, value in zip(("from", "to", "values"), (*ends, 2), strict=True):
+            axis.get_by_label(name).first.fill(str(value))
+            axis.get_by_label(name).first.press("Tab")
+    tab.get_by_label("Vary").select_option("torque.0.harmonics.0.amplitude")
+    load = tab.get_by_role("group", name="load: ")
+    load.get_by_label("values").fill("2")
+    load.get_by_label("values").press("Tab")
+    tab.get_by_role("button", name="How long?").click()
+    expect(tab.get_by_role("status")).to_contain_text("8 cases", timeout=60_000)
+    tab.get_by_role("button", name="Run 8 cases").click()
+    job = done(tab, server)
+    said = server.state(job)
+    assert said["task"] == "conditions"
+    assert said["options"]["temperature"] == {"path": "oil.temperature", "values": [0, 80]}
+    assert "Of 8 conditions" in said["sentence"]
+    # a cell of the second panel: the higher speed and the lower temperature
+    drawn = tab.locator(".gr-tabpanel canvas").nth(1)
+    (box,) = boxes_of(drawn)
+    drawn.click(position={"x": 0.8 * box["width"], "y": 0.6 * box["height"]})
+    tab.wait_for_url(f"**/#/studies?job={job}*")
+    shown = tab.locator(".slider .path").all_inner_texts()
+    assert [text.split(" ")[0] for text in shown[:2]] == ["excitation.speed", "oil.temperature"]
+    assert "850" in shown[0]
+    assert "0" in shown[1].split()
+    assert len(shown) == 3
+    report = server.client.get(f"/api/jobs/{job}/report.html").text
+    assert 'id="conditions-data"' in report
 
 
 @pytest.mark.parametrize(

@@ -18,11 +18,12 @@ from gearrattle.engine.system.flow import Flow, Pieces, flow_of
 from gearrattle.engine.system.row_series import Rows, Series
 from gearrattle.model import Model
 from gearrattle.slices import slices
-from gearrattle.trajectory import Signal, Trajectory
+from gearrattle.trajectory import AXES, CASING_FORCE, Signal, Trajectory
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_DIRECTIONS = 64  # of half a turn, in which the components of a vector are looked at
 _MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB; longer motions are evaluated again for every call
 
 
@@ -47,14 +48,16 @@ class Between:
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
         """Return quantity and name of all signals that are known between samples.
 
-        Accelerations and velocities of the bodies that are free, forces of all meshes, clearances and bearings.
+        Accelerations and velocities of the bodies that are free, forces of all meshes, clearances and bearings, and
+        the force on the casing.
         """
         layout = trajectory.layout
         names = [layout.inertia_names[i] for i in free_of(self.model)]
         meshes = dict(zip(layout.element_names, (layout.is_mesh & ~layout.is_bearing).tolist(), strict=True))
         forces = [name for name, is_mesh in meshes.items() if is_mesh or name in layout.clearance_names]
         moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
-        return (*moving, *(("force", name) for name in (*forces, *layout.bearing_names)))
+        casing = [(CASING_FORCE, axis) for axis in AXES if layout.bearing_names]
+        return (*moving, *(("force", name) for name in (*forces, *layout.bearing_names)), *casing)
 
     def statistics(
         self,
@@ -88,10 +91,35 @@ class Between:
             self._told[key] = walk.statistics(rows, with_moments=with_moments, cycles=cycles)
         return self._told[key]
 
+    def values(self, trajectory: Trajectory, signals: Sequence[Signal], time: Array) -> Array | None:
+        """Return (N, q) signals at times (N,) [s] of the steady part; None as in ``statistics``."""
+        walk = self._walk(trajectory)
+        begin = trajectory.first_cycle + trajectory.discard
+        periods = time / trajectory.layout.period - begin
+        return None if walk is None else walk.values(self._rows(trajectory, signals), periods)
+
     def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
         """Return (q,) the level that a signal's modulus exceeds for a share of the steady part; None as above."""
         walk = self._walk(trajectory)
         return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
+
+    def reach(self, trajectory: Trajectory, plane: tuple[Signal, Signal], centre: tuple[float, float]) -> float | None:
+        """Return the largest distance from a centre of the vector that two signals are over the steady part.
+
+        It is the largest component in 64 directions around it, so it may be 3e-4 of itself too small. None as in
+        ``statistics``.
+        """
+        walk = self._walk(trajectory)
+        if walk is None:
+            return None
+        angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        components = self._rows(trajectory, plane)
+        extremes = walk.statistics(lambda pieces: directions @ components(pieces), with_moments=False)
+        if extremes is None:
+            return None
+        offset = directions @ np.array(centre)
+        return float(np.maximum(extremes.high - offset, offset - extremes.low).max())
 
     def phase_curves(self, trajectory: Trajectory, elements: Sequence[str], cycles: int) -> Iterator[Array] | None:
         """Yield arrays (N, q, 2) of deflection and rate of elements over the last cycles of the steady part.
@@ -115,16 +143,17 @@ class Between:
 
         def rows(pieces: Pieces) -> Array:
             force = flow.force_rows(pieces)
-            of_body = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
-            of_element = {"deflection": flow.deflection, "rate": flow.rate, "force": force}
+            known: dict[str, tuple[Array, Sequence[str]]] = {
+                "velocity": (flow.velocity, bodies),
+                "acceleration": (flow.acceleration_rows(pieces), bodies),
+                "deflection": (flow.deflection, elements),
+                "rate": (flow.rate, elements),
+                "force": (force, elements),
+            }
             if layout.bearing_names:
-                of_element["force"] = np.concatenate([force, layout.bearing_rows @ force])
-            return np.array(
-                [
-                    of_element[kind][elements.index(name)] if kind in of_element else of_body[kind][bodies.index(name)]
-                    for kind, name in signals
-                ]
-            )
+                known["force"] = (np.concatenate([force, layout.bearing_rows @ force]), elements)
+                known[CASING_FORCE] = (layout.casing_rows @ force, AXES)
+            return np.array([known[kind][0][known[kind][1].index(name)] for kind, name in signals])
 
         return rows
 

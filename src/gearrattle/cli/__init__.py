@@ -76,7 +76,13 @@ COMMANDS = {
     "criteria": ("gearrattle.cli.criteria_command:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics_command:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen_command:listen", "Impacts as sound: WAV files, levels, loudness."),
+    "fmu": ("gearrattle.cli.fmu_command:fmu", "The driveline as an FMU, for co-simulation in another tool."),
     "serve": ("gearrattle.cli.serve_command:serve", "The workbench: a page to draw, run and compare drivelines."),
+    "import": ("gearrattle.cli.import_command:import_", "A model from openTorsion, ROSS or Modelica."),
+    "export": (
+        "gearrattle.cli.export_command:export",
+        "A model for openTorsion, Modelica or your own solver; matrices.",
+    ),
     "examples": ("gearrattle.cli.examples_command:examples", "Models that come with the package; copies all examples."),
     "schema": ("gearrattle.cli.schema_command:schema", "The format of model files and study files, for editors."),
 }

@@ -1,4 +1,4 @@
-"""``gearrattle listen``: impacts of motions and measured signals as WAV files, side by side at one gain."""
+"""``gearrattle listen``: forces on the casing, impacts and measured signals as WAV files, side by side at one gain."""
 
 from __future__ import annotations
 
@@ -28,14 +28,30 @@ if TYPE_CHECKING:
 class Hearing:
     """Options for the sound of motions."""
 
-    path: Annotated[Path | None, Parameter(help="WAV or CSV file with an impulse response; default: assumed.")] = None
+    path: Annotated[
+        Path | None,
+        Parameter(help="File with an impulse response (.wav, .csv) or frequency response (.csv, .uff); else assumed."),
+    ] = None
+    path_y: Annotated[Path | None, Parameter(help="The same of a force along y; --path is then along x.")] = None
     scale: Annotated[float, Parameter(help="What 1 in a WAV impulse response is worth [Pa/(N s)].")] = 1.0
+    source: Annotated[str | None, Parameter(help="casing or impacts; default: the casing if it has bearings.")] = None
     element: Annotated[Words, Parameter(help="Whose impacts are heard; default: all meshes. May be repeated.")] = ()
     gain: Annotated[float | None, Parameter(help="Full scale per pascal; default: the loudest peaks at half.")] = None
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``listen``."""
-        return {"path": self.path, "scale": self.scale, "elements": self.element or None, "gain": self.gain}
+        settings = {"source": self.source, "elements": self.element or None, "gain": self.gain}
+        return {"path": self.paths, "scale": self.scale, **settings}
+
+    @property
+    def paths(self) -> Path | dict[str, Path] | None:
+        """The path of any force, or those of a force along x and along y."""
+        if self.path_y is None:
+            return self.path
+        if self.path is None:
+            rule = "is the path along y, and none is given along x"
+            raise ModelError(Problem("--path-y", str(self.path_y), rule, "--path FILE is that along x"))
+        return {"x": self.path, "y": self.path_y}
 
 
 _DEFAULTS = Hearing()
@@ -50,7 +66,7 @@ def listen(
     quality: bool = False,
     json: Json = False,
 ) -> None:
-    """Turn impacts into sound, all designs through one path and at one gain, and tell their levels.
+    """Turn forces on the casing, or impacts, into sound, all designs at one gain, and tell their levels.
 
     Parameters
     ----------
@@ -85,10 +101,10 @@ def listen(
 
 def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
     """Open every motion or model, by the name of its file, after checking that all of them can make sound."""
-    from gearrattle.report.sound.listen import audible
-    from gearrattle.report.sound.transfer_path import sound_path
+    from gearrattle.report.sound.listen import heard_of
+    from gearrattle.report.sound.transfer_path import read_path
 
-    sound_path(hearing.path, _RATE, hearing.scale)
+    read_path(hearing.paths, _RATE, hearing.scale)
     opened: dict[str, Model | Run | Recording] = {}
     for path in motions:
         if path.stem in opened:
@@ -96,7 +112,7 @@ def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run 
         motion = gearrattle.load(path) if is_model(path) else motion_or_recording(path)
         opened[path.stem] = motion
         if isinstance(motion, gearrattle.Model):
-            audible(path.stem, motion, hearing.element or None)
+            heard_of(path.stem, motion, hearing.source, hearing.element or None)
     return opened
 
 

@@ -72,6 +72,7 @@ KINEMATIC_VISCOSITY = Dimension("kinematic viscosity", "m^2/s", (0, 2, -1, 0), "
 DENSITY = Dimension("density", "kg/m^3", (1, -3, 0, 0), "870 kg/m^3")
 VOLUME = Dimension("volume", "m^3", (0, 3, 0, 0), "1500 cm^3", hint="1 l is 1000 cm^3")
 FORCE = Dimension("force", "N", (1, 1, -2, 0), "8 N")
+PRESSURE_PER_FORCE = Dimension("pressure per force", "Pa/N", (0, -2, 0, 0), "1 Pa/N")
 TEMPERATURE = Dimension(
     "temperature",
     "degC",
@@ -94,6 +95,7 @@ DIMENSIONS = {
         LINE_SPEED,
         ENERGY,
         TIME,
+        FORCE,
     )
 }
 """What results measure, by their SI unit."""

@@ -1,13 +1,18 @@
 """Statistics of forces of meshes and bearings: standard deviation, crest factor, kurtosis, 5 % exceedance.
 
+Of the force of all bearings together on the casing, a vector F about its mean: rms and peak.
+
 Over the window, with means by the trapezoidal rule,
 
     standard deviation s = <(F - <F>)^2>^(1/2)            crest factor c = max |F| / <F^2>^(1/2)
     kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: level that |F| exceeds for 5 % of the time
 
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
-raises it. The force is that on the line of action, of a bearing that on its body
-along x or y.
+raises it. The force is that on the line of action, of a bearing that on its body along x or y. Of the casing
+
+    rms = <|F - <F>|^2>^(1/2)            peak = max |F - <F>|
+
+with |F| the length of the vector, so that the axes do not matter. A constant force, such as a weight, shakes nothing.
 """
 
 from __future__ import annotations
@@ -21,8 +26,13 @@ from gearrattle.quantities.metric_inputs import EXACT, WHOLE, Inputs, sampled
 from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary
+from gearrattle.trajectory import AXES, CASING_FORCE
 
 EXCEEDED = "force exceeded 5 % of the time"
+RMS_CASING = "rms casing force"
+PEAK_CASING = "peak casing force"
+CASING = "casing"
+"""Subject of the force on the casing."""
 _SHARE = 0.05  # share of the time for the exceedance
 
 
@@ -31,8 +41,11 @@ class ForceStatistics(Quantity[Inputs]):
     """Standard deviation, crest factor, kurtosis, 5 % exceedance."""
 
     name: str = "force_statistics"
-    title: str = "Forces of meshes and bearings"
-    formula: str = "s = <(F-<F>)^2>^(1/2), max|F| / <F^2>^(1/2), <(F-<F>)^4> / s^4, 95 % quantile of |F|"
+    title: str = "Forces of meshes, bearings and on the casing"
+    formula: str = (
+        "s = <(F-<F>)^2>^(1/2), max|F| / <F^2>^(1/2), <(F-<F>)^4> / s^4, 95 % quantile of |F|; of the casing "
+        "<|F-<F>|^2>^(1/2), max|F-<F>|"
+    )
     unit: str = "N"
     source: str = (
         "definitions; kurtosis after Dyer, Stewart 1978, J. Mech. Des. 100, 229-235; the exceedance as ISO 1996-1 has "
@@ -42,7 +55,8 @@ class ForceStatistics(Quantity[Inputs]):
     sampling: str = "of samples: well above the natural frequency of stiff contacts"
     needs: tuple[str, ...] = ("force",)
     merging: str = (
-        "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time is of the whole"
+        "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time and the peak on the "
+        "casing are of the whole"
     )
 
     def rows(self, inputs: Inputs) -> list[Row]:
@@ -79,6 +93,20 @@ class ForceStatistics(Quantity[Inputs]):
             if inputs.wants(EXCEEDED):
                 exceeded, exceeded_error, why = _exceeded(inputs, name)
                 rows.append(self.row(name, EXCEEDED, exceeded, "N", why, exceeded_error))
+        return rows + self._of_casing(inputs)
+
+    def _of_casing(self, inputs: Inputs) -> list[Row]:
+        """Return rms and peak of the force on the casing; nothing without one."""
+        along_x, along_y = ((CASING_FORCE, axis) for axis in AXES)
+        if along_x not in inputs.signals:
+            return []
+        parts = [inputs.summary(*part).spread for part in (along_x, along_y)]
+        error = math.hypot(*(inputs.summary_error(*part, lambda x: x.spread) for part in (along_x, along_y)))
+        rows = [self.row(CASING, RMS_CASING, math.hypot(*parts), "N", error=error)]
+        if inputs.wants(PEAK_CASING):
+            peak, missed = inputs.reach((along_x, along_y))
+            note = WHOLE if math.isnan(peak) else ""
+            rows.append(self.row(CASING, PEAK_CASING, peak, "N", note, missed))
         return rows
 
 

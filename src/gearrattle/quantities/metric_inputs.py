@@ -23,7 +23,7 @@ from gearrattle.signals.driveline_constants import LooseGear, torque_ratio
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag, largest_of_samples, largest_ratios
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.trajectory import AXES, CASING_FORCE, Array, Layout, Trajectory
 
 SAMPLES = "the samples of the window"
 EXACT = "the window; of a simulated motion between its samples too"
@@ -219,6 +219,24 @@ class Inputs:
         levels = motion.exact.exceeded(motion, [(quantity, subject)], share)
         return None if levels is None else float(levels[0])
 
+    def reach(self, plane: tuple[tuple[str, str], tuple[str, str]]) -> tuple[float, float]:
+        """Return the largest distance from its mean of the vector that two signals are, and its sampling error.
+
+        NaN where only sums over chunks are known.
+        """
+        first, second = plane
+        centre = (self.summary(*first).mean, self.summary(*second).mean)
+        motion = self.motion
+        exact = None if motion is None or motion.exact is None else motion.exact.reach(motion, plane, centre)
+        if exact is not None:
+            return exact, 0.0
+        x, y = self.signals[first], self.signals[second]
+        if not (isinstance(x, np.ndarray) and isinstance(y, np.ndarray)):
+            return math.nan, math.nan
+        away = np.hypot(x - centre[0], y - centre[1])[:-1]
+        largest = float(away.max())
+        return largest, max((largest - float(some.max()) for some in thinned(away)), default=math.nan)
+
     def of(self, quantity: str) -> dict[str, Signal]:
         """Return the signals of a quantity by subject, in the order of the source."""
         return {subject: values for (kind, subject), values in self.signals.items() if kind == quantity}
@@ -291,7 +309,7 @@ def closed(samples: Array) -> Array:
 def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     """Return quantity and subject of the signals that metrics need between samples, if the motion has exact values.
 
-    All velocities, forces of meshes and bearings, accelerations of loose gears and their drivers.
+    All velocities, forces of meshes and bearings, on the casing, accelerations of loose gears and their drivers.
     """
     if motion.exact is None:
         return []
@@ -301,6 +319,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
     asked = {("velocity", name) for name in names}
     asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh & ~layout.is_bearing)}
     asked |= {("force", name) for name in layout.bearing_names}
+    asked |= {(CASING_FORCE, axis) for axis in AXES}
     asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
     return [signal for signal in motion.exact.signals(motion) if signal in asked]
 
@@ -308,7 +327,7 @@ def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
 def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
     """Return exact summaries of a quantity for metrics, by subject; empty if the motion has no exact values.
 
-    The quantity is "velocity", whose mean and moments are NaN, "acceleration" or "force".
+    The quantity is "velocity", whose mean and moments are NaN, "acceleration", "force" or "casing_force".
     """
     signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
     if motion.exact is None or not signals:

@@ -26,7 +26,7 @@ from gearrattle.signals.crossing_sums import Sums as CrossingSums
 from gearrattle.signals.driveline_constants import LooseGear
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.torque_ratios import LargestRatio, changes_drag
-from gearrattle.trajectory import Array, Layout, Sideways, Trajectory
+from gearrattle.trajectory import AXES, CASING_FORCE, Array, Layout, Sideways, Trajectory
 from gearrattle.wording import counted
 
 _WHOLE = 1e-6  # share of a period: shorter remainders are rounding
@@ -37,8 +37,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
     """Return the steady part of a simulated motion as a recording, as if by sensors without noise.
 
     Angles, velocities and accelerations of bodies, deflections and forces of elements with a corner, forces of all
-    meshes, torques of all elements that turn bodies, displacements, forces of bearings on the bodies that they hold; of
-    the faces of a ring nothing. The log of crossings is not in it.
+    meshes, torques of all elements that turn bodies, displacements, forces of bearings on the bodies that they hold and
+    on the casing; of the faces of a ring nothing. The log of crossings is not in it.
 
     ModelError if no cycle remains after the discarded ones.
     """
@@ -226,7 +226,8 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
         if layout.is_mesh[element] and name not in layout.clearance_names:
             names.append(("force", name))
     names += [("displacement", name) for name in layout.direction_names]
-    return [*names, *(("force", name) for name in layout.bearing_names)]
+    names += [("force", name) for name in layout.bearing_names]
+    return [*names, *((CASING_FORCE, axis) for axis in AXES if layout.bearing_names)]
 
 
 def _single(layout: Layout) -> list[int]:
@@ -236,9 +237,10 @@ def _single(layout: Layout) -> list[int]:
 
 
 def _sideways_channels(layout: Layout, sideways: Sideways, window: Window) -> list[Channel]:
-    """Displacements of bodies, and forces of bearings on them."""
+    """Displacements of bodies, forces of bearings on them, and the force on the casing."""
     displacement = window.closed(sideways.displacement)
     force = window.closed(sideways.bearing_force)
+    casing = window.closed(sideways.casing_force) if layout.bearing_names else np.zeros((0, 0))
     return [
         *(
             Channel(f"displacement.{name}", "displacement", name, "m", values)
@@ -247,6 +249,10 @@ def _sideways_channels(layout: Layout, sideways: Sideways, window: Window) -> li
         *(
             Channel(f"bearing_force.{name}", "force", name, "N", values)
             for name, values in zip(layout.bearing_names, force.T, strict=True)
+        ),
+        *(
+            Channel(f"{CASING_FORCE}.{axis}", CASING_FORCE, axis, "N", values)
+            for axis, values in zip(AXES, casing.T, strict=False)
         ),
     ]
 

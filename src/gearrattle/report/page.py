@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from gearrattle.report.tables import Table
 
@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from gearrattle.report.plots.chart import Chart
+
+
+class SupportsHtml(Protocol):
+    """HTML of a page, ``Markup`` or what makes it when the page is written."""
+
+    def __html__(self) -> str:
+        """Return it."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,7 @@ class Section:
     words: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     charts: tuple[Chart, ...] = ()
-    inlay: Markup | str = ""
+    inlay: SupportsHtml | str = ""
     pictures: tuple[Picture, ...] = ()
     tables: tuple[Table, ...] = ()
     in_columns: bool = False
@@ -86,6 +93,8 @@ class Page:
         in reading order; empty ones are left out.
     is_interactive
         whether figures become interactive; their data and the scripts that draw them are then part of the page.
+    script
+        a script of this page alone, where its figures are not interactive.
     template
         ``page.html.j2``, or a template that extends it.
     values
@@ -96,6 +105,7 @@ class Page:
     title: str
     sections: tuple[Section, ...]
     is_interactive: bool = False
+    script: Markup | str = ""
     template: str = "page.html.j2"
     values: Mapping[str, Any] = field(default_factory=dict)
 

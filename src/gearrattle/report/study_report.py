@@ -1,19 +1,21 @@
 """A study as a result: its outcome in a sentence, its figures, and the tables behind them.
 
-The kind of study decides what is said, drawn and tabulated (``study_pages``). The page has no script and loads nothing.
+The kind of study decides what is said, drawn and tabulated (``study_pages``). The page loads nothing.
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.report.page import Section, figure_sections, notes_section
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.presentation import Presentation
@@ -21,11 +23,14 @@ from gearrattle.report.saved import SUMMARY, summary, write_json
 from gearrattle.report.study_pages import page_of
 from gearrattle.report.tables import Table
 from gearrattle.report.written_page import fill_page
+from gearrattle.studies.sound_output import LOOP_SAMPLE, SOUND_LOOP
 from gearrattle.studies.stored_studies import messages_of
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearrattle.report.study_pages.study_page import Inlay
 
 _LISTS = (
     "sampled",
@@ -101,8 +106,19 @@ class StudyReport(Presentation["xr.Dataset"]):
         data = self.result
         setting = f"{self.study.setting(data)} {self.cost}".strip()
         first = Section("summary", "Summary", self.sentence, (setting,), tables=(self.study.counts(data),))
-        figures = figure_sections(self.study.charts(data))
+        figures = tuple(
+            replace(section, inlay=self._inlay.html) if self._inlay and section.key == self._inlay.key else section
+            for section in figure_sections(self.study.charts(data))
+        )
         return first, *figures, *self.study.sections(data, self.messages), *notes_section(self.remarks)
+
+    @cached_property
+    def _inlay(self) -> Inlay | None:
+        return self.study.inlay(self.result) if self.study.inlay else None
+
+    def page(self) -> Page:
+        page = super().page()
+        return replace(page, script=self._inlay.script) if self._inlay else page
 
     def charts(self) -> list[Chart]:
         return [chart for chart in self.study.charts(self.result) if chart.panels]
@@ -116,6 +132,13 @@ class StudyReport(Presentation["xr.Dataset"]):
 
     def numbers(self) -> xr.Dataset:
         return self.result
+
+    def write(self, path: Path) -> None:
+        """Write a new file; a table leaves out the sounds."""
+        if path.suffix == ".csv":
+            write_csv(self.result.drop_vars([SOUND_LOOP, LOOP_SAMPLE], errors="ignore"), path)
+        else:
+            super().write(path)
 
     def fill(self, folder: Path) -> None:
         """Write page, summary and figures into an existing folder: the numbers of a study folder are results.zarr."""

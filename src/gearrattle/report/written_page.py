@@ -34,7 +34,7 @@ def fill_page(page: Page, folder: Path) -> None:
         created=now(),
         version=versions().get("gearrattle", ""),
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")) + (page_style() if page.is_interactive else ""),
-        script=page_script() if page.is_interactive else "",
+        script=page_script() if page.is_interactive else page.script,
         **page.values,
     )
     (folder / "report.html").write_text(html, encoding="utf-8")

@@ -51,13 +51,13 @@ def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Arr
         whole = np.floor(position).astype(np.int64)
         away = offsets - (position - whole)[:, None]
         rows = whole[:, None] + offsets + HALF
-        values = impulse[first : first + _BATCH, None] * rate * _kernel(away)
+        values = impulse[first : first + _BATCH, None] * rate * kernel(away)
         inside = (rows >= 0) & (rows < padded.size)
         padded += np.bincount(rows[inside], values[inside], padded.size)
     return padded[HALF : HALF + samples]
 
 
-def _kernel(away: Array) -> Array:
-    """The kernel at distances in samples; its sum over whole distances is 1 within 1e-5."""
+def kernel(away: Array) -> Array:
+    """(...) g / f_s at distances in samples (...); its sum over whole distances is 1 within 1e-5."""
     window = np.i0(_BETA * np.sqrt(np.maximum(1.0 - (away / HALF) ** 2, 0.0))) / np.i0(_BETA)
     return np.asarray(2.0 * CUT * np.sinc(2.0 * CUT * away) * window, dtype=np.float64)

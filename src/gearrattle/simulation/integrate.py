@@ -63,7 +63,7 @@ def finish(
     since = time.perf_counter() - COMPILATION.seconds
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:
-            raise _failure(march.position(), outcome, algorithm, layout)
+            raise failure(march.position(), outcome, algorithm, layout)
         if progress is not None:
             progress(march.fraction())
             took = time.perf_counter() - COMPILATION.seconds - since
@@ -83,7 +83,8 @@ def _reason(position: Position, layout: Layout, least: float, cycles: float) -> 
     return f"a cycle takes minutes: {layout.element_names[position.fastest]} moves very fast for its inertias"
 
 
-def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
+def failure(position: Position, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
+    """Return the error for a march that ended early: what happened, where, and what to try."""
     names = layout.clearance_names
     where = "" if position.last_crossed is None else f" in {names[position.last_crossed]}"
     fastest = (

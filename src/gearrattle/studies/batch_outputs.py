@@ -59,6 +59,8 @@ class Followed:
         steady = settings.cycles - settings.discard
         if not criteria:
             return END
+        if SOUND in criteria:  # the path of the sound rings from before the steady part
+            return Kept(settings.samples_per_cycle, settings.cycles)
         return Kept(settings.samples_per_cycle, min(LAST_CYCLES, steady) if criteria <= _LAST else steady)
 
     @cached_property
@@ -94,7 +96,9 @@ class Followed:
     def _grid(self) -> Grid:
         """Sample grid of the cycles that are kept."""
         per_cycle, cycles = self.kept
-        return Grid(per_cycle, cycles, int(self.model.simulation.cycles or 0) - cycles, 0)
+        whole = int(self.model.simulation.cycles or 0)
+        steady = whole - int(self.model.simulation.discard or 0)
+        return Grid(per_cycle, cycles, whole - cycles, max(0, cycles - steady))
 
     def _span(self, layout: Layout) -> tuple[float, float]:
         """First and last sample of the steady part [s]."""

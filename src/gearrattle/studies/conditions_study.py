@@ -24,16 +24,16 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.model.factors import FACTOR
+from gearrattle.model.factors import FACTOR, Factor
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.model.value_kinds import Plain, argument_problems
+from gearrattle.model.value_kinds import FLAG, Plain, argument_problems
 from gearrattle.studies.case_batches import can_follow
 from gearrattle.studies.case_runs import DONE
-from gearrattle.studies.output import ENERGY, HARDEST, Modes
+from gearrattle.studies.output import ENERGY, HARDEST, SOUND, Modes
 from gearrattle.studies.outputs import Available
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.prepared import Prepared, Progress
-from gearrattle.studies.sound_output import SOUND_LEVEL, casing_path
+from gearrattle.studies.prepared import STARTING, Prepared, Progress, available_cores
+from gearrattle.studies.sound_output import SOUND_LEVEL, SOUND_LOOP, casing_path
 from gearrattle.studies.stored_studies import OUTCOME
 from gearrattle.studies.study import MOST
 from gearrattle.studies.study import prepare as prepare_grid
@@ -47,12 +47,16 @@ if TYPE_CHECKING:
 ROLES = {"load": "", "temperature": "oil.temperature", "speed": "excitation.speed"}
 """The axes in the order of the grid, with the path that varies unless another is named."""
 OUTPUTS = Available(
-    ("verdict severity", "verdict", "severity", HARDEST, ENERGY, "impacts per cycle", SOUND_LEVEL, "margin")
+    ("verdict severity", "verdict", "severity", HARDEST, ENERGY, "impacts per cycle", SOUND_LEVEL, SOUND_LOOP, "margin")
 )
+MOST_HEARD = 120
+"""Conditions up to which the sound of every one is kept: 8.6 MB, and less than 6 MB in the page."""
 MARGIN = "threshold margin"
 HARDEST_PART = "hardest part"
 RATING = "rating"
 _RATINGS = (1.0, 10.0)
+Varied = Sequence[float | str | Factor] | Mapping[str, object]
+"""Values that vary: a list, or a table of a path and values, of a range, or of several paths."""
 Points = tuple[tuple[float, float], ...]
 """Calibration points: a level [dB], ascending, and the rating of it."""
 
@@ -88,8 +92,15 @@ class Conditions(Prepared):
 
     @property
     def scheduler(self) -> str:
-        """Return the scheduler on this machine: threads where cases are computed together, half the time compiled."""
-        return "threads" if can_follow(self.outputs, self.plan) else super().scheduler
+        """Return the scheduler on this machine: threads, unless processes are done sooner in spite of their start.
+
+        Threads wait for each other while a condition is evaluated, and only the compiled loop goes on beside.
+        """
+        if not can_follow(self.outputs, self.plan):
+            return super().scheduler
+        cores = available_cores()
+        work = self.plan.count * self.seconds
+        return "threads" if max(self.serial, 1.0 / cores) * work <= STARTING + work / cores else "local"
 
     def completed(self, store: Store) -> xr.Dataset:
         """Add what follows from the outputs of every condition: margin, hardest part, rating."""
@@ -105,6 +116,7 @@ def prepare(
     *,
     rating: Sequence[Sequence[float]] = (),
     sound_path: Sequence[Sequence[float]] = (),
+    sounds: bool = True,
     fixed: Mapping[str, object] | None = None,
     most: int = MOST,
 ) -> Conditions:
@@ -123,6 +135,7 @@ def prepare(
     axes = {role: read(partial(_axis, role, asked[role], model)) for role in ROLES if asked[role] is not None}
     points = read(partial(calibration_points, rating))
     modes = read(partial(_modes, sound_path))
+    problems += argument_problems({"sounds": (FLAG, sounds)})
     if problems:
         raise ModelError(problems)
     # the grid of them
@@ -131,24 +144,29 @@ def prepare(
         grid = prepare_grid(model, dict(axes.values()), OUTPUTS, fixed=fixed, most=most)
     except ModelError as error:
         raise ModelError(replace(problem, place=_by_role(problem.place, roles)) for problem in error.problems) from None
-    # its sound through the path that was asked for
+    # its sound through the path that was asked for, kept of few conditions
     outputs = grid.outputs
     if modes:
-        chosen = tuple(replace(one, modes=modes) if one.name == SOUND_LEVEL else one for one in outputs.chosen)
+        chosen = tuple(replace(one, modes=modes) if one.criterion == SOUND else one for one in outputs.chosen)
         outputs = replace(outputs, chosen=chosen, known={})
+    if not sounds or grid.plan.count > MOST_HEARD:
+        chosen = tuple(one for one in outputs.chosen if one.name != SOUND_LOOP)
+        known = {at: {name: of[name] for name in of if name != SOUND_LOOP} for at, of in outputs.known.items()}
+        outputs = replace(outputs, chosen=chosen, known=known)
     of = grid.plan
     plan = ConditionsPlan(of.model, of.axes, None, of.chunk_size, {role: roles.get(role, "") for role in ROLES}, modes)
-    return Conditions(plan, outputs, grid.seconds, points=points)
+    return Conditions(plan, outputs, grid.seconds, serial=grid.serial, points=points)
 
 
 def conditions(
     model: Model,
-    temperature: object,
-    speed: object,
-    load: object = None,
+    temperature: Varied,
+    speed: Varied,
+    load: Varied | None = None,
     *,
     rating: Sequence[Sequence[float]] = (),
     sound_path: Sequence[Sequence[float]] = (),
+    sounds: bool = True,
     fixed: Mapping[str, object] | None = None,
     most: int = MOST,
     output: str | os.PathLike[str] | None = None,
@@ -174,6 +192,9 @@ def conditions(
     sound_path
         modes of the path from an impulse to sound pressure: rows of frequency [Hz], damping ratio and gain
         [Pa/(N s)]; none: the assumed casing of ``listen``.
+    sounds
+        whether a loop of the sound of every condition is kept, which the page plays: at most 0.75 s each, of at most
+        120 conditions.
     fixed
         other values of the model, by path.
     most
@@ -190,9 +211,9 @@ def conditions(
     xr.Dataset
         A Dataset over load, temperature and speed: ``verdict severity``, ``verdict``, ``severity``, ``hardest impact``
         [J], ``hardest part``, ``largest impact energy``, ``impacts per cycle``, ``sound level`` [dB re 20 uPa, through
-        the path], ``threshold margin`` (drag torque over the torque that a loose gear needs, the smallest of all;
-        above 1 it stays on its flank), ``rating``, ``outcome``. What the driveline cannot have is not there. Its
-        attributes ``load``, ``temperature`` and ``speed`` name the axes.
+        the path], ``sound loop`` [Pa], ``threshold margin`` (drag torque over the torque that a loose gear needs, the
+        smallest of all; above 1 it stays on its flank), ``rating``, ``outcome``. What the driveline cannot have is not
+        there. Its attributes ``load``, ``temperature`` and ``speed`` name the axes.
 
     Raises
     ------

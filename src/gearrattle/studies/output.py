@@ -20,7 +20,7 @@ HARDEST = "hardest impact"
 EVENT = "event"
 """Name in place of a criterion for outputs of an event."""
 SOUND = "sound"
-"""Name in place of a criterion for the level of the impacts' sound."""
+"""Name in place of a criterion for outputs of the sound."""
 Modes = tuple[tuple[float, float, float], ...]
 """Of a transfer path: frequency [Hz], damping ratio and gain [Pa/(N s)]."""
 WORST = {VERDICT: REGIME, VERDICT_SEVERITY: SEVERITY, HARDEST: ENERGY}
@@ -64,6 +64,8 @@ class Output:
         whether it is the largest value over all stable motions of a case (``stable_motion_outputs``).
     modes
         of a sound level, those of the path; none: the assumed casing.
+    stored_as
+        type of numbers in its array.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Output:
     error: str = ""
     over_all: bool = False
     modes: Modes = ()
+    stored_as: str = "float64"
 
     @property
     def applies_to(self) -> tuple[Any, ...]:
@@ -88,7 +91,7 @@ class Output:
     @property
     def dtype(self) -> str:
         """Type of its array: codes are small integers, -1 where there is none."""
-        return "int8" if self.words else "float64"
+        return "int8" if self.words else self.stored_as
 
     @property
     def base(self) -> str:

@@ -32,7 +32,7 @@ from gearrattle.signals import gap_names, parts_of
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.event_outputs import NAMES, known_event_outputs, values_of_event
 from gearrattle.studies.output import EVENT, HARDEST, OVER_ALL, SOUND, VERDICT, WORDS, WORST, Output
-from gearrattle.studies.sound_output import known_sound_output, sound_level
+from gearrattle.studies.sound_output import SOUND_LOOP, known_sound_output, sounds_of
 from gearrattle.studies.stable_motion_outputs import COUNT, SWING, values_over_all
 from gearrattle.trajectory import Layout
 
@@ -40,7 +40,10 @@ Array = NDArray[np.float64]
 
 
 class Available(tuple[str, ...]):
-    """Names of outputs of which those are kept that the driveline has: any other list refuses what it lacks."""
+    """Names of outputs of which those are kept that the driveline has: any other list refuses what it lacks.
+
+    They may have the loop of the sound among them, which no other list may: only pages of conditions show it.
+    """
 
 
 DEFAULT = Available(("verdict severity", "verdict", "severity", "regime", "impacts per cycle", "contact share"))
@@ -126,7 +129,7 @@ def values_of(
         rows += rows_of(inputs_of(run), [event_metric_of(run)], units=run.model.units)
     of_sound = [output for output in outputs if output.criterion == SOUND]
     plain = [output for output in outputs if output.name not in RUN_OUTPUTS and output not in of_event + of_sound]
-    figures = {output.name: np.array(sound_level(run, output.modes)) for output in of_sound}
+    figures = sounds_of(run, of_sound)
     figures |= {o.name: np.array(RUN_OUTPUTS[o.name][0](run)) for o in outputs if o.name in RUN_OUTPUTS}
     if of_event:
         figures |= values_of_event(of_event, run)
@@ -247,7 +250,8 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     known = {whole: Output(whole, "", (), ("",), WORDS[of], of) for whole, of in WORST.items() if of in WORDS}
     known[HARDEST] = Output(HARDEST, "", (), (unit_in(model, "J"),), criterion=_OF_IMPACTS)
     known |= known_event_outputs(model, runs[0].trajectory.layout)
-    known |= known_sound_output(model, [run.trajectory.layout for run in runs])
+    of_sound = known_sound_output(model, [run.trajectory.layout for run in runs])
+    known |= {name: output for name, output in of_sound.items() if name != SOUND_LOOP or isinstance(names, Available)}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
     occasional = [

@@ -37,7 +37,8 @@ MOST_IN_CHUNK = 10_000
 # of a study: enough to share among many workers; those of a study that is soon over
 _CHUNKS = 64
 _FEWEST_CHUNKS = 8
-_STARTING = 5.0  # seconds until a fresh process is warm
+STARTING = 5.0
+"""Seconds until a fresh process is warm."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,21 @@ class Done:
 
 @dataclass(frozen=True)
 class Prepared:
-    """Prepared study whose cases form a grid; ``seconds`` is the time of one case, warm."""
+    """Prepared study whose cases form a grid.
+
+    Attributes
+    ----------
+    seconds
+        time of one case, warm [s].
+    serial
+        share of it in which threads wait for each other (``study_cost.serial_share``).
+    """
 
     plan: Plan
     outputs: Outputs
     seconds: float
     work: Work = case_by_case
+    serial: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse names under which results cannot be stored. Errors as of ``check_array_names``."""
@@ -83,8 +93,11 @@ class Prepared:
         """Return the cost of all cases, by as many workers of a scheduler as are asked for, or as pay."""
         busy = max(1, min(workers or pays(scheduler, self.sensible()), self.plan.chunks))
         length = self.plan.count / self.plan.chunks * self.seconds
-        starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
-        total = starting + keeping(self.plan.chunks) + rounds(self.plan.chunks, busy) * length
+        used = scheduler or self.scheduler
+        starting = STARTING if used == "local" and busy > 1 else 0.0
+        serial = self.serial if used == "threads" else 0.0
+        computing = max(rounds(self.plan.chunks, busy), serial * self.plan.chunks) * length
+        total = starting + keeping(self.plan.chunks) + computing
         words = f"{self._counted()}, about {1e3 * self.seconds:.3g} ms each: {span(total)} in all "
         words += f"on {workers_said(busy)}"
         return Cost(self.plan.count, self.seconds, busy, total, f"{words}{self._width()}")
@@ -111,8 +124,8 @@ class Prepared:
 
     def sensible(self) -> int:
         """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        starting = 0.0 if self.scheduler == "threads" else _STARTING
+        cores = available_cores()
+        starting = 0.0 if self.scheduler == "threads" else STARTING
         return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < starting * 2 else cores
 
     def open(self, folder: Address, *, resume: bool) -> Store:
@@ -235,15 +248,23 @@ def carry_out(
     return damaged
 
 
-def fit_size(seconds: float, count: int) -> int:
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def fit_size(seconds: float, count: int, fewest: int = 1) -> int:
     """Return the number of cases of a chunk: a share of them that takes some two seconds, five at most.
+
+    It is at least ``fewest``, so that cases are computed together, where these take five seconds at most.
 
     A power of two: machines of about one speed cut a study alike, and can go on with each other's.
     """
     per_case = max(seconds, 1e-6)
     share = max(count // _CHUNKS, min(SHORTEST_CHUNK / per_case, count // _FEWEST_CHUNKS))
     fitting = int(min(CHUNK_SECONDS / per_case, MOST_IN_CHUNK, max(1, share)))
-    return 1 << max(0, fitting.bit_length() - 1)
+    size = 1 << max(0, fitting.bit_length() - 1)
+    return max(size, fewest) if fewest * per_case <= CHUNK_SECONDS and fewest <= count else size
 
 
 def pays(scheduler: str | None, sensible: int) -> int:

@@ -21,7 +21,7 @@ from gearrattle.model.value_kinds import SEED, Count, argument_problems
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.case_batches import can_follow
+from gearrattle.studies.case_batches import FEWEST, can_follow
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, check_list, check_names, outputs_of
@@ -30,7 +30,7 @@ from gearrattle.studies.prepared import Prepared, Progress, fit_size, span
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study_axes import Axis, axes_of, check_once
 from gearrattle.studies.study_call import conduct
-from gearrattle.studies.study_cost import seconds_alone, seconds_together
+from gearrattle.studies.study_cost import seconds_alone, seconds_together, serial_share
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -97,11 +97,16 @@ def prepare(
     # the outputs by one case, the time of a case by some more
     run, seconds = first_run(plan)
     kept_outputs = outputs_of(outputs, run, function, structures)
+    serial = 0.0
+    fewest = 1
     if can_follow(kept_outputs, plan):
         seconds = seconds_together(plan, kept_outputs, seconds)
+        serial = serial_share(plan, kept_outputs, seconds)
+        fewest = FEWEST
     else:
         seconds = seconds_alone(plan, kept_outputs.of, run, seconds, kept_outputs.known if function is None else None)
-    return Prepared(Plan(base, swept_axes, points, fit_size(seconds, plan.count)), kept_outputs, seconds)
+    size = fit_size(seconds, plan.count, fewest)
+    return Prepared(Plan(base, swept_axes, points, size), kept_outputs, seconds, serial=serial)
 
 
 def study(

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import Cancelled
 from gearrattle.results import Run
 from gearrattle.simulation.simulate import simulate
-from gearrattle.studies.case_batches import FEWEST, batched, can_follow
+from gearrattle.studies.case_batches import FEWEST, batched, can_follow, is_of_crossings
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples
 
@@ -100,6 +100,24 @@ def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
         if taken < alone * done.size:  # else something was compiled meanwhile
             break
     return (taken + alone * float((~done).sum())) / done.size
+
+
+def serial_share(plan: Plan, outputs: Outputs, seconds: float) -> float:
+    """Return the share of a case's time in which threads wait for each other: all but the compiled loop.
+
+    ``seconds`` is the time of a case computed together with others. The loop is timed without the outputs that need
+    samples, which Python evaluates.
+    """
+    compiled = tuple(output for output in outputs.chosen if is_of_crossings(output))
+    if len(compiled) == len(outputs.chosen) or not seconds > 0.0:
+        return 0.0
+    few = _few(plan, min(FEWEST, plan.count))
+    if not compiled or plan.count < FEWEST or seconds > _TOO_LONG or not can_follow(outputs, plan):
+        return 1.0
+    begun = time.perf_counter()
+    done = batched(few, Outputs(compiled), 0)[1]
+    loop = (time.perf_counter() - begun) / done.size
+    return float(np.clip(1.0 - loop / seconds, 0.0, 1.0)) if done.all() else 1.0
 
 
 def _few(plan: Plan, count: int) -> Plan:

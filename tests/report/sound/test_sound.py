@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,8 @@ from gearrattle.report.sound.transfer_path import sound_path
 from gearrattle.signals import find_impacts
 from gearrattle.signals.impact_sound import modal_path
 from tests.architecture.places import EXAMPLES
+from tests.laws.test_sideways import driven
+from tests.signals.test_frequency_response import modal
 
 RATE = 48_000.0
 
@@ -53,22 +56,35 @@ def test_impulses_through_a_mode_superpose_in_closed_form() -> None:
 
 
 def test_every_impact_of_a_run_is_heard_with_the_momentum_it_exchanges(run: gr.Run) -> None:
-    """At zero frequency the pressure's integral is the sum of the momenta times that of the response."""
-    sound = gr.listen(run)
+    """Pressures are the sum of the modes that ring from all impacts, those of the discarded cycles too."""
+    modes = [(450.0, 0.02, 1.0), (900.0, 0.05, 0.5)]
+    sound = gr.listen(run, modes)
     motion = run.trajectory
     impacts = find_impacts(motion)
-    heard = (impacts.time >= 2 * motion.layout.period) & (
-        impacts.clearance == motion.layout.clearance_names.index("gear")
-    )
+    heard = impacts.clearance == motion.layout.clearance_names.index("gear")
     assert heard.sum() > 10
-    spectrum_at = 1500.0
-    t = impacts.time[heard] - 2 * motion.layout.period
-    train = (impacts.exchanged[heard] * np.exp(-2j * np.pi * spectrum_at * t)).sum()
-    n = np.arange(sound.path.response.size) - sound.path.lead
-    through = (sound.path.response * np.exp(-2j * np.pi * spectrum_at * n / RATE)).sum() / RATE
-    k = np.arange(sound.pressure[0].size)
-    actual = (sound.pressure[0] * np.exp(-2j * np.pi * spectrum_at * k / RATE)).sum() / RATE
-    assert actual == pytest.approx(train * through, rel=1e-3)
+    start = 2 * motion.layout.period
+    assert sound.pressure[0].size == round(10 * motion.layout.period * RATE)
+    since = start + np.arange(sound.pressure[0].size)[:, None] / RATE - impacts.time[heard]
+    rung = np.zeros(since.shape)
+    for frequency, damping, gain in modes:
+        omega = 2.0 * np.pi * frequency
+        decay = gain * np.exp(-damping * omega * np.maximum(since, 0.0))
+        rung += decay * np.sin(omega * np.sqrt(1 - damping**2) * since) * (since > 0.0)
+    exact = rung @ impacts.exchanged[heard]
+    assert np.abs(exact).max() > 0.0
+    assert np.linalg.norm(sound.pressure[0] - exact) < 2e-3 * np.linalg.norm(exact)
+
+
+def test_a_level_does_not_depend_on_the_length_of_a_run(run: gr.Run) -> None:
+    """A periodic motion over two and eight of its cycles; a path whose ringing outlasts both."""
+    model = gr.load(EXAMPLES / "manual_transmission.toml")
+    path = [(300.0, 0.004, 1.0)]
+    levels = [
+        gr.listen(gr.simulate(model, cycles=cycles, discard=40, samples_per_cycle=64), path).levels["A"]
+        for cycles in (44, 52)
+    ]
+    assert levels[0] == pytest.approx(levels[1], abs=0.3)
 
 
 def test_two_designs_keep_their_difference(run: gr.Run, tmp_path: Path) -> None:
@@ -246,3 +262,135 @@ def test_a_measured_pressure_is_heard_from_the_command_line(tmp_path: Path, caps
     designs = json.loads(capsys.readouterr().out)["designs"]
     assert designs["bench"]["level"] == pytest.approx(20.0 * np.log10(1.0 / 20e-6), abs=1e-3)
     assert designs["mapping"]["level"] - designs["bench"]["level"] == pytest.approx(20.0 * np.log10(2.0), abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def held() -> gr.Run:
+    """A driveline with bearings to the housing."""
+    return gr.simulate(driven(), cycles=30, discard=20, samples_per_cycle=64)
+
+
+def universal(functions: list[tuple[str, int, np.ndarray]], spacing: float, kind: int = 6, unit: str = "Pa") -> str:
+    """Dataset 58 of complex responses to forces along a direction, in columns of E20.12 or E13.5."""
+    columns, width = (4, "20.12E") if kind == 6 else (6, "13.5E")
+    text = []
+    for name, direction, values in functions:
+        record = f"{4:5d}{1:10d}{1:5d}{0:10d} {'MIC':<10s}{7:10d}{0:4d} {'CASING':<10s}{3:10d}{direction:4d}"
+        text += ["    -1", "    58", name, "NONE", "NONE", "NONE", "NONE", record]
+        text += [f"{kind:10d}{values.size:10d}{1:10d}{0.0:13.5E}{spacing:13.5E}{0.0:13.5E}"]
+        text += [f"{18:10d}{0:5d}{0:5d}{0:5d} {'Frequency':<20s} {'Hz':<20s}"]
+        text += [f"{15:10d}{0:5d}{0:5d}{0:5d} {'Pressure':<20s} {unit:<20s}"]
+        text += [f"{13:10d}{0:5d}{0:5d}{0:5d} {'Force':<20s} {'N' if unit else '':<20s}"]
+        text += [f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20s} {'NONE':<20s}"]
+        numbers = np.stack([values.real, values.imag], axis=1).ravel()
+        for k in range(0, numbers.size, columns):
+            text.append("".join(f"{float(x):{width}}" for x in numbers[k : k + columns]))
+        text.append("    -1")
+    return "\n".join(text) + "\n"
+
+
+def test_a_response_sampled_from_the_modal_path_has_its_level(held: gr.Run, tmp_path: Path) -> None:
+    """By parts, by magnitude and phase, and in universal files of both precisions, of both sources: 0.01 dB."""
+    lines = np.arange(0.0, 20_000.0, 5.0)
+    made = modal(lines)
+    parts = "\n".join(f"{float(f)!r}, {h.real!r}, {h.imag!r}" for f, h in zip(lines, made.tolist(), strict=True))
+    polar = "\n".join(
+        f"{float(f) / 1e3!r}, {1e3 * abs(h)!r}, {float(np.degrees(np.angle(h)))!r}"
+        for f, h in zip(lines, made.tolist(), strict=True)
+    )
+    files = {
+        "parts.csv": f"frequency [Hz], real [Pa/N], imaginary [Pa/N]\n{parts}\n",
+        "polar.csv": f"frequency [kHz], magnitude [mPa/N], phase [deg]\n{polar}\n",
+        "double.unv": universal([("H", 1, made)], 5.0),
+        "single.unv": universal([("H", 1, made)], 5.0, kind=5),
+        "no_units.unv": universal([("H", 1, made)], 5.0, unit=""),
+    }
+    by_modes = {source: gr.listen(held, source=source).levels["A"] for source in ("casing", "impacts")}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        for source, level in by_modes.items():
+            sound = gr.listen(held, tmp_path / name, source=source)
+            assert sound.levels["A"] == pytest.approx(level, abs=0.01), name
+            assert any("0 to 19995 Hz" in note for note in sound.notes)
+
+
+def test_paths_of_single_bearings_add_up_to_that_of_their_sum(held: gr.Run) -> None:
+    """The same path for all bearings along x is that of the whole force along x; opposite forces may have others."""
+    path, other = [(850.0, 0.03, 1.2)], [(850.0, 0.03, -1.2)]
+    whole = gr.listen(held, {"x": path})
+    parts = gr.listen(held, {"at_pinion.x": path, "at_wheel.x": path})
+    assert np.abs(parts.pressure[0] - whole.pressure[0]).max() < 1e-9 * np.abs(whole.pressure[0]).max()
+    apart = gr.listen(held, {"at_pinion.x": path, "at_wheel.x": other})
+    assert apart.levels["A"] != pytest.approx(whole.levels["A"], abs=1.0)
+
+
+def test_a_universal_file_with_both_directions_adds_pressures(held: gr.Run, tmp_path: Path) -> None:
+    """The response to a force against x has the other sign; the same as one path for x and one for y."""
+    lines = np.arange(0.0, 20_000.0, 5.0)
+    along, across = modal(lines), np.conj(modal(lines)) * np.exp(-2j * np.pi * lines * 0.05)
+    both, x, y = (tmp_path / f"{name}.unv" for name in ("both", "x", "y"))
+    both.write_text(universal([("HY", 2, across), ("HX", -1, -along)], 5.0), encoding="utf-8")
+    x.write_text(universal([("HX", 1, along)], 5.0), encoding="utf-8")
+    y.write_text(universal([("HY", 2, across)], 5.0), encoding="utf-8")
+    together = gr.listen(held, both)
+    apart = gr.listen(held, {"x": x, "y": y})
+    assert together.levels["A"] == pytest.approx(apart.levels["A"], abs=1e-9)
+    with pytest.raises(gr.ModelError, match="for those on the casing"):
+        gr.listen(held, both, source="impacts")
+    three = tmp_path / "three.unv"
+    three.write_text(universal([("H1", 1, along), ("H2", 2, across), ("H3", 3, across)], 5.0), encoding="utf-8")
+    with pytest.raises(gr.ModelError, match=r"H1, H2, H3.*one to a force along x"):
+        gr.listen(held, three)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"source": "housing"}, "must be casing"),
+        ({"source": "casing", "elements": ["gear"]}, "names elements"),
+        ({"path": {"z": [(800.0, 0.1, 1.0)]}}, "no force on the casing.*at_pinion.x"),
+        ({"path": {}}, "by the names"),
+    ],
+)
+def test_bad_use_with_a_casing_is_refused(held: gr.Run, options: dict[str, object], words: str) -> None:
+    with pytest.raises(gr.ModelError, match=words):
+        gr.listen(held, **options)
+
+
+def test_a_model_without_bearings_has_no_casing(run: gr.Run) -> None:
+    with pytest.raises(gr.ModelError, match="no bearings to the housing"):
+        gr.listen(run, source="casing")
+    assert gr.listen(run).levels == gr.listen(run, source="impacts").levels
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("frequency [Hz], real [Pa/N]\n0, 1\n10, 1\n", "imaginary"),
+        ("frequency [Hz], magnitude [dB], phase [deg]\n0, 1, 0\n10, 1, 0\n", "pressure per force"),
+        ("frequency [Hz], real [Pa/N], imaginary [Pa/N]\n10, 1, 0\n0, 1, 0\n", "ascend"),
+    ],
+)
+def test_bad_responses_are_refused(held: gr.Run, text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "h.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(gr.ModelError, match=words):
+        gr.listen(held, path)
+
+
+def test_the_command_takes_source_and_paths_by_direction(held: gr.Run, tmp_path: Path, capsys: Any) -> None:
+    held.save(tmp_path / "run.nc")
+    lines = np.arange(0.0, 20_000.0, 10.0)
+    file = tmp_path / "h.unv"
+    file.write_text(universal([("H", 1, modal(lines))], 10.0), encoding="utf-8")
+    levels = {}
+    for options in (
+        [],
+        ["--source", "impacts"],
+        ["--path", str(file), "--path-y", str(file)],
+    ):
+        assert main(["listen", str(tmp_path / "run.nc"), "--json", *options]) == 0
+        levels[" ".join(options[:2])[:12]] = json.loads(capsys.readouterr().out)["designs"]["run"]["level"]
+    assert len({round(level, 3) for level in levels.values()}) == 3
+    assert main(["listen", str(tmp_path / "run.nc"), "--path-y", str(file)]) == 2
+    assert "along x" in capsys.readouterr().err

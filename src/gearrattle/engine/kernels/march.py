@@ -27,6 +27,7 @@ from gearrattle.engine.kernels.march_arrays import (
     EXPANSIONS,
     INSTANT,
     INTERVAL,
+    LAST,
     LEVEL,
     LONGEST,
     NOTED,
@@ -336,9 +337,9 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, ``budget`` steps are taken or the caller must act; return an ``Outcome`` code.
 
     The arguments are described in ``march_arrays``; march, notes and log change. ``instants``: None if no instants are
-    known beforehand. A step ends at the next instant at the latest, and a crossing after that instant does not count
-    yet. Samples in a step are noted before the step is taken. Scratch arrays are allocated here, so that the compiler
-    knows that they do not overlap with others.
+    known beforehand; the march ends at one that is the ``LAST``. A step ends at the next instant at the latest, and a
+    crossing after that instant does not count yet. Samples in a step are noted before the step is taken. Scratch arrays
+    are allocated here, so that the compiler knows that they do not overlap with others.
     """
     steps = inputs.steps
     tables = regions.tables
@@ -413,6 +414,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         if instants is not None:
             until = until_instant(instants, counts, clock)
             if until <= 0.0:
+                if instants.watch[counts[INSTANT]] == LAST:
+                    return DONE
                 _pass_instant(regions, instants, march, log, out, behind)
                 continue
         # enter a region: split off the inputs' particular solution, x = w + P u

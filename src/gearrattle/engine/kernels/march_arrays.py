@@ -42,7 +42,9 @@ class Instants(NamedTuple):
 
     cycle: Vector  # (instants,) whole periods
     fraction: Vector  # (instants,) fraction of a period
-    watch: IntVector  # (instants,) the auxiliary that enters its next piece; -1: the next interval of signals begins
+    # (instants,) the auxiliary that enters its next piece; -1: the next interval of signals begins; LAST: the march
+    # ends
+    watch: IntVector
 
 
 class Regions(NamedTuple):
@@ -130,6 +132,9 @@ class March(NamedTuple):
 
 LONGEST = 0.125
 """Step of level 0, in periods."""
+
+LAST = -2
+"""``Instants.watch`` of the end of a march that ends between samples."""
 
 DEEPEST = 120
 """The last level; its step is 2^-60 LONGEST."""

@@ -77,7 +77,7 @@ class ExactMarch:
         memory = np.zeros(size.memories) if task.memory is None else task.memory * flow.memory
         deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, memory])
-        u = inputs_at_start(flow)
+        u = self._inputs_at_start()
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle, task.auxiliary_pieces)
         # memories that are known in the first region
         known = flow.known(pieces)
@@ -111,6 +111,10 @@ class ExactMarch:
         self._built = 0
         self._limit_of_regions = StepLimit(task.system, most, most)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
+
+    def _inputs_at_start(self) -> Array:
+        """(U + Q,) scaled inputs at the start."""
+        return inputs_at_start(self.flow)
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
         """Allocate the samples of the next cycles, store the first one, which is known, and set the counts to zero."""

@@ -129,7 +129,7 @@ def sampled_quantities(flow: Flow, samples: march_arrays.Samples) -> tuple[dict[
     acceleration = np.empty(of_body)
     out = Quantities(angle, velocity, acceleration, np.zeros(of_element), np.empty((clearances, count)))
     forces, memory = np.empty((2, count, len(system.auxiliaries)))
-    lines = _lines(flow)
+    lines = lines_of(flow)
     repeats = len(samples.waves) > 0 and not flow.chain.size
     table = samples.waves * flow.input_size
     for part in slices(count, max(flow.width, lines.rows.size // 16)):
@@ -152,7 +152,7 @@ def sampled_quantities(flow: Flow, samples: march_arrays.Samples) -> tuple[dict[
 
 
 @kept
-def _lines(flow: Flow) -> Lines:
+def lines_of(flow: Flow) -> Lines:
     """Rows and laws from which the samples of a driveline are computed."""
     system = flow.system
     coordinates = flow.coordinates

@@ -109,7 +109,7 @@ class Auditor:
         *,
         samples: Callable[[IntArray], Array],
         count: int,
-        per_cycle: int,
+        per_cycle: float,
         time: Array,
         watch: IntArray,
         upward: IntArray,

@@ -252,6 +252,40 @@ class Walk:
         expanded = {r: series.expanded(chosen[r]) for r, series in self.series.items()}
         return (self._piece(expanded, shares, first, last) for first, last in pairwise(ends))
 
+    def values(self, rows: Rows, time: Array) -> Array | None:
+        """Return (N, q) values of rows at some times (N,), in periods from the begin of the window, within it.
+
+        At a crossing the value just after it. None as in ``statistics``.
+        """
+        chosen = {r: rows(self.regions[r]) for r in self.series}
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
+            return None
+        # the part that every time lies in, and the time from the state that its series start from
+        ends = np.cumsum(self.parts.duration)
+        part = np.minimum(np.searchsorted(ends, time, side="right"), ends.size - 1)
+        backward = self.backward[part]
+        since = time - np.where(backward, ends[part], ends[part] - self.parts.duration[part])
+        values = np.empty((time.size, count))
+        for r in np.unique(self.parts.region[part]).tolist():
+            # states of the parts of a region, and the block of every time
+            series = self.series[r]
+            own = np.flatnonzero(self.parts.region[part] == r)
+            used, which = np.unique(part[own], return_inverse=True)
+            states = series.begun(self._states_at(used))
+            block = np.clip(np.floor(since[own] / series.block), 0, series.count - 1).astype(np.int64)
+            expanded = series.expanded(chosen[r])
+            for j in np.unique(block).tolist():
+                # power series of the rows, by Horner's rule
+                on = block == j
+                terms = np.einsum("qpz,nz->pnq", expanded[j], states)
+                share = (since[own[on]] / series.block - j)[:, None]
+                value = np.zeros((share.size, count))
+                for term in terms[::-1]:
+                    value = value * share + term[which[on]]
+                values[own[on]] = value
+        return values
+
     def _piece(self, expanded: dict[int, Array], shares: dict[int, Array], first: int, last: int) -> Array:
         """(N, q) values of rows in some parts, at these shares of the blocks of their regions."""
         duration = self.parts.duration[first:last]

@@ -141,16 +141,11 @@ class Flow:
 
     @cached_property
     def knots(self) -> Array:
-        """(G + 1,) ends of the signals' intervals, in periods; without signals one interval without end.
-
-        A value that is a dyadic fraction of a period to rounding is replaced by it, so that dyadic steps end there.
-        """
+        """(G + 1,) ends of the signals' intervals, in periods; without signals one interval without end."""
         signals = self.system.signals
         if signals is None:
             return np.array([0.0, np.inf])
-        knots = signals.knots / self.system.inputs.period
-        dyadic = np.round(knots * _DYADIC) / _DYADIC
-        return np.where(np.abs(knots - dyadic) <= ROUNDED * np.spacing(knots), dyadic, knots)
+        return in_periods(signals.knots, self.system.inputs.period)
 
     def remembering(self, pieces: Pieces) -> list[tuple[Auxiliary, int]]:
         """The auxiliaries with a memory, with their pieces; none without pieces of auxiliaries."""
@@ -253,6 +248,16 @@ def inputs_at_start(flow: Flow) -> Array:
     """(U + Q,) scaled inputs at t = 0."""
     inputs: Array = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
     return inputs
+
+
+def in_periods(knots: Array, period: float) -> Array:
+    """(k,) ends of intervals [s], in periods.
+
+    A value that is a dyadic fraction of a period to rounding is replaced by it, so that dyadic steps end there.
+    """
+    knots = knots / period
+    dyadic = np.round(knots * _DYADIC) / _DYADIC
+    return np.where(np.abs(knots - dyadic) <= ROUNDED * np.spacing(knots), dyadic, knots)
 
 
 def split_cycles(cycles: Array) -> tuple[Array, Array]:

@@ -159,14 +159,14 @@ class ResultView {
   }
 
   async showSound(into) {
-    into.append(element("p", {}, "The impacts of all gear meshes with backlash, through an assumed casing: take no level from it."));
+    into.append(element("p", {}, "The force on the casing, or without bearings the impacts of all gear meshes, through an assumed path: take no level from it."));
     const state = element("p", { role: "status" }, "…");
     into.append(state);
     try {
       const { content, buffers } = await ask(this.model, { ask: "sound" });
       const source = content.url ?? URL.createObjectURL(new Blob([buffers[0]], { type: "audio/wav" }));
       state.before(element("p", {}, `${content.gain ? `The highest peak of this run is half of full scale, which is ${numerals.engineering(1 / content.gain, "Pa")}.` : "Nothing is heard: there are no impacts."} Two runs heard so are not at one gain; Compare and gr.listen give all designs the same.`));
-      state.replaceWith(element("audio", { controls: true, src: source, "aria-label": "Sound of the impacts" }), element("p", { class: "gr-links" }, element("a", { href: source, download: "rattle.wav" }, "Download WAV (24 bit)")));
+      state.replaceWith(element("audio", { controls: true, src: source, "aria-label": "Sound of the run" }), element("p", { class: "gr-links" }, element("a", { href: source, download: "rattle.wav" }, "Download WAV (24 bit)")));
     } catch (error) {
       state.textContent = error.problems ? error.problems.map((problem) => problem.rule).join("; ") : error.message;
     }

@@ -37,13 +37,13 @@ def with_parts(source: str) -> str:
 @cache
 def module(name: str) -> str:
     """Return a widget as an ES module that imports all parts, those of its parts included, so that a browser loads them
-    at the same time; KeyError for an unknown widget.
+    at the same time, without comment lines; KeyError for an unknown widget.
     """
     source = _source(name)
     direct = _needs(source)
     others = [part for part in _needed(source) if part not in direct]
     lines = [f'import {part} from "./{part}.js";' for part in direct] + [f'import "./{part}.js";' for part in others]
-    return "\n".join([*lines, source])
+    return "\n".join([*lines, _COMMENT.sub("", source)])
 
 
 @cache

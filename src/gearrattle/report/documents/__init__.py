@@ -23,7 +23,7 @@ _FORMATS = {".pdf": "page_as_pdf", ".pptx": "slides", ".xlsx": "workbook"}
 class Document(Protocol):
     """A format: a module of this folder."""
 
-    def check(self, place: str, value: str, /) -> None:
+    def check(self, option: str, value: str, /) -> None:
         """Refuse the format where what it needs is not installed (NotInstalled)."""
         ...
 

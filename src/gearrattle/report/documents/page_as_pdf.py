@@ -55,10 +55,10 @@ _LINES = 92  # lines of a page
 _LETTERS = 7.0  # pt
 
 
-def check(place: str, value: str) -> None:
+def check(option: str, value: str) -> None:
     """Refuse a PDF where there is neither a browser nor matplotlib (NotInstalled)."""
     if browser() is None:
-        check_matplotlib(place, value)
+        check_matplotlib(option, value)
 
 
 def write(presentation: Presentation[Any], path: Path) -> None:
@@ -143,6 +143,6 @@ def _page_of_text(lines: list[str]) -> Any:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_A4)
-    how = {"fontsize": _LETTERS, "family": "DejaVu Sans Mono", "linespacing": 1.3}
+    how: dict[str, Any] = {"fontsize": _LETTERS, "family": "DejaVu Sans Mono", "linespacing": 1.3}
     figure.text(0.08, 0.95, "\n".join(lines), va="top", parse_math=False, **how)
     return figure

@@ -36,10 +36,10 @@ _DPI = 150.0
 _BLANK = 6  # index of the layout without placeholders
 
 
-def check(place: str, value: str) -> None:
+def check(option: str, value: str) -> None:
     """Refuse slides without python-pptx, or without matplotlib for their figures (NotInstalled)."""
-    check_installed("pptx", "office", place, value, "slides need python-pptx, which is not installed")
-    check_matplotlib(place, value)
+    check_installed("pptx", "office", option, value, "slides need python-pptx, which is not installed")
+    check_matplotlib(option, value)
 
 
 def write(presentation: Presentation[Any], path: Path) -> None:

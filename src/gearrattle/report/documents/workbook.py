@@ -32,9 +32,9 @@ _SIGNS = str.maketrans("−", "-", "\u00a0\u2009\u202f ")  # the sign, and space
 _PLAIN = _SIGNS | str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
-def check(place: str, value: str) -> None:
+def check(option: str, value: str) -> None:
     """Refuse a workbook without openpyxl (NotInstalled)."""
-    check_installed("openpyxl", "office", place, value, "Excel tables need openpyxl, which is not installed")
+    check_installed("openpyxl", "office", option, value, "Excel tables need openpyxl, which is not installed")
 
 
 def write(presentation: Presentation[Any], path: Path) -> None:

@@ -81,11 +81,18 @@ def conditions_map(data: xr.Dataset) -> Chart:
 
 def _words(data: xr.Dataset, rows: str, columns: str) -> tuple[Label, ...]:
     """Return the word, and the level, of every cell of a panel."""
-    codes = data[VERDICT_SEVERITY].transpose(rows, columns).values
+    shape = (data.sizes[rows], data.sizes[columns])
+    words = np.array(cell_words(data.transpose(rows, columns, ...)), dtype=object).reshape(shape)
+    return tuple(Label(float(j), float(i), text, PAPER, "at") for (i, j), text in np.ndenumerate(words) if text)
+
+
+def cell_words(data: xr.Dataset) -> list[str]:
+    """Return severity and sound level of every condition, in the order of the grid; empty where one failed."""
+    grid = axes_in(data)
+    codes = data[VERDICT_SEVERITY].transpose(*grid).values
     words = words_of(data[VERDICT_SEVERITY])
-    levels = data[SOUND_LEVEL].transpose(rows, columns).values if SOUND_LEVEL in data else np.full(codes.shape, np.nan)
-    return tuple(
-        Label(float(j), float(i), f"{words[code]} {numeral(float(levels[i, j]), 3)}".removesuffix(" –"), PAPER, "at")
-        for (i, j), code in np.ndenumerate(codes)
-        if code >= 0
-    )
+    levels = data[SOUND_LEVEL].transpose(*grid).values if SOUND_LEVEL in data else np.full(codes.shape, np.nan)
+    return [
+        f"{words[code]} {numeral(float(level), 3)}".removesuffix(" –") if code >= 0 else ""
+        for code, level in zip(codes.ravel().tolist(), levels.ravel().tolist(), strict=True)
+    ]

@@ -5,8 +5,9 @@
 over the impacts of the chosen elements. p_i is the momentum that impact i exchanges: the integral of its force above
 the quasi-static load (``gearrattle.signals.impacts``), because a constant load makes no sound. Times and rates come
 from the log of crossings, not from samples. The duration of contacts is neglected, so the sound is too loud at
-frequencies above the reciprocal of this duration. The sound pressure of a recording is used unchanged; a recorded force
-is convolved with the response of the path.
+frequencies above the reciprocal of this duration. Of a driveline with bearings to the housing the force on the casing
+is heard instead (``gearrattle.signals.casing_sound``): it has passed shafts and bearings, and nothing is neglected. The
+sound pressure of a recording is used unchanged; a recorded force is convolved with the response of the path.
 """
 
 from __future__ import annotations
@@ -23,17 +24,19 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.readers.wav import wav_bytes
-from gearrattle.model import Model
-from gearrattle.model.table import did_you_mean, listed
+from gearrattle.model import GROUND, Model
+from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.recording import Recording
 from gearrattle.report.sound.psychoacoustics import Quality, quality
 from gearrattle.report.sound.resample import resampled
-from gearrattle.report.sound.transfer_path import sound_path
+from gearrattle.report.sound.transfer_path import PathSource, read_path
 from gearrattle.result import Result
 from gearrattle.results import Run
+from gearrattle.signals.casing_sound import FROM_CASING, FROM_IMPACTS, SOURCES, casing_pressure, source_of
 from gearrattle.signals.impact_sound import LONGEST, RATE, SoundPath, impact_pressure, pressure_level, through
 from gearrattle.signals.rings import by_parts, parts_of
 from gearrattle.signals.windows import steady
+from gearrattle.trajectory import AXES
 
 Array = NDArray[np.float64]
 
@@ -55,7 +58,7 @@ class Sound(Result):
     gain
         full scale per pascal, the same for all designs [1/Pa].
     path
-        transfer path from impulse to sound pressure.
+        transfer path from a force to sound pressure.
     notes
         what the user must know.
     bits
@@ -117,8 +120,9 @@ class Sound(Result):
 
 def listen(
     runs: Run | Recording | Mapping[str, Run | Recording] | Sequence[Run | Recording],
-    path: str | os.PathLike[str] | Sequence[tuple[float, float, float]] | None = None,
+    path: PathSource = None,
     *,
+    source: str | None = None,
     elements: Sequence[str] | None = None,
     gain: float | None = None,
     rate: int = RATE,
@@ -131,8 +135,14 @@ def listen(
     runs
         a run or a recording, several, or several by name.
     path
-        transfer path from an impulse [N s] to sound pressure. None: an assumed casing; rows of frequency [Hz], damping
-        ratio and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
+        transfer path from a force [N] or an impulse [N s] to sound pressure. None: an assumed casing; rows of frequency
+        [Hz], damping ratio and gain [Pa/(N s)]; the path of a WAV or CSV file with an impulse response, or of a CSV or
+        universal file with a frequency response [Pa/N]; or a mapping from forces on the casing to these, whose
+        pressures then add: "x" and "y", of all bearings together, or forces of bearings such as "front.x". With one
+        path the energies of x and y add.
+    source
+        what is heard of runs: "casing", the forces of bearings on the casing; "impacts", in gear meshes. None: the
+        casing where the model has bearings to it, unless ``elements`` are named; else impacts.
     elements
         elements whose impacts make sound; None: all gear meshes with backlash. An angular momentum of a coupling
         [N m s] counts as a momentum at a lever of 1 m.
@@ -146,13 +156,14 @@ def listen(
     Returns
     -------
     Sound
-        Sound pressures, all with one path and one gain. The sound of a run begins after its discarded cycles.
+        Sound pressures, all with one path and one gain. The sound of a run is that of its steady part, in which the
+        path still rings from the discarded cycles.
 
     Raises
     ------
     ModelError
-        unknown element, element without a free body, path that cannot be read, or recording without sound pressure or
-        force.
+        unknown element, element without a free body, path that cannot be read, "casing" of a driveline without
+        bearings to it, or recording without sound pressure or force.
 
     Examples
     --------
@@ -165,15 +176,23 @@ def listen(
         raise ModelError(Problem("rate", repr(rate), "must be a whole number of Hz from 8000 to 384000"))
     if gain is not None and not (np.isfinite(gain) and gain > 0.0):
         raise ModelError(Problem("gain", repr(gain), "must be a positive number"))
+    if source not in (None, *SOURCES):
+        raise ModelError(Problem("source", shown(source), f"must be {listed(SOURCES)}", did_you_mean(source, SOURCES)))
     named = _named(runs)
-    way = sound_path(path, float(rate), scale)
-    notes = [f"path: {way.source}"]
+    way, of_path = read_path(path, float(rate), scale)
+    notes = [f"path: {way.source}", *of_path]
     if path is None:
         notes.append("the path is assumed: compare designs by it, take no level from it")
     pressure = []
-    for name, source in named.items():
-        made = _heard(source, way) if isinstance(source, Recording) else _impacts(name, source, way, elements)
-        pressure.append(made)
+    for name, heard in named.items():
+        if isinstance(heard, Recording):
+            pressure.append(_recorded(heard, way))
+        elif heard_of(name, heard.model, source, elements) == FROM_CASING:
+            made, said = _casing(name, heard, way)
+            pressure.append(made)
+            notes += said
+        else:
+            pressure.append(_impacts(name, heard, way, elements))
     peak = max(float(np.abs(signal).max(initial=0.0)) for signal in pressure)
     common = gain if gain is not None else (_HEADROOM / peak if peak > 0.0 else 1.0)
     return Sound(tuple(named), tuple(pressure), rate, float(common), way, tuple(notes))
@@ -193,15 +212,33 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
     return {str(name): run for name, run in runs.items()}
 
 
-def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
-    """Return the clearances of a driveline whose impacts make sound.
+def heard_of(name: str, model: Model, source: str | None, elements: Sequence[str] | None) -> str:
+    """Return what is heard of a driveline, "casing" or "impacts".
 
-    ModelError for a dimensionless model, a name that is not a clearance, and a model without clearances.
+    ModelError for what it has not, and for a dimensionless model.
     """
     if model.units == "dimensionless":
         raise ModelError(
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
+    of_model = source_of(assemble(model).layout)
+    if source == FROM_CASING and of_model != FROM_CASING:
+        remedy = "give bodies a mass and bearings, or hear its impacts"
+        raise ModelError(Problem(f"{name}: source", source, "the model has no bearings to the housing", remedy))
+    if source == FROM_CASING and elements is not None:
+        rule = "names elements with impacts, and the casing is heard"
+        raise ModelError(Problem(f"{name}: elements", listed(elements), rule, f'source="{FROM_IMPACTS}", or leave out'))
+    chosen = source or (of_model if elements is None else FROM_IMPACTS)
+    if chosen == FROM_IMPACTS:
+        audible(name, model, elements)
+    return chosen
+
+
+def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
+    """Return the clearances of a driveline whose impacts make sound.
+
+    ModelError for a name that is not a clearance, and a model without clearances.
+    """
     known = parts_of(assemble(model).layout).clearance_names
     meshes = {element.name for element in model.elements if element.along_line and element.arms}
     chosen = [name for name in known if name in meshes] if elements is None else list(elements)
@@ -216,13 +253,42 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
     return chosen
 
 
-def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
-    """Sound pressure of a run's impacts."""
-    motion = by_parts(run.trajectory)
-    chosen = audible(name, run.model, elements)
-    seconds = steady(motion).duration
+def _check_length(name: str, run: Run) -> None:
+    """Refuse a run that is too long to be heard."""
+    seconds = steady(run.trajectory).duration
     if seconds > LONGEST:
         raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {LONGEST:g} s", "cut it"))
+
+
+def _one_path(name: str, way: SoundPath) -> None:
+    """Refuse a path by direction for what has none."""
+    if way.forces:
+        rule = "paths of several forces are for those on the casing"
+        raise ModelError(Problem(f"{name}: path", way.source, rule, "give one path"))
+
+
+def _casing(name: str, run: Run, way: SoundPath) -> tuple[Array, list[str]]:
+    """Sound pressure of a run's force on the casing, and notes."""
+    _check_length(name, run)
+    in_housing = [bearing.name for bearing in run.model.bearings if bearing.around == GROUND]
+    known = (*AXES, *(f"{bearing}.{axis}" for bearing in in_housing for axis in AXES))
+    if unknown := [force for force in way.forces if force not in known]:
+        rule = f"no force on the casing; there are {listed(known)}"
+        raise ModelError(Problem(f"{name}: path", unknown[0], rule, did_you_mean(unknown[0], known)))
+    pressure, is_exact = casing_pressure(run.trajectory, way)
+    if is_exact:
+        return pressure, []
+    rate = run.trajectory.samples_per_cycle / run.trajectory.layout.period
+    note = f"{name}: of its samples, {rate:.6g} a second: what lies above {0.5 * rate:.6g} Hz has folded back"
+    return pressure, [note]
+
+
+def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
+    """Sound pressure of a run's impacts."""
+    _one_path(name, way)
+    _check_length(name, run)
+    motion = by_parts(run.trajectory)
+    chosen = audible(name, run.model, elements)
     known = motion.layout.clearance_names
     pressure = impact_pressure(motion, [known.index(clearance) for clearance in chosen], way)
     if not np.isfinite(pressure).all():
@@ -231,7 +297,7 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     return pressure
 
 
-def _heard(recording: Recording, way: SoundPath) -> Array:
+def _recorded(recording: Recording, way: SoundPath) -> Array:
     """Sound pressure of a recording: its own, or that of its force."""
     channel = recording.find("sound pressure") or recording.find("force")
     if channel is None:
@@ -241,4 +307,7 @@ def _heard(recording: Recording, way: SoundPath) -> Array:
     if step is None:
         raise ModelError(Problem(recording.source, "uneven times", "must be sampled uniformly to be heard"))
     values = resampled(channel.values, 1.0 / step, way.rate, channel.name)
-    return values if channel.quantity == "sound pressure" else through(values, way)
+    if channel.quantity == "sound pressure":
+        return values
+    _one_path(recording.source, way)
+    return through(values, way)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
+from gearrattle.report.condition_sounds import ConditionMap, map_script
 from gearrattle.report.page import Section
 from gearrattle.report.plots.axis_names import labels_of, measure_of, paths_of, title_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.conditions_figure import axis_of, conditions_map
 from gearrattle.report.plots.numerals import engineering_column, numeral
-from gearrattle.report.study_pages.study_page import Messages, StudyPage, joined
+from gearrattle.report.study_pages.study_page import Inlay, Messages, StudyPage, joined
 from gearrattle.report.study_tables import code_counts, failure_table
 from gearrattle.report.tables import Table, shortened
 from gearrattle.studies.case_runs import DONE
@@ -40,10 +41,12 @@ _OWN_RATING = (
     "user's own ({points}), by the sound level alone, and there is none beyond these levels, nor in silence."
 )
 _LEVEL = (
-    "The sound level is that of the momenta of all impacts of gear meshes, in dB re 20 µPa, as gr.listen tells it, "
+    "The sound level is that of {source}, in dB re 20 µPa, as gr.listen tells it, "
     "through one path at one gain for all conditions: {path}. So differences between conditions, and between designs "
-    "through this path, hold; a level by itself is that of no room. Engine, whine and background are not in it."
+    "through this path, hold; a level by itself is that of no room. Engine and background are not in it{whine}."
 )
+_OF_IMPACTS = "the momenta of all impacts of gear meshes"
+_OF_CASING = "the forces of all bearings on the casing"
 _MARGIN_WORDS = (
     "The threshold margin is the drag torque over the torque that a loose gear needs to follow its driver, of the gear "
     "nearest to lifting off: above 1 it stays on its flank. It is taken in the motion as it is; where gears rattle, "
@@ -54,6 +57,11 @@ _MARGIN_WORDS = (
 def charts(data: xr.Dataset) -> list[Chart]:
     """Return the map of the conditions."""
     return [conditions_map(data)]
+
+
+def inlay(data: xr.Dataset) -> Inlay:
+    """Return the map as buttons, which show and play the conditions."""
+    return Inlay("map", ConditionMap(data, condition_table(data)), map_script())
 
 
 def summary_of(data: xr.Dataset) -> str:
@@ -185,7 +193,7 @@ def condition_table(data: xr.Dataset) -> Table:
 
 
 def _note(data: xr.Dataset) -> str:
-    silent = " No sound level: no gear mesh has an impact." if SOUND_LEVEL in data else ""
+    silent = " No sound level: no gear mesh has an impact." if _hears_impacts(data) else ""
     return f"Impacts of all parts that can separate together.{silent}" if _IMPACTS in data else silent.strip()
 
 
@@ -216,9 +224,21 @@ def remarks(data: xr.Dataset) -> tuple[str, ...]:
     return (
         *_WHAT_IT_IS_NOT,
         *([_OWN_RATING.format(points=points)] if points else []),
-        *([_LEVEL.format(path=own)] if SOUND_LEVEL in data else []),
+        *([_LEVEL.format(path=own, **_source_words(data))] if SOUND_LEVEL in data else []),
         *([_MARGIN_WORDS] if MARGIN in data else []),
     )
+
+
+def _hears_impacts(data: xr.Dataset) -> bool:
+    """Return whether the sound level is that of impacts, not of forces on the casing."""
+    return SOUND_LEVEL in data and "lacking" in data[SOUND_LEVEL].attrs
+
+
+def _source_words(data: xr.Dataset) -> dict[str, str]:
+    """Return the words for what is heard, and for what is not."""
+    if _hears_impacts(data):
+        return {"source": _OF_IMPACTS, "whine": ", nor is whine"}
+    return {"source": _OF_CASING, "whine": ""}
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:
@@ -261,4 +281,5 @@ PAGE = StudyPage(
     sections=sections,
     answer=answer,
     content=content,
+    inlay=inlay,
 )

@@ -8,17 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, SupportsHtml
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from markupsafe import Markup
 
 Messages = Mapping[tuple[int, ...], str]
 """Why cases failed, by their place in the grid."""
+
+
+class Inlay(NamedTuple):
+    """HTML below a figure, and its script."""
+
+    key: str
+    html: SupportsHtml
+    script: Markup
 
 
 @dataclass(frozen=True)
@@ -39,6 +48,8 @@ class StudyPage:
         the tables behind it all, those that have rows.
     answer
         what the terminal shows below the summary.
+    inlay
+        key of a figure, and HTML that stands below it with the script of the page; None for nothing.
     content
         what ``--json`` and summary.json give: SI values, by the paths of the model file.
     """
@@ -50,6 +61,7 @@ class StudyPage:
     sections: Callable[[xr.Dataset, Messages], list[Section]]
     answer: Callable[[xr.Dataset], tuple[Table, ...]]
     content: Callable[[xr.Dataset], dict[str, Any]]
+    inlay: Callable[[xr.Dataset], Inlay] | None = None
 
 
 def joined(words: list[str]) -> str:

@@ -6,6 +6,7 @@ rating = [                               # calibration points of one's own: stra
   { level = 70, rating = 5 },
 ]
 sound_path = [[1200, 0.02, 1.0]]         # frequency [Hz], damping ratio, gain [Pa/(N s)]; assumed casing without
+sounds = false                           # no sounds on the page
 
 [temperature]
 path = "oil.temperature"                 # unless another is named
@@ -28,7 +29,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.model.table import Table, breach
-from gearrattle.model.value_kinds import Choice, Plain, Reader, Text
+from gearrattle.model.value_kinds import Choice, Flag, Plain, Reader, Text
 from gearrattle.studies.conditions_study import prepare
 from gearrattle.studies.kinds.study_kind import StudySpec
 from gearrattle.studies.study import CASES, MOST
@@ -101,9 +102,12 @@ class ConditionsSpec(StudySpec):
     sound_path: Annotated[Sequence[Any], Modes()] = ()
     """Modes of the path to sound pressure: frequency [Hz], damping ratio, gain [Pa/(N s)]; an assumed casing else."""
 
+    sounds: Annotated[bool, Flag()] = True
+    """Whether a loop of the sound of every condition is kept, of 120 at most."""
+
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``conditions``."""
         axes = {"temperature": self.temperature, "speed": self.speed, "load": self.load}
         asked = {role: axis.stated("path", "values") for role, axis in axes.items() if axis is not None}
         points = [(point.level, point.rating) for point in self.rating]
-        return {**asked, "rating": points, **self.stated("sound_path", "fixed", "most")}
+        return {**asked, "rating": points, **self.stated("sound_path", "sounds", "fixed", "most")}

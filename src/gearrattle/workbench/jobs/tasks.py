@@ -80,6 +80,7 @@ TASKS: dict[str, Task] = {
     "reduce": Task("gearrattle.reductions.reduce:reduce"),
     "compare": Task("gearrattle.comparison.compare:compare"),
     "study": Task("gearrattle.studies:study", fixed=_HERE, fills=True),
+    "conditions": Task("gearrattle.studies:conditions", fixed=_HERE, fills=True),
     "bifurcation": Task("gearrattle.studies:bifurcation", fixed=_HERE),
     "basins": Task("gearrattle.studies:basins", fixed=_HERE),
     "screen": Task("gearrattle.studies:screen", fixed=_HERE),

@@ -305,8 +305,10 @@ def _live(content: dict[str, Any], progress: Callable[[float], None]) -> dict[st
 def _estimate(content: dict[str, Any], progress: Callable[[float], None]) -> dict[str, Any]:
     """Return what a study would cost as a job."""
     del progress
-    from gearrattle.studies.study import prepare
+    from gearrattle.studies.conditions_study import prepare as prepare_conditions
+    from gearrattle.studies.study import prepare as prepare_grid
 
+    prepare = prepare_conditions if content["task"] == "conditions" else prepare_grid
     return prepare(_model_asked(content), **content["options"]).estimate(workers=1).to_dict()
 
 

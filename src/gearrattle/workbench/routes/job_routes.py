@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.workbench.jobs.job_record import Job
 from gearrattle.workbench.jobs.queue import Jobs
 from gearrattle.workbench.jobs.task_options import check_options
@@ -58,8 +59,11 @@ def _live(request: Request, body: dict[str, Any]) -> dict[str, Any]:
 
 def _estimate(request: Request, body: dict[str, Any]) -> dict[str, Any]:
     options = object_of(body, "options")
-    check_options("study", options)
-    return _ask(request, "estimate", body, {"options": options})
+    task = body.get("task", "study")
+    if task not in ("study", "conditions"):
+        raise ModelError(Problem("task", str(task)[:40], "must be study or conditions: no other is estimated"))
+    check_options(task, options)
+    return _ask(request, "estimate", body, {"task": task, "options": options})
 
 
 def _ask(request: Request, what: str, body: dict[str, Any], question: dict[str, Any]) -> dict[str, Any]:

@@ -38,7 +38,7 @@ function Sounds({ jobs, onError }) {
   const make = () => { setBusy(true); api.get(`/api/sound?jobs=${jobs.map(({ id }) => id).join(",")}`).then(setMade).catch(onError).finally(() => setBusy(false)); };
   const words = ({ level, problems }) => (problems.length ? problems.map(({ rule }) => rule).join("; ") : level === null ? "silent" : `${numerals.numeral(level, 3)} dB re 20 µPa`);
   return html`<section aria-label="Sounds"><h2>Sounds</h2>
-    <p class="muted">The impacts of all gear meshes with backlash, through an assumed casing, at one gain for all: the differences are those of the designs, the level is not.${made?.gain ? ` Full scale is ${numerals.engineering(1 / made.gain, "Pa")}; the highest peak of all is half of it.` : ""}</p>
+    <p class="muted">The force on the casing, or without bearings the impacts of all gear meshes, through an assumed path, at one gain for all: the differences are those of the designs, the level is not.${made?.gain ? ` Full scale is ${numerals.engineering(1 / made.gain, "Pa")}; the highest peak of all is half of it.` : ""}</p>
     ${made ? html`<table><tbody>${jobs.map((job, k) => html`<tr key=${job.id}><th scope="row">${job.label}</th><td>${words(made.designs[k])}</td>
       <td>${made.designs[k].level === null ? null : html`<audio controls preload="none" aria-label=${`Sound of ${job.label}`} src=${`/api/jobs/${job.id}/sound.wav?gain=${made.gain}`}></audio>`}</td></tr>`)}</tbody></table>`
       : html`<button type="button" disabled=${isBusy} onClick=${make}>${isBusy ? "…" : "Make the sounds"}</button>`}</section>`;

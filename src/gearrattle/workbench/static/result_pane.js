@@ -7,7 +7,7 @@ import { jobAnswers, standIn } from "/static/model_stand_in.js";
 import { Decide, QUESTIONS } from "/static/decide.js";
 import { Widget } from "/static/widget_host.js";
 
-const ACTIVE = ["waiting", "running"], FILLING = ["study", "continuation"], PAUSE = 700; // ms between two looks at what is computed
+const ACTIVE = ["waiting", "running"], CASES = ["study", "conditions"], FILLING = [...CASES, "continuation"], PAUSE = 700; // ms between two looks at what is computed
 const KEEPING = ["threshold", "remedies"]; // tasks that end with what is known
 const WITH_MODEL = ["run", "simulate", "advise", "periodic", "modes"];
 
@@ -125,9 +125,9 @@ function Filling({ job, path, onError }) {
   }, [fraction]);
   const model = useMemo(() => {
     if (!partial) return null;
-    const made = standIn({ view: partial.view, tab: tab.current, has_cases: job.task === "study" }, { figure: async ({ name }) => ({ content: { chart: partial.charts[name] } }), motions: async () => ({ content: { motions: null } }) });
+    const made = standIn({ view: partial.view, tab: tab.current, has_cases: CASES.includes(job.task) }, { figure: async ({ name }) => ({ content: { chart: partial.charts[name] } }), motions: async () => ({ content: { motions: null } }) });
     made.on("change:tab", (key) => { tab.current = key; });
-    if (job.task === "study") made.on("change:chosen", openCase(job.id));
+    if (CASES.includes(job.task)) made.on("change:chosen", openCase(job.id));
     return made;
   }, [partial]);
   return model ? html`<section aria-label="Computed so far"><${Widget} name="result" model=${model} /></section>` : null;
