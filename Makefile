@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench hosts peers growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints dependencies changelog wheel pythons lowest clean distclean
+.PHONY: help run test test-slow test-long plain coverage mutation lint docs same bench hosts peers benchmark-set growth cost orders variants inputs loops advice forecast metrics horizon balance scaling compositions fuzz reliability images constraints dependencies changelog wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -80,6 +80,9 @@ hosts: $(VENV)/.test $(VENV)/.hosts  ## FMUs in a host, FMPy, which brings 182 M
 
 peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
 	$(PY) -m benchmarks.peers
+
+benchmark-set: $(VENV)/.test $(VENV)/.peers  ## problems, references and results of clearance-benchmarks/ (an hour)
+	$(PY) -m benchmarks.benchmark_set
 
 cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/reference/cost.md
 	$(PY) -m benchmarks.cost

@@ -38,7 +38,8 @@ def test_files_that_are_named_exist() -> None:
     missing = []
     for path in [*document_files(), *source_files()]:
         text = _read(path)
-        named = re.findall(r"\b(?:tests|docs|benchmarks|examples)/[\w/]+\.(?:py|md|toml|json)\b", text)
+        folders = "tests|docs|clearance-benchmarks|benchmarks|examples"
+        named = re.findall(rf"\b(?:{folders})/[\w/]+\.(?:py|md|toml|json)\b", text)
         missing += [(path, name) for name in named if not (ROOT / name).exists()]
         if path.suffix == ".md":
             named = re.findall(r"`([a-z_]+/[\w/]+\.py)`", text)

@@ -165,15 +165,30 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class Ramp:
+    """A torque goes to another mean in a straight line."""
+
+    at: str
+    over: str
+    to: str
+
+    def toml(self) -> str:
+        return f"{{ at = {self.at}, over = {self.over}, to = {self.to} }}"
+
+
+@dataclass(frozen=True)
 class Torque:
     """An applied torque."""
 
     on: str
     mean: str = "0"
     harmonics: tuple[Harmonic, ...] = ()
+    ramps: tuple[Ramp, ...] = ()
 
     def toml(self) -> str:
         lines = ["[[torque]]", f'on = "{self.on}"', f"mean = {self.mean}"]
+        if self.ramps:
+            lines.append(f"ramps = [{', '.join(r.toml() for r in self.ramps)}]")
         if self.harmonics:
             lines.append(f"harmonics = [{', '.join(h.toml() for h in self.harmonics)}]")
         return "\n".join(lines)

@@ -22,7 +22,7 @@ from math import ceil, factorial, log2, sqrt
 import numpy as np
 from mpmath import mp, mpf
 
-from tests.oracles.driveline import Driveline
+from tests.oracles.driveline import Driveline, Torque
 from tests.oracles.equilibrium_mp import equilibrium
 from tests.oracles.fixed_point import ONE, TINY, P, evaluate, fixed, over_h, real, times_h, to_float
 from tests.oracles.law import Law, law_of
@@ -79,11 +79,14 @@ class _System:
         self.radii = [(fixed(e.radii[0]), fixed(e.radii[1])) for e in model.elements]
         self.laws = [law_of(e) for e in model.elements]
         self.constant = [-fixed(b.drag_torque) for b in model.bodies]
+        self.slope = [0] * self.n
+        self.changes: list[tuple[int, int, int, int]] = []  # time, body, new constant part, new slope: of ramps
         waves: dict[tuple[Fraction, str], int] = {}
         self.torques: list[tuple[int, int, int]] = []  # body, wave, amplitude
         self.errors: list[list[tuple[int, int]]] = [[] for _ in model.elements]  # wave, amplitude
         for torque in model.torques:
             self.constant[names[torque.on]] += fixed(torque.mean)
+            self.changes += _ramp_changes(torque, names[torque.on])
             for h in torque.harmonics:
                 wave = waves.setdefault((Fraction(h.order), h.phase), len(waves))
                 self.torques.append((names[torque.on], wave, fixed(h.amplitude)))
@@ -93,6 +96,14 @@ class _System:
                 self.errors[k].append((wave, fixed(h.amplitude)))
         speed = Fraction(model.speed)
         self.waves = [(speed * order, Fraction(phase)) for order, phase in waves]
+        self.changes.sort(reverse=True)
+
+    def change_torques(self, time: int) -> None:
+        """Begin or end the ramps whose instant is now."""
+        while self.changes and self.changes[-1][0] <= time:
+            _, body, constant, slope = self.changes.pop()
+            self.constant[body] += constant
+            self.slope[body] += slope
 
     def rate_bound(self, pieces: list[int]) -> float:
         """Return a bound on |lambda| of the region and on the forcing frequencies (it sets the step, no more)."""
@@ -108,6 +119,19 @@ class _System:
         K, D = K / np.outer(root, root), D / np.outer(root, root)
         natural = sqrt(np.abs(K).sum(axis=1).max()) + np.abs(D).sum(axis=1).max()
         return max([natural, *(abs(float(w)) for w, _ in self.waves)])
+
+
+def _ramp_changes(torque: Torque, body: int) -> list[tuple[int, int, int, int]]:
+    """Return (time, body, change of the constant part, change of the slope) where ramps begin and end."""
+    changes, before = [], Fraction(torque.mean)
+    for ramp in torque.ramps:
+        begin, to = Fraction(ramp.at), Fraction(ramp.to)
+        end = begin + Fraction(ramp.over)
+        slope = (to - before) / (end - begin)
+        changes.append((fixed(begin), body, fixed(-slope * begin), fixed(slope)))
+        changes.append((fixed(end), body, fixed(slope * end), fixed(-slope)))
+        before = to
+    return changes
 
 
 def fastest_rate(model: Driveline) -> float:
@@ -175,7 +199,7 @@ def _expand(system: _System, step: _Step, q0: list[int], v0: list[int]) -> _Piec
     for k in range(m):
         delta[k].append(deflect(k, 0))
     for j in range(terms - 2):
-        torque = [system.constant[i] if j == 0 else 0 for i in range(n)]
+        torque = [_mean_torque(system, i, j, step) for i in range(n)]
         for body, i, amplitude in system.torques:
             torque[body] += amplitude * waves[i][j] >> P
         for k in range(m):
@@ -197,6 +221,13 @@ def _expand(system: _System, step: _Step, q0: list[int], v0: list[int]) -> _Piec
     for k in range(m):
         delta[k].append(deflect(k, terms - 1))
     return _Piece(q, delta, force)
+
+
+def _mean_torque(system: _System, body: int, j: int, step: _Step) -> int:
+    """Return the Taylor coefficient j of a body's mean torque and ramps, in units of the step."""
+    if j == 0:
+        return system.constant[body] + (system.slope[body] * step.time >> P)
+    return times_h(system.slope[body], step.shift) if j == 1 else 0
 
 
 def _terms(boundtimes_h: float) -> int:
@@ -262,6 +293,8 @@ def _march(system: _System, q: list[int], v: list[int], grid: list[int]) -> Solu
         poly = _expand(system, step, q, v)
         _check_tail(poly)
         crossed, s = _first_crossings(system, step, poly, corner_at)
+        if system.changes and over_h(system.changes[-1][0] - step.time, step.shift) < s:
+            crossed, s = [], over_h(system.changes[-1][0] - step.time, step.shift)
         reached = step.time + times_h(s, step.shift)
         while waiting and waiting[-1] < reached:
             _sample(system, step, poly, waiting.pop(), out)
@@ -270,6 +303,7 @@ def _march(system: _System, q: list[int], v: list[int], grid: list[int]) -> Solu
         q = [evaluate(c, s) for c in poly.q]
         v = [over_h(evaluate(c, s, 1), step.shift) for c in poly.q]
         before, corner_at = step.pieces, {}
+        system.change_torques(reached + TINY)
         if not crossed:
             step = replace(step, time=reached)
             continue

@@ -1,0 +1,1 @@
+"""The benchmark set in clearance-benchmarks/: who writes its data, who measures. ``make benchmark-set`` runs it."""
