@@ -17,6 +17,8 @@ STUDY = (
     'model = "two.toml"\noutputs = ["regime"]\n[fixed]\n"torque.0.mean" = 0.2\n[axis]\n"torque.*.amplitude" = [6.0]\n'
 )
 WITHOUT = {
+    "import",
+    "share",
     *("validate", "reproduce", "look", "orders", "spectra", "figures", "criteria", "metrics", "listen"),
     *("loop", "serve", "examples", "schema"),
 }
