@@ -39,7 +39,9 @@ def trains_of(run: gr.Run) -> np.ndarray:
     means, amplitudes = np.zeros((2, system.size))
     for train in trains(system):
         if train.freedoms == 1:
-            bodies, motion = train.bodies, relative_coordinates(system).angle_from_reference
+            # dampers alone, such as the drag of a gear on its shaft, hold no train
+            springs = [k for k, law in enumerate(system.laws) if np.any(law.stiffness)]
+            bodies, motion = train.bodies, relative_coordinates(system, springs).angle_from_reference
             shape = motion[:, np.flatnonzero(motion[bodies].any(axis=0))[0]]
             momentum = coordinates_of(run.model, trajectory) @ (system.inertia * shape)
             mean = (momentum[-1] - momentum[first]) / (trajectory.time[-1] - trajectory.time[first])

@@ -265,9 +265,9 @@ def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("name", ["out.pdf", "out.html", "out.json", "out.xlsx"])
+@pytest.mark.parametrize("name", ["out.svg", "out.html", "out.json", "out.mat"])
 def test_an_ending_of_another_kind_is_refused(name: str, tmp_path: Path) -> None:
-    with pytest.raises(gr.ModelError, match=r"must be a folder, or a file that ends in \.nc or \.csv"):
+    with pytest.raises(gr.ModelError, match=r"or a file that ends in \.nc, \.csv, \.pdf, \.pptx or \.xlsx"):
         gr.save(gr.modes(model()), tmp_path / name)
     assert not list(tmp_path.iterdir())
 

@@ -96,7 +96,8 @@ def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts |
     if negligible is not None:
         layout = dataclasses.replace(sums.steady.layout, negligible=negligible)
         sums = Sums(dataclasses.replace(sums.steady, layout=layout), sums.states)
-    limits = sums.steady.layout.negligible
+    layout = sums.steady.layout
+    limits = layout.negligible
     rows = [row for criterion in CRITERIA for row in criterion.rows(sums)]
     parts = worst_first(measure_parts(rows, sums.steady, sums.states["crossings"]))
     if units != "SI":
@@ -104,7 +105,7 @@ def verdict_of(sums: Sums, *, units: str = "SI", negligible: NegligibleImpacts |
     return Verdict(
         verdict=regime_of_all(parts),
         severity=severity_of_all(parts),
-        rule=rule_of(limits, is_si=units == "SI"),
+        rule=rule_of(limits, is_si=units == "SI", has_bearings=bool(layout.is_bearing[layout.clearance].any())),
         parts=parts,
         entries=tuple(_in_units(rows, units)),
         notes=tuple(dict.fromkeys([*(row.note for row in rows if row.note), *_assumption(parts, limits)])),

@@ -31,10 +31,13 @@ RULE = (
     "double-sided if it crosses corners on both sides. Of a gap, whose centre has no stiffness, the corners of the "
     "centre count: crossing them it separates. A gap that separates rattles, unless its largest impact is negligible: "
     "then it touches, which is no rattle. A staged spring with stiffness in all its stages changes stage and does not "
-    "rattle. The faces of a bearing with clearance all around are one part: it separates while none of them is in "
-    "contact, its impacts are those that end this, and it is double-sided if contact begins or ends at two faces more "
-    "than 90 deg apart. The whole is the worst of the parts. Parts that rattle come first, then those that touch, then "
+    "rattle. The whole is the worst of the parts. Parts that rattle come first, then those that touch, then "
     "double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the hardest impact."
+)
+_OF_BEARINGS = (
+    " The faces of a bearing with clearance all around are one part: it separates while none of them is in contact, "
+    "its impacts are those that end this, and it is double-sided if contact begins or ends at two faces more than a "
+    "quarter of a turn apart."
 )
 
 REGIME_RANKS: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
@@ -238,8 +241,9 @@ def headline_of(parts: Sequence[Part]) -> Headline:
     return "double-sided" if regime_of_all(rattling) == "double-sided" else "single-sided"
 
 
-def rule_of(limits: NegligibleImpacts, *, is_si: bool = True) -> str:
-    """Return the rule of the verdict in words, with its thresholds."""
+def rule_of(limits: NegligibleImpacts, *, is_si: bool = True, has_bearings: bool = False) -> str:
+    """Return the rule of the verdict in words, with its thresholds, and that of bearings with a clearance."""
     words = limits_words(limits, is_si=is_si)
     assumed = f" ({ASSUMED})" if limits.is_assumed else ""
-    return f"{RULE} {words[:1].upper()}{words[1:]}{assumed}."
+    bearings = _OF_BEARINGS if has_bearings else ""
+    return f"{RULE}{bearings} {words[:1].upper()}{words[1:]}{assumed}."
