@@ -30,7 +30,7 @@ class Format:
 
 FORMATS = {
     "run": Format(2, "simulate the model again"),
-    "stream": Format(3, "compute the motion again in another folder"),
+    "stream": Format(4, "compute the motion again in another folder"),
     "study": Format(2, "compute the study again in another folder", oldest=2),
     "optimization": Format(1, "optimise again in another folder"),
     "charts": Format(1, "run the command that wrote the folder again"),

@@ -135,7 +135,7 @@ def test_csv_has_the_columns_promised(run: gr.Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["run.txt", "run.h5"])
 def test_another_ending_is_refused_and_nothing_written(run: gr.Run, tmp_path: Path, name: str) -> None:
-    with pytest.raises(gr.ModelError, match=r"\.nc or \.csv"):
+    with pytest.raises(gr.ModelError, match=r"\.nc, \.csv, \.pdf, \.pptx or \.xlsx"):
         run.save(tmp_path / name)
     assert not list(tmp_path.iterdir())
 
