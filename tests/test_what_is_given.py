@@ -15,7 +15,7 @@ OF_MODELS = [name for name, first in FIRST.items() if first in ("model", "run_or
 OF_RUNS = [
     name
     for name, first in FIRST.items()
-    if first in ("run", "source") and name not in ("measured.look", "read", "import_model")
+    if first in ("run", "source") and name not in ("measured.look", "read", "import_model", "share")
 ]
 
 

@@ -15,6 +15,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
+from gearrattle.studies.case_batches import FEWEST
 from gearrattle.studies.schedulers.hand_over import handed_over, work
 from gearrattle.studies.stored_studies import OUTCOME
 from gearrattle.studies.study import prepare
@@ -206,10 +207,14 @@ def test_a_study_larger_than_what_may_be_read_is_refused(tmp_path: Path, monkeyp
 
 
 @pytest.mark.parametrize("damage", ["lost", "empty", "zeros", "no marker"])
-def test_results_that_a_power_cut_took_are_shown_as_missing(
-    damage: str, tmp_path: Path, whole: tuple[Path, xr.Dataset]
-) -> None:
-    study(tmp_path / "s")
+def test_results_that_a_power_cut_took_are_shown_as_missing(damage: str, tmp_path: Path) -> None:
+    """Of a study of several chunks, one of which is damaged."""
+
+    def chunks(**more: Any) -> xr.Dataset:
+        means = np.linspace(0.1, 0.4, 3 * FEWEST).tolist()
+        return gr.study(model(), {"torque.0.mean": means}, OUTPUTS, output=tmp_path / "s", workers=1, **more)
+
+    whole = chunks()
     path = sorted((tmp_path / "s" / "results.zarr" / "TR rms" / "c").rglob("0"))[-1]
     chunk = 1 if not path.is_file() else int(path.parent.name)
     path = path if path.is_file() else path / "0"
@@ -226,9 +231,9 @@ def test_results_that_a_power_cut_took_are_shown_as_missing(
         actual = gr.open_study(tmp_path / "s")
         missing = actual[OUTCOME].values == 0
         assert 1 <= missing.sum() < actual[OUTCOME].size
-        np.testing.assert_array_equal(actual["TR rms"].values[~missing], whole[1]["TR rms"].values[~missing])
+        np.testing.assert_array_equal(actual["TR rms"].values[~missing], whole["TR rms"].values[~missing])
         assert np.isnan(actual["TR rms"].values[missing]).all()
-    assert study(tmp_path / "s", resume=True).identical(whole[1])
+    assert chunks(resume=True).identical(whole)
 
 
 def test_an_optimisation_that_cannot_write_its_results_keeps_the_old_ones(tmp_path: Path) -> None:
