@@ -30,7 +30,7 @@ KINDS = {
     "reduce": "reduction",
     "compare": "comparison",
     "study": "study",
-    "conditions": "conditions",
+    "conditions": "study",
     "bifurcation": "bifurcation",
     "basins": "basins, grid",
     "screen": "screening",
