@@ -11,14 +11,15 @@ const MOST = 400;
 const SPACINGS = ["linear", "log"];
 const OUTPUTS = ["verdict severity", "severity", "regime", "impacts per cycle", "contact share", "largest impact energy", "largest approach speed"];
 const USUAL = ["verdict severity", "severity", "regime", "impacts per cycle", "contact share"];
-const LISTED = ["study", "conditions", "continuation"];
+const MAPS = ["study", "conditions"]; // what holds many models, none of which is its own
+const LISTED = [...MAPS, "continuation"];
 const ROLES = ["temperature", "speed", "load"]; // of the axes of conditions
 const IDLE = 1.15; // times the speed, either way: idle speeds
 const KINDS = { study: "every combination of values", conditions: "idle conditions" };
 
 export function Studies({ jobs, onStarted, onError }) {
   const query = new URLSearchParams(location.hash.split("?")[1] ?? "");
-  const done = (jobs ?? []).filter((job) => !LISTED.includes(job.task) && job.state === "done");
+  const done = (jobs ?? []).filter((job) => !MAPS.includes(job.task) && job.state === "done");
   const [base, setBase] = useState("");
   const [model, setModel] = useState(null);
   const [kind, setKind] = useState("study");
