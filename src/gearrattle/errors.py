@@ -117,12 +117,12 @@ class NotInstalled(ModelError):
     """What was asked for needs an optional extra that is not installed; the problem's remedy is the command."""
 
     @classmethod
-    def of(cls, extra: str, place: str, value: str, rule: str) -> NotInstalled:
+    def of(cls, extra: str, location: str, value: str, rule: str) -> NotInstalled:
         """Return the error that names the extra; double quotes, which every shell takes, cmd.exe too."""
-        return cls(Problem(place, value, rule, f'pip install "gearrattle[{extra}]"'))
+        return cls(Problem(location, value, rule, f'pip install "gearrattle[{extra}]"'))
 
 
-def check_installed(library: str, extra: str, place: str, value: str, rule: str) -> None:
+def check_installed(library: str, extra: str, location: str, value: str, rule: str) -> None:
     """Refuse what needs a library of an extra, before anything is computed; the library is not imported.
 
     Raises
@@ -133,7 +133,7 @@ def check_installed(library: str, extra: str, place: str, value: str, rule: str)
     from importlib.util import find_spec
 
     if find_spec(library) is None:
-        raise NotInstalled.of(extra, place, value, rule)
+        raise NotInstalled.of(extra, location, value, rule)
 
 
 class ConvergenceError(GearRattleError):

@@ -167,7 +167,7 @@ class CoSimulation:
     def step(self, end: float) -> None:
         """March to a time [s], under the present inputs and values.
 
-        ModelError for a time before the present point, an input that is no number, a value that the model refuses;
+        ModelError for a time before the present point, an input that is no number, a value that the model refuses.
         """
         if self._failed is not None:
             raise self._failed
